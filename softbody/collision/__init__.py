@@ -1,0 +1,1 @@
+"""Which bodies touch, where, and what impulse parts them? Never imports dynamics."""

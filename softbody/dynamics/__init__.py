@@ -1,0 +1,1 @@
+"""Motion without contact: springs, gas pressure, the integrators, rigid boxes, energy and momentum."""

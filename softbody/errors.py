@@ -1,0 +1,29 @@
+"""What the core raises: every message names the culprit and the cure."""
+
+from __future__ import annotations
+
+
+class SoftbodyError(Exception):
+    """Any error that the core raises on purpose."""
+
+
+class MeshError(SoftbodyError, ValueError):
+    """A mesh that is not a closed, consistently oriented surface with a positive volume."""
+
+
+class ParameterError(SoftbodyError, ValueError):
+    """A physical parameter outside its range."""
+
+
+class SimulationError(SoftbodyError, RuntimeError):
+    """A simulation that diverged or a body that collapsed; the state is the last good one.
+
+    Attributes: `step` (steps done since the world was made), `body` (its kind and index, such as "soft body 0")
+    and `stable_time_step` [s], an estimate for the last good state.
+    """
+
+    def __init__(self, message: str, step: int, body: str, stable_time_step: float) -> None:
+        super().__init__(message)
+        self.step = step
+        self.body = body
+        self.stable_time_step = stable_time_step

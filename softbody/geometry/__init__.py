@@ -1,0 +1,1 @@
+"""Pure predicates and measures on points, triangles, tetrahedra, polyhedra and boxes."""

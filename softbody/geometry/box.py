@@ -1,0 +1,42 @@
+"""Where are the corners of a box, and what is its inertia?"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softbody.jit import jit
+from softbody.quaternion import Quaternion, rotate
+from softbody.vec import Vec, add, multiply, scale
+
+
+@jit
+def box_inertia(size: Vec, mass: float) -> Vec:
+    """Return the diagonal [kg m²] of the inertia of a homogeneous box in its own frame; paper §3, §10.8.
+
+    `size` is the full extent (x, y, z) [m]. The x entry holds y and z, and so on round: the paper lists them
+    in two different orders.
+    """
+    x2 = size[0] * size[0]
+    y2 = size[1] * size[1]
+    z2 = size[2] * size[2]
+    return scale(mass / 12.0, (y2 + z2, x2 + z2, x2 + y2))
+
+
+@jit
+def box_corner(size: Vec, position: Vec, orientation: Quaternion, k: int) -> Vec:
+    """Return corner k = 0 … 7 [m] in the world: bit 0 of k chooses the side along x, bit 1 y, bit 2 z."""
+    signs = (
+        0.5 if k & 1 else -0.5,
+        0.5 if k & 2 else -0.5,
+        0.5 if k & 4 else -0.5,
+    )
+    return add(position, rotate(orientation, multiply(signs, size)))
+
+
+@jit
+def box_corners(size: Vec, position: Vec, orientation: Quaternion) -> np.ndarray:
+    """Return the eight corners (8, 3) [m] in the world, in the order of `box_corner`."""
+    corners = np.empty((8, 3))
+    for k in range(8):
+        corners[k, 0], corners[k, 1], corners[k, 2] = box_corner(size, position, orientation, k)
+    return corners

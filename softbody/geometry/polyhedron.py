@@ -1,0 +1,168 @@
+"""What are the volume, area, centroid and inertia of a closed mesh, and is a point in it?"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softbody.geometry.triangle import area_vector, triangle_area
+from softbody.jit import jit
+from softbody.vec import Vec, add, cross, dot, load, norm, scale, sub
+
+
+@jit
+def signed_volume(vertices: np.ndarray, triangles: np.ndarray) -> float:
+    """Return the volume [m³] enclosed by a closed mesh, positive if its triangles face outwards; paper §2.3.
+
+    `vertices` (n, 3) [m], `triangles` (t, 3). Σ a · (b × c) / 6 (Zhang and Chen 2001), taken about a vertex
+    of the mesh: about the origin, the sum loses all its digits for a mesh far away.
+    """
+    origin = load(vertices, triangles[0, 0])
+    six_volumes = 0.0
+    for t in range(triangles.shape[0]):
+        a = sub(load(vertices, triangles[t, 0]), origin)
+        b = sub(load(vertices, triangles[t, 1]), origin)
+        c = sub(load(vertices, triangles[t, 2]), origin)
+        six_volumes += dot(a, cross(b, c))
+    return six_volumes / 6.0
+
+
+@jit
+def surface_area(vertices: np.ndarray, triangles: np.ndarray) -> float:
+    """Return the area [m²] of a mesh; `vertices` (n, 3) [m], `triangles` (t, 3)."""
+    area = 0.0
+    for t in range(triangles.shape[0]):
+        a = load(vertices, triangles[t, 0])
+        b = load(vertices, triangles[t, 1])
+        c = load(vertices, triangles[t, 2])
+        area += triangle_area(a, b, c)
+    return area
+
+
+@jit
+def centroid(vertices: np.ndarray, triangles: np.ndarray) -> Vec:
+    """Return the centroid [m] of the solid that a closed mesh encloses; `vertices` (n, 3) [m]."""
+    origin = load(vertices, triangles[0, 0])
+    six_volumes = 0.0
+    moment = (0.0, 0.0, 0.0)
+    for t in range(triangles.shape[0]):
+        a = sub(load(vertices, triangles[t, 0]), origin)
+        b = sub(load(vertices, triangles[t, 1]), origin)
+        c = sub(load(vertices, triangles[t, 2]), origin)
+        weight = dot(a, cross(b, c))
+        six_volumes += weight
+        moment = add(moment, scale(weight, add(add(a, b), c)))
+    return add(origin, scale(0.25 / six_volumes, moment))
+
+
+@jit
+def inertia_tensor(vertices: np.ndarray, triangles: np.ndarray, mass: float) -> np.ndarray:
+    """Return the inertia (3, 3) [kg m²] about the centroid of a homogeneous solid of `mass` [kg].
+
+    `vertices` (n, 3) [m] of a closed mesh. The second moments of the tetrahedra that the triangles span with
+    the centroid: ∫ x xᵀ dV = V/20 (a aᵀ + b bᵀ + c cᵀ + s sᵀ), s = a + b + c (Tonon 2004).
+    """
+    centre = centroid(vertices, triangles)
+    six_volumes = 0.0
+    second = np.zeros((3, 3))
+    for t in range(triangles.shape[0]):
+        a = sub(load(vertices, triangles[t, 0]), centre)
+        b = sub(load(vertices, triangles[t, 1]), centre)
+        c = sub(load(vertices, triangles[t, 2]), centre)
+        s = add(add(a, b), c)
+        weight = dot(a, cross(b, c))
+        six_volumes += weight
+        for i in range(3):
+            for j in range(3):
+                second[i, j] += weight * (a[i] * a[j] + b[i] * b[j] + c[i] * c[j] + s[i] * s[j])
+    second *= mass / (20.0 * six_volumes)
+    trace = second[0, 0] + second[1, 1] + second[2, 2]
+    inertia = -second
+    for i in range(3):
+        inertia[i, i] += trace
+    return inertia
+
+
+@jit
+def _edge_crosses_right_of(p: Vec, a: Vec, b: Vec) -> bool:
+    """Tell whether, seen from above, the edge ab crosses the half-line from `p` towards +x.
+
+    Half-open in y, so that a vertex on the line belongs to one of its two edges. The caller passes the ends
+    in the same order for both triangles of an edge: both then round alike, and no point falls between them.
+    """
+    if (a[1] <= p[1]) == (b[1] <= p[1]):
+        return False
+    turn = (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])
+    return (turn > 0.0) == (b[1] > a[1])
+
+
+@jit
+def _ray_hits_triangle(p: Vec, vertices: np.ndarray, i: int, j: int, k: int) -> bool:
+    """Tell whether the ray from `p` along +z goes through the triangle of vertices i, j, k.
+
+    A ray through a shared edge or vertex is counted for one of its triangles only, without any tolerance.
+    """
+    if i > j:
+        i, j = j, i
+    if j > k:
+        j, k = k, j
+    if i > j:
+        i, j = j, i
+    a = load(vertices, i)
+    b = load(vertices, j)
+    c = load(vertices, k)
+    if p[2] >= max(a[2], b[2], c[2]):
+        return False
+    crossings = 0
+    crossings += _edge_crosses_right_of(p, a, b)
+    crossings += _edge_crosses_right_of(p, b, c)
+    crossings += _edge_crosses_right_of(p, a, c)
+    if crossings != 1:
+        return False
+    if p[2] < min(a[2], b[2], c[2]):
+        return True
+    n = cross(sub(b, a), sub(c, a))
+    return (dot(sub(a, p), n) > 0.0) == (n[2] > 0.0)
+
+
+@jit
+def point_in_polyhedron(p: Vec, vertices: np.ndarray, triangles: np.ndarray) -> bool:
+    """Tell whether `p` [m] is inside a closed mesh, convex or not, by parity of the hits of a ray; paper §4.6.
+
+    `vertices` (n, 3) [m], `triangles` (t, 3). Each crossing of the surface counts once, also where the ray
+    meets an edge or a vertex. On the surface itself the answer is one of the two, and always the same.
+    """
+    inside = False
+    for t in range(triangles.shape[0]):
+        if _ray_hits_triangle(p, vertices, triangles[t, 0], triangles[t, 1], triangles[t, 2]):
+            inside = not inside
+    return inside
+
+
+@jit
+def points_in_polyhedron(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Tell for each of `points` (m, 3) [m] whether it is inside a closed mesh: (m,) of bool; paper §4.6."""
+    inside = np.empty(points.shape[0], np.bool_)
+    for q in range(points.shape[0]):
+        inside[q] = point_in_polyhedron(load(points, q), vertices, triangles)
+    return inside
+
+
+@jit
+def point_in_convex(p: Vec, vertices: np.ndarray, triangles: np.ndarray) -> tuple[bool, int, float]:
+    """Tell whether `p` [m] is in a convex mesh or on it, which face is closest, and how deep; paper §4.7.
+
+    Returns (inside, face, depth [m]): the face whose plane is least far in front of `p`, and the distance
+    behind that plane (negative outside). Triangles without area have no plane and are passed over.
+    """
+    face = -1
+    depth = np.inf
+    for t in range(triangles.shape[0]):
+        a = load(vertices, triangles[t, 0])
+        n = area_vector(a, load(vertices, triangles[t, 1]), load(vertices, triangles[t, 2]))
+        length = norm(n)
+        if length > 0.0:
+            behind = dot(sub(a, p), n) / length
+            if behind < depth:
+                depth = behind
+                face = t
+    return face >= 0 and depth >= 0.0, face, depth

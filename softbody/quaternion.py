@@ -1,0 +1,66 @@
+"""Unit quaternions (w, x, y, z): orientation of rigid bodies, body frame to world frame."""
+
+from __future__ import annotations
+
+from math import cos, sin, sqrt
+
+import numpy as np
+
+from softbody.jit import jit
+from softbody.vec import Vec, add, cross, multiply, norm, scale
+
+Quaternion = tuple[float, float, float, float]
+
+
+@jit
+def load_quaternion(rows: np.ndarray, i: int) -> Quaternion:
+    """Return row `i` of an `(n, 4)` array."""
+    return rows[i, 0], rows[i, 1], rows[i, 2], rows[i, 3]
+
+
+@jit
+def rotate(q: Quaternion, a: Vec) -> Vec:
+    """Rotate `a` from the body frame to the world frame."""
+    axis = (q[1], q[2], q[3])
+    t = scale(2.0, cross(axis, a))
+    return add(add(a, scale(q[0], t)), cross(axis, t))
+
+
+@jit
+def rotate_inverse(q: Quaternion, a: Vec) -> Vec:
+    """Rotate `a` from the world frame to the body frame."""
+    return rotate((q[0], -q[1], -q[2], -q[3]), a)
+
+
+@jit
+def rotate_diagonal(q: Quaternion, diagonal: Vec, a: Vec) -> Vec:
+    """Return R diag(diagonal) Rᵀ a: a body-frame inertia, or its inverse, applied in the world frame."""
+    return rotate(q, multiply(diagonal, rotate_inverse(q, a)))
+
+
+@jit
+def product(p: Quaternion, q: Quaternion) -> Quaternion:
+    """Return the Hamilton product p q: the rotation q followed by p."""
+    return (
+        p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3],
+        p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2],
+        p[0] * q[2] - p[1] * q[3] + p[2] * q[0] + p[3] * q[1],
+        p[0] * q[3] + p[1] * q[2] - p[2] * q[1] + p[3] * q[0],
+    )
+
+
+@jit
+def normalize_quaternion(q: Quaternion) -> Quaternion:
+    """Return q / |q|."""
+    s = 1.0 / sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    return s * q[0], s * q[1], s * q[2], s * q[3]
+
+
+@jit
+def from_rotation_vector(rotation: Vec) -> Quaternion:
+    """Return the rotation by |rotation| [rad] about the direction of `rotation`."""
+    angle = norm(rotation)
+    if angle == 0.0:
+        return 1.0, 0.0, 0.0, 0.0
+    s = sin(0.5 * angle) / angle
+    return cos(0.5 * angle), s * rotation[0], s * rotation[1], s * rotation[2]

@@ -1,0 +1,73 @@
+"""What the bodies are (Model) and where they are now (State): plain arrays, owned body by body through offsets."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from softbody.jit import jit
+
+
+class Model(NamedTuple):
+    """What the bodies are. Soft body i owns rows start[i] … start[i + 1] of the arrays of its kind."""
+
+    inverse_mass: np.ndarray  # (n,) [1/kg] of each particle
+    edges: np.ndarray  # (e, 2) particles that a spring joins, numbered over all bodies
+    rest_length: np.ndarray  # (e,) [m]
+    stiffness: np.ndarray  # (e,) [N/m]
+    triangles: np.ndarray  # (t, 3) particles, numbered over all bodies
+    particle_start: np.ndarray  # (b + 1,)
+    edge_start: np.ndarray  # (b + 1,)
+    triangle_start: np.ndarray  # (b + 1,)
+    gas: np.ndarray  # (b,) nRT [J]; may change between steps
+    soft_restitution: np.ndarray  # (b,) 0 … 1
+    soft_friction: np.ndarray  # (b,) Coulomb coefficient, ≥ 0
+    box_size: np.ndarray  # (m, 3) full extent [m]
+    box_inverse_mass: np.ndarray  # (m,) [1/kg]; 0 for a static box
+    box_inverse_inertia: np.ndarray  # (m, 3) diagonal in the box's own frame [1/(kg m²)]; 0 for a static box
+    box_restitution: np.ndarray  # (m,) 0 … 1
+    box_friction: np.ndarray  # (m,) Coulomb coefficient, ≥ 0
+    gravity: np.ndarray  # (3,) [m/s²]
+    ground_height: float  # the ground is z ≤ height [m]; −inf: no ground
+    ground_restitution: float  # 0 … 1
+    ground_friction: float  # Coulomb coefficient, ≥ 0
+
+
+class State(NamedTuple):
+    """Where the bodies are now."""
+
+    position: np.ndarray  # (n, 3) [m] of each particle
+    velocity: np.ndarray  # (n, 3) [m/s]
+    box_position: np.ndarray  # (m, 3) [m]
+    box_orientation: np.ndarray  # (m, 4) unit quaternion (w, x, y, z), box frame to world
+    box_velocity: np.ndarray  # (m, 3) [m/s]
+    box_angular_velocity: np.ndarray  # (m, 3) [rad/s], world frame
+
+    def copy(self) -> State:
+        """Return a State that shares no memory with this one."""
+        return State(*(array.copy() for array in self))
+
+
+class RigidBodies(NamedTuple):
+    """What an impulse between rigid bodies reads and changes, gathered from a Model and a State."""
+
+    inverse_mass: np.ndarray  # (m,) [1/kg]; 0 for a static body
+    inverse_inertia: np.ndarray  # (m, 3) diagonal in the body's frame [1/(kg m²)]; 0 for a static body
+    position: np.ndarray  # (m, 3) centre of mass [m]
+    orientation: np.ndarray  # (m, 4) unit quaternion (w, x, y, z), body frame to world
+    velocity: np.ndarray  # (m, 3) [m/s]
+    angular_velocity: np.ndarray  # (m, 3) [rad/s], world frame
+
+
+@jit
+def boxes_of(model: Model, state: State) -> RigidBodies:
+    """Return the boxes of a world as RigidBodies that share its memory."""
+    return RigidBodies(
+        model.box_inverse_mass,
+        model.box_inverse_inertia,
+        state.box_position,
+        state.box_orientation,
+        state.box_velocity,
+        state.box_angular_velocity,
+    )

@@ -1,0 +1,399 @@
+"""A world to fill with bodies, step, and look at: the host side of the core."""
+
+from __future__ import annotations
+
+import warnings
+from math import isfinite
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from softbody.dynamics.energy import angular_momentum, linear_momentum, total_energy
+from softbody.dynamics.integrators import INTEGRATORS, STABILITY_LIMIT
+from softbody.dynamics.pressure import gas_pressure
+from softbody.dynamics.soft import body_volume
+from softbody.dynamics.stability import highest_frequency
+from softbody.errors import ParameterError, SimulationError
+from softbody.geometry.box import box_inertia
+from softbody.mesh import Mesh
+from softbody.state import Model, State
+from softbody.step import COLLAPSED, run
+
+AXES = ("complete", "paper")
+
+
+class World:
+    """Soft bodies, rigid boxes and a ground that move together.
+
+    `gravity` (3,) [m/s²]. `integrator`: "rk4_velocity" (the paper's), "rk4" or "symplectic_euler". `axes` of the
+    separating-axis test: "complete", or "paper" for face normals only. Bodies may be added at any time. Every
+    input is checked before it is stored: ParameterError and MeshError name the culprit and the cure.
+    """
+
+    def __init__(
+        self,
+        gravity: ArrayLike = (0.0, 0.0, -9.81),
+        integrator: str = "rk4_velocity",
+        axes: str = "complete",
+    ) -> None:
+        if integrator not in INTEGRATORS:
+            raise ParameterError(f"integrator is {integrator!r}; choose one of {', '.join(INTEGRATORS)}")
+        if axes not in AXES:
+            raise ParameterError(f"axes is {axes!r}; choose one of {', '.join(AXES)}")
+        self.integrator = integrator
+        self.axes = axes
+        self.model = _empty_model(_vector(gravity, "gravity"))
+        self.state = State(*(np.empty((0, columns)) for columns in (3, 3, 3, 4, 3, 3)))
+        self.steps = 0
+        self.time = 0.0
+
+    def add_soft_body(
+        self,
+        mesh: Mesh,
+        mass: float,
+        stiffness: ArrayLike,
+        gas: float,
+        position: ArrayLike = (0.0, 0.0, 0.0),
+        velocity: ArrayLike = (0.0, 0.0, 0.0),
+        restitution: float = 0.0,
+        friction: float = 0.5,
+    ) -> SoftBody:
+        """Add a soft body whose springs are at rest in the shape of `mesh`, moved by `position` [m].
+
+        `mass` [kg] of the whole body, shared equally by its particles. `stiffness` [N/m] of every spring, or
+        (e,) in the order of `mesh.edges`. `gas` is nRT [J] ≥ 0; 0 for an empty skin. `restitution` 0 … 1 and
+        `friction` ≥ 0 in contacts.
+        """
+        if not isinstance(mesh, Mesh):
+            raise ParameterError(f"mesh is a {type(mesh).__name__}; make a softbody.Mesh(vertices, triangles)")
+        edges = mesh.edges
+        _check_range(mass, "mass", "kg", above=0.0)
+        _check_range(gas, "gas", "J", least=0.0)
+        _check_range(restitution, "restitution", least=0.0, most=1.0)
+        _check_range(friction, "friction", least=0.0)
+        spring_stiffness = _stiffness_of(stiffness, len(edges))
+        points = np.ascontiguousarray(mesh.vertices + _vector(position, "position"))
+        speed = _vector(velocity, "velocity")
+
+        model, first, count = self.model, len(self.state.position), len(points)
+        lengths = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
+        self.model = model._replace(
+            inverse_mass=np.append(model.inverse_mass, np.full(count, count / mass)),
+            edges=np.concatenate([model.edges, edges + first]),
+            rest_length=np.append(model.rest_length, lengths),
+            stiffness=np.append(model.stiffness, spring_stiffness),
+            triangles=np.concatenate([model.triangles, mesh.triangles + first]),
+            particle_start=np.append(model.particle_start, first + count),
+            edge_start=np.append(model.edge_start, len(model.edges) + len(edges)),
+            triangle_start=np.append(model.triangle_start, len(model.triangles) + len(mesh.triangles)),
+            gas=np.append(model.gas, float(gas)),
+            soft_restitution=np.append(model.soft_restitution, float(restitution)),
+            soft_friction=np.append(model.soft_friction, float(friction)),
+        )
+        self.state = self.state._replace(
+            position=np.concatenate([self.state.position, points]),
+            velocity=np.concatenate([self.state.velocity, np.tile(speed, (count, 1))]),
+        )
+        return SoftBody(self, len(self.model.gas) - 1)
+
+    def add_box(
+        self,
+        size: ArrayLike,
+        mass: float | None,
+        position: ArrayLike = (0.0, 0.0, 0.0),
+        orientation: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+        velocity: ArrayLike = (0.0, 0.0, 0.0),
+        angular_velocity: ArrayLike = (0.0, 0.0, 0.0),
+        restitution: float = 0.0,
+        friction: float = 0.5,
+    ) -> Box:
+        """Add a homogeneous box of full extent `size` (3,) [m] and `mass` [kg]; None makes it static.
+
+        `position` [m] of its centre, `orientation` a unit quaternion (w, x, y, z), `velocity` [m/s],
+        `angular_velocity` [rad/s] in the world frame; `restitution` 0 … 1, `friction` ≥ 0.
+        """
+        extent = _vector(size, "size")
+        if not (extent > 0.0).all():
+            raise ParameterError(f"size is {extent}; give three positive lengths [m]")
+        if mass is None:
+            inverse_mass, inverse_inertia = 0.0, np.zeros(3)
+        else:
+            _check_range(mass, "mass", "kg", above=0.0)
+            inverse_mass, inverse_inertia = (
+                1.0 / mass,
+                1.0 / np.array(box_inertia(tuple(extent), float(mass))),
+            )
+        _check_range(restitution, "restitution", least=0.0, most=1.0)
+        _check_range(friction, "friction", least=0.0)
+        row = [
+            _vector(position, "position"),
+            _unit_quaternion(orientation),
+            _vector(velocity, "velocity"),
+            _vector(angular_velocity, "angular_velocity"),
+        ]
+        if mass is None and (row[2].any() or row[3].any()):
+            raise ParameterError("a static box (mass None) cannot have a velocity; give it a mass or leave it at rest")
+
+        model, state = self.model, self.state
+        self.model = model._replace(
+            box_size=np.vstack([model.box_size, extent]),
+            box_inverse_mass=np.append(model.box_inverse_mass, inverse_mass),
+            box_inverse_inertia=np.vstack([model.box_inverse_inertia, inverse_inertia]),
+            box_restitution=np.append(model.box_restitution, float(restitution)),
+            box_friction=np.append(model.box_friction, float(friction)),
+        )
+        self.state = state._replace(
+            box_position=np.vstack([state.box_position, row[0]]),
+            box_orientation=np.vstack([state.box_orientation, row[1]]),
+            box_velocity=np.vstack([state.box_velocity, row[2]]),
+            box_angular_velocity=np.vstack([state.box_angular_velocity, row[3]]),
+        )
+        return Box(self, len(self.model.box_size) - 1)
+
+    def add_ground(self, height: float = 0.0, restitution: float = 0.0, friction: float = 0.5) -> None:
+        """Make everything below z = `height` [m] solid ground; a second call moves it."""
+        _check_range(height, "height", "m")
+        _check_range(restitution, "restitution", least=0.0, most=1.0)
+        _check_range(friction, "friction", least=0.0)
+        self.model = self.model._replace(
+            ground_height=float(height),
+            ground_restitution=float(restitution),
+            ground_friction=float(friction),
+        )
+
+    def step(self, time_step: float, steps: int = 1) -> None:
+        """Advance by `steps` steps of `time_step` [s].
+
+        Raises SimulationError if a soft body diverges or collapses; the state is then that of the last good step.
+        """
+        _check_range(time_step, "time_step", "s", above=0.0)
+        if steps < 0:
+            raise ParameterError(f"steps is {steps}; give a whole number ≥ 0")
+        self._warn_of_missing_contacts()
+        done, fault, body = run(
+            self.model,
+            self.state,
+            float(time_step),
+            int(steps),
+            INTEGRATORS[self.integrator],
+            self.axes == "paper",
+        )
+        self.steps += done
+        self.time += done * time_step
+        if fault:
+            stable = self.stable_time_step()
+            what = "collapsed (no volume left)" if fault == COLLAPSED else "diverged"
+            cure = (
+                f"a stable time step here is {stable:.3g} s, not {time_step:.3g} s"
+                if time_step > stable
+                else "its gas is too weak or its load too strong for its springs; raise gas or stiffness"
+            )
+            raise SimulationError(
+                f"soft body {body} {what} in step {self.steps}; {cure}. The state is the last good one.",
+                self.steps,
+                f"soft body {body}",
+                stable,
+            )
+
+    def run(self, seconds: float, time_step: float) -> None:
+        """Advance by `seconds` [s] in steps of `time_step` [s], rounded to a whole number of steps."""
+        _check_range(seconds, "seconds", "s", least=0.0)
+        _check_range(time_step, "time_step", "s", above=0.0)
+        self.step(time_step, round(seconds / time_step))
+
+    def stable_time_step(self) -> float:
+        """Return a time step [s] that is stable for every soft body as it is now; inf if there is none.
+
+        From an upper bound of the highest frequency, so often a little shorter than need be. Contacts and motion
+        that stretches the body further can ask for a shorter one.
+        """
+        bodies = range(len(self.model.gas))
+        highest = max((highest_frequency(self.model, self.state.position, b) for b in bodies), default=0.0)
+        return STABILITY_LIMIT[self.integrator] / highest if highest > 0.0 else np.inf
+
+    def energy(self) -> float:
+        """Return kinetic + spring + gas + gravity energy [J] of every body that can move."""
+        return total_energy(self.model, self.state)
+
+    def linear_momentum(self) -> np.ndarray:
+        """Return Σ m v (3,) [kg m/s]."""
+        return np.array(linear_momentum(self.model, self.state))
+
+    def angular_momentum(self) -> np.ndarray:
+        """Return Σ x × m v + Σ I ω (3,) [kg m²/s] about the origin."""
+        return np.array(angular_momentum(self.model, self.state))
+
+    def _warn_of_missing_contacts(self) -> None:
+        soft, boxes = len(self.model.gas), len(self.model.box_size)
+        if soft > 1 or (soft and boxes):
+            warnings.warn(
+                "soft bodies collide with the ground only, in this version: they pass through boxes and each other",
+                stacklevel=3,
+            )
+
+
+class SoftBody:
+    """A soft body in a World: its arrays are views of the world's, good until the next body is added."""
+
+    def __init__(self, world: World, index: int) -> None:
+        self.world = world
+        self.index = index
+
+    def _rows(self) -> slice:
+        start = self.world.model.particle_start
+        return slice(start[self.index], start[self.index + 1])
+
+    @property
+    def positions(self) -> np.ndarray:
+        """Positions of the particles (n, 3) [m]."""
+        return self.world.state.position[self._rows()]
+
+    @property
+    def velocities(self) -> np.ndarray:
+        """Velocities of the particles (n, 3) [m/s]."""
+        return self.world.state.velocity[self._rows()]
+
+    @property
+    def centre(self) -> np.ndarray:
+        """Centre of mass (3,) [m]; all particles have the same mass."""
+        return self.positions.mean(axis=0)
+
+    @property
+    def volume(self) -> float:
+        """Enclosed volume [m³]."""
+        return body_volume(self.world.model, self.world.state.position, self.index)
+
+    @property
+    def pressure(self) -> float:
+        """Pressure of the gas [Pa]."""
+        return gas_pressure(self.gas, self.volume)
+
+    @property
+    def gas(self) -> float:
+        """The gas's nRT [J]; may be changed between steps."""
+        return float(self.world.model.gas[self.index])
+
+    @gas.setter
+    def gas(self, value: float) -> None:
+        _check_range(value, "gas", "J", least=0.0)
+        self.world.model.gas[self.index] = value
+
+
+class Box:
+    """A rigid box in a World: its arrays are views of the world's, good until the next body is added."""
+
+    def __init__(self, world: World, index: int) -> None:
+        self.world = world
+        self.index = index
+
+    @property
+    def position(self) -> np.ndarray:
+        """Position of the centre (3,) [m]."""
+        return self.world.state.box_position[self.index]
+
+    @property
+    def orientation(self) -> np.ndarray:
+        """Orientation (4,): unit quaternion (w, x, y, z), box frame to world."""
+        return self.world.state.box_orientation[self.index]
+
+    @property
+    def velocity(self) -> np.ndarray:
+        """Velocity of the centre (3,) [m/s]."""
+        return self.world.state.box_velocity[self.index]
+
+    @property
+    def angular_velocity(self) -> np.ndarray:
+        """Angular velocity (3,) [rad/s] in the world frame."""
+        return self.world.state.box_angular_velocity[self.index]
+
+
+def _empty_model(gravity: np.ndarray) -> Model:
+    none = np.empty(0)
+    start = np.zeros(1, np.int64)
+    return Model(
+        inverse_mass=none,
+        edges=np.empty((0, 2), np.int64),
+        rest_length=none,
+        stiffness=none,
+        triangles=np.empty((0, 3), np.int64),
+        particle_start=start,
+        edge_start=start,
+        triangle_start=start,
+        gas=none,
+        soft_restitution=none,
+        soft_friction=none,
+        box_size=np.empty((0, 3)),
+        box_inverse_mass=none,
+        box_inverse_inertia=np.empty((0, 3)),
+        box_restitution=none,
+        box_friction=none,
+        gravity=gravity,
+        ground_height=-np.inf,
+        ground_restitution=0.0,
+        ground_friction=0.0,
+    )
+
+
+def _vector(value: ArrayLike, name: str) -> np.ndarray:
+    """Return three finite numbers as an array (3,)."""
+    try:
+        array = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ParameterError(f"{name} is {value!r}; give three numbers") from error
+    if array.shape != (3,) or not np.isfinite(array).all():
+        raise ParameterError(f"{name} is {value!r}; give three finite numbers")
+    return array
+
+
+# How far from unit length a quaternion may be and still be taken for a rounded unit quaternion.
+QUATERNION_TOLERANCE = 1e-6
+
+
+def _unit_quaternion(value: ArrayLike) -> np.ndarray:
+    try:
+        array = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ParameterError(f"orientation is {value!r}; give four numbers (w, x, y, z)") from error
+    if array.shape != (4,) or not np.isfinite(array).all():
+        raise ParameterError(f"orientation is {value!r}; give four finite numbers (w, x, y, z)")
+    length = float(np.linalg.norm(array))
+    if not abs(length - 1.0) <= QUATERNION_TOLERANCE:
+        raise ParameterError(f"orientation {value!r} has length {length:.6g}; divide it by that to make it 1")
+    return array / length
+
+
+def _stiffness_of(stiffness: ArrayLike, count: int) -> np.ndarray:
+    array = np.asarray(stiffness, dtype=np.float64)
+    if array.shape not in ((), (count,)):
+        raise ParameterError(f"stiffness has shape {array.shape}; give one number or one for each of the {count} edges")
+    array = np.broadcast_to(array, count)
+    bad = ~(np.isfinite(array) & (array >= 0.0))
+    if bad.any():
+        edge = int(np.argmax(bad))
+        raise ParameterError(f"stiffness of edge {edge} is {array[edge]}; give a finite number ≥ 0 [N/m]")
+    return array
+
+
+def _check_range(
+    value: float,
+    name: str,
+    unit: str = "",
+    above: float = -np.inf,
+    least: float = -np.inf,
+    most: float = np.inf,
+) -> None:
+    """Raise ParameterError unless `value` is a finite number > above, ≥ least and ≤ most."""
+    try:
+        good = isfinite(value) and value > above and least <= value <= most
+    except TypeError as error:
+        raise ParameterError(f"{name} is {value!r}; give a number") from error
+    if not good:
+        limits = [
+            f"> {above:g}" if above > -np.inf else "",
+            f"≥ {least:g}" if least > -np.inf else "",
+            f"≤ {most:g}" if most < np.inf else "",
+        ]
+        bounds = " and ".join(limit for limit in limits if limit)
+        raise ParameterError(
+            " ".join(f"{name} is {value}; give a finite number {bounds}".split()) + (f" [{unit}]" if unit else "")
+        )

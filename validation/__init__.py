@@ -1,0 +1,1 @@
+"""Claims about the core, each judged by something outside it."""

@@ -1,0 +1,158 @@
+"""What a validation run leaves behind: the record in report.json, version 1 of its schema.
+
+`Report` is the document; its fields, and those of the classes it holds, are the schema. Numbers that JSON cannot
+hold (NaN, infinity) are written as null. Reports are built from this file alone, so an old record can be shown
+again without running anything.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from dataclasses import asdict, dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+SCHEMA = "softbody-report/1"
+
+HOLDS = "holds"
+FAILS = "fails"
+NOT_RUN = "not run"
+
+
+@dataclass
+class Distribution:
+    """How the errors of a claim are distributed: enough to plot them beside the tolerance."""
+
+    quantiles: dict[str, float]  # "0", "0.5", "0.9", "0.99", "1" → error
+    zeros: int  # errors that are exactly 0, which have no logarithm
+    log10_edges: list[float]  # edges of the histogram's bins, in log10 of the error
+    counts: list[int]  # errors in each bin; len(log10_edges) − 1 of them
+
+
+@dataclass
+class Group:
+    """The errors of one kind of case within a claim, such as one mesh or one integrator."""
+
+    label: str
+    n: int
+    median: float | None
+    p99: float | None
+    max: float | None
+
+
+@dataclass
+class Erratum:
+    """What a formula as printed in the paper would have done on the same cases."""
+
+    id: str  # "E1" …
+    prints: str  # the formula as printed
+    right: str  # the right one
+    printed_value: float | None  # largest error of the printed form, in the claim's unit
+    printed_median: float | None
+    printed_wrong: float | None  # share of the cases in which the printed form exceeds the claim's tolerance
+
+
+@dataclass
+class ClaimRecord:
+    """One claim and what became of it."""
+
+    id: str
+    family: str
+    claim: str  # one sentence
+    section: str  # of the paper
+    piece: str  # of the core, dotted
+    reference: str  # who judged, in words
+    engines: list[str]  # packages the judgement needs
+    unit: str  # of value and tolerance, such as "relative", "m/s", "disagreements"
+    value: float | None  # the largest error; null if not run
+    tolerance: float
+    because: str  # why that tolerance
+    detects: str  # the smallest fault that turns the claim red
+    n: int  # comparisons made
+    seed: int
+    verdict: str  # HOLDS, FAILS or NOT_RUN
+    why: str | None  # of a FAILS or NOT_RUN, in words
+    seconds: float
+    errors: Distribution | None = None
+    groups: list[Group] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)  # what the judge saw, such as cases that it had to skip
+    erratum: Erratum | None = None
+
+
+@dataclass
+class Timing:
+    """One row of the timing table: a cost, measured beside others in one process."""
+
+    name: str  # what was timed, such as "rk4_velocity step"
+    particles: int
+    nanoseconds: float  # per particle per step: the median of the rounds
+    low: float  # lower quartile
+    high: float  # upper quartile
+    rounds: int
+
+
+@dataclass
+class Report:
+    """A whole validation run."""
+
+    level: str
+    seed: int
+    created: str  # ISO 8601, UTC
+    seconds: float
+    softbody_version: str
+    revision: str | None  # git commit, with "+" if the working tree differs
+    environment: dict[str, str]
+    engines: dict[str, str | None]  # package → version, or null where it is missing
+    claims: list[ClaimRecord]
+    timings: list[Timing] = field(default_factory=list)
+    timings_why: str | None = None  # why there are no timings, if there are none
+    schema: str = SCHEMA
+
+
+def write_report(report: Report, path: Path) -> None:
+    """Write `report` as JSON, whole or not at all."""
+    write_whole(path, json.dumps(_finite(asdict(report)), indent=1, ensure_ascii=False) + "\n")
+
+
+def read_report(path: Path) -> Report:
+    """Read a report; raises ValueError, naming the file, if it is not one of this schema."""
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except json.JSONDecodeError as error:
+        raise ValueError(f"{path} is not JSON ({error}); run the validation again") from error
+    if not isinstance(data, dict) or data.get("schema") != SCHEMA:
+        found = data.get("schema") if isinstance(data, dict) else type(data).__name__
+        raise ValueError(f"{path} has schema {found!r}, not {SCHEMA!r}; run the validation again")
+    data["claims"] = [_claim(claim) for claim in data["claims"]]
+    data["timings"] = [Timing(**timing) for timing in data["timings"]]
+    return Report(**data)
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a text file by way of a temporary one, so that a reader never sees half of it."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    temporary.write_text(text, encoding="utf-8")
+    temporary.replace(path)
+
+
+def _claim(data: dict[str, Any]) -> ClaimRecord:
+    known = {f.name for f in fields(ClaimRecord)}
+    data = {key: value for key, value in data.items() if key in known}
+    data["errors"] = Distribution(**data["errors"]) if data["errors"] else None
+    data["groups"] = [Group(**group) for group in data["groups"]]
+    data["erratum"] = Erratum(**data["erratum"]) if data["erratum"] else None
+    return ClaimRecord(**data)
+
+
+def _finite(value: Any) -> Any:
+    """Replace numbers that JSON cannot hold by None, all the way down."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_finite(item) for item in value]
+    return value
