@@ -27,3 +27,7 @@ class SimulationError(SoftbodyError, RuntimeError):
         self.step = step
         self.body = body
         self.stable_time_step = stable_time_step
+
+    def __reduce__(self) -> tuple[type, tuple[str, int, str, float]]:
+        """Pickle with all four arguments: by default only the message is kept, and a process pool would hang."""
+        return type(self), (str(self), self.step, self.body, self.stable_time_step)

@@ -57,14 +57,19 @@ def unique_edges(triangles: np.ndarray) -> np.ndarray:
 
 def checked_arrays(vertices: ArrayLike, triangles: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """Return both as contiguous float64 (n, 3) and int64 (t, 3) arrays; see Mesh for the errors."""
-    points = _as_rows(vertices, "vertices").astype(np.float64)
+    with np.errstate(over="ignore"):  # a longdouble that becomes inf is refused below
+        points = _as_rows(vertices, "vertices").astype(np.float64)
     faces = _as_rows(triangles, "triangles")
     if faces.dtype.kind not in "iu":
-        if faces.dtype.kind != "f" or not np.array_equal(faces, np.floor(faces)):
-            raise MeshError("triangles hold something other than whole numbers; give vertex indices")
+        _require(
+            (faces == np.floor(faces)).all(axis=1),
+            "triangle {0} is {1}: not whole numbers; give vertex indices",
+            faces,
+        )
         _require((np.abs(faces) < 2**53).all(axis=1), "triangle {0} has an index too large; give integers")
     _check_indices(points, faces)
-    faces = np.ascontiguousarray(faces, dtype=np.int64)
+    # A copy: a mesh must not change, and then point past its vertices, when the caller's array does.
+    faces = np.array(faces, dtype=np.int64, order="C")
     _check_closed(faces)
     _check_shape(points, faces)
     return np.ascontiguousarray(points), faces
@@ -73,8 +78,10 @@ def checked_arrays(vertices: ArrayLike, triangles: ArrayLike) -> tuple[np.ndarra
 def _as_rows(rows: ArrayLike, name: str) -> np.ndarray:
     try:
         array = np.asarray(rows)
-        if array.dtype.kind not in "iuf":
+        if array.dtype.kind == "O":
             array = array.astype(np.float64)
+        if array.dtype.kind not in "iuf":
+            raise TypeError(f"{array.dtype} is not a type of real numbers")
     except (TypeError, ValueError) as error:
         raise MeshError(f"{name} are not numbers in rows of three; give an (n, 3) array") from error
     if array.ndim != 2 or array.shape[1] != 3:
@@ -132,27 +139,34 @@ def _check_closed(faces: np.ndarray) -> None:
     )
 
 
+# Extents [m] between which areas squared, and volumes squared, are neither 0 nor inf in float64 (1e±308).
+SMALLEST, LARGEST = 1e-50, 1e50
+
+
 def _check_shape(points: np.ndarray, faces: np.ndarray) -> None:
     edges = unique_edges(faces)
-    lengths = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
+    with np.errstate(over="ignore"):
+        reach = np.abs(points - points[0]).max(axis=1)
     _require(
-        np.isfinite(lengths),
-        "edge {1[0]}–{1[1]} has an infinite length; scale the mesh down",
-        edges,
+        reach < LARGEST,
+        "vertex {0} is {1:.3g} m away from vertex 0: too far to compute a volume; scale the mesh down",
+        reach,
     )
     _require(
-        lengths > 0.0,
+        (points[edges[:, 0]] != points[edges[:, 1]]).any(axis=1),
         "edge {1[0]}–{1[1]} has no length: both vertices are at the same place; merge them",
         edges,
     )
+    size = float(np.max(np.ptp(points, axis=0)))
+    if size < SMALLEST:
+        raise MeshError(f"the mesh is only {size:.3g} m across: too small to compute a volume; scale it up")
     a, b, c = (points[faces[:, k]] for k in range(3))
     _require(
         np.linalg.norm(np.cross(b - a, c - a), axis=1) > 0.0,
         "triangle {0} ({1}) has no area; move one of its vertices or remove it",
         faces,
     )
-    volume = signed_volume(np.ascontiguousarray(points), np.ascontiguousarray(faces, dtype=np.int64))
-    size = float(np.max(np.ptp(points, axis=0)))
+    volume = signed_volume(np.ascontiguousarray(points), faces)
     # A flat mesh has a volume of pure rounding: about 1e-16 of size³ for each triangle.
     if abs(volume) <= 1e-16 * len(faces) * size**3:
         raise MeshError("the mesh encloses no volume: it is flat; give it a thickness")
@@ -203,8 +217,7 @@ def icosphere(subdivisions: int = 3, radius: float = 1.0) -> Mesh:
     `radius` [m]; every vertex lies on the sphere. Subdivisions 3, 4, 5, 6, 7 have 642, 2 562, 10 242, 40 962
     and 163 842 vertices.
     """
-    if not 0 <= subdivisions <= 10:
-        raise ParameterError(f"subdivisions is {subdivisions}; give a whole number from 0 to 10")
+    _require_whole(subdivisions, "subdivisions", 0, 10)
     _require_positive(radius, "radius")
     solid = icosahedron()
     points, faces = solid.vertices, solid.triangles
@@ -228,12 +241,13 @@ def torus(
 ) -> Mesh:
     """Return a torus about the z axis with `major_segments` × `minor_segments` vertices; radii in metres."""
     _require_positive(minor_radius, "minor_radius")
+    _require_positive(major_radius, "major_radius")
     if not major_radius > minor_radius:
         raise ParameterError(
             f"major_radius {major_radius} must exceed minor_radius {minor_radius}, or the torus meets itself"
         )
-    if major_segments < 3 or minor_segments < 3:
-        raise ParameterError(f"segments are {major_segments} × {minor_segments}; give at least 3 × 3")
+    _require_whole(major_segments, "major_segments", 3)
+    _require_whole(minor_segments, "minor_segments", 3)
     u = 2.0 * pi * np.arange(major_segments) / major_segments
     v = 2.0 * pi * np.arange(minor_segments) / minor_segments
     around, across = np.meshgrid(u, v, indexing="ij")
@@ -250,11 +264,13 @@ def torus(
 
 def box(size: ArrayLike = (1.0, 1.0, 1.0), segments: int = 1) -> Mesh:
     """Return a box about the origin of full extent `size` (3,) [m], each side `segments` × `segments` squares."""
-    extent = np.asarray(size, float)
+    try:
+        extent = np.asarray(size, float)
+    except (TypeError, ValueError) as error:
+        raise ParameterError(f"size is {size!r}; give three positive lengths [m]") from error
     if extent.shape != (3,) or not (np.isfinite(extent) & (extent > 0.0)).all():
         raise ParameterError(f"size is {size}; give three positive lengths [m]")
-    if segments < 1:
-        raise ParameterError(f"segments is {segments}; give at least 1")
+    _require_whole(segments, "segments", 1)
     corners, faces = [], []
     line = np.arange(segments + 1)
     for axis in range(3):
@@ -275,5 +291,11 @@ def box(size: ArrayLike = (1.0, 1.0, 1.0), segments: int = 1) -> Mesh:
 
 
 def _require_positive(value: float, name: str) -> None:
-    if not (np.isfinite(value) and value > 0.0):
-        raise ParameterError(f"{name} is {value}; give a positive length [m]")
+    if not isinstance(value, (int, float, np.number)) or not 0.0 < value < np.inf:
+        raise ParameterError(f"{name} is {value!r}; give a positive length [m]")
+
+
+def _require_whole(value: int, name: str, least: int, most: float = np.inf) -> None:
+    if not isinstance(value, (int, np.integer)) or not least <= value <= most:
+        limits = f"from {least} to {most}" if most < np.inf else f"≥ {least}"
+        raise ParameterError(f"{name} is {value!r}; give a whole number {limits}")

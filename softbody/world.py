@@ -36,7 +36,7 @@ class World:
         integrator: str = "rk4_velocity",
         axes: str = "complete",
     ) -> None:
-        if integrator not in INTEGRATORS:
+        if integrator not in list(INTEGRATORS):
             raise ParameterError(f"integrator is {integrator!r}; choose one of {', '.join(INTEGRATORS)}")
         if axes not in AXES:
             raise ParameterError(f"axes is {axes!r}; choose one of {', '.join(AXES)}")
@@ -73,10 +73,13 @@ class World:
         _check_range(friction, "friction", least=0.0)
         spring_stiffness = _stiffness_of(stiffness, len(edges))
         points = np.ascontiguousarray(mesh.vertices + _vector(position, "position"))
+        lengths = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
+        edge = int(np.argmin(lengths))
+        if not lengths[edge] > np.spacing(np.abs(points).max()):
+            raise ParameterError(f"position is {position!r}: so far away that edge {edge} is lost in rounding; come closer")
         speed = _vector(velocity, "velocity")
 
         model, first, count = self.model, len(self.state.position), len(points)
-        lengths = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
         self.model = model._replace(
             inverse_mass=np.append(model.inverse_mass, np.full(count, count / mass)),
             edges=np.concatenate([model.edges, edges + first]),
@@ -167,8 +170,8 @@ class World:
         Raises SimulationError if a soft body diverges or collapses; the state is then that of the last good step.
         """
         _check_range(time_step, "time_step", "s", above=0.0)
-        if steps < 0:
-            raise ParameterError(f"steps is {steps}; give a whole number ≥ 0")
+        if not isinstance(steps, (int, np.integer)) or not 0 <= steps < 2**63:
+            raise ParameterError(f"steps is {steps!r}; give a whole number ≥ 0")
         self._warn_of_missing_contacts()
         done, fault, body = run(
             self.model,
@@ -199,6 +202,7 @@ class World:
         """Advance by `seconds` [s] in steps of `time_step` [s], rounded to a whole number of steps."""
         _check_range(seconds, "seconds", "s", least=0.0)
         _check_range(time_step, "time_step", "s", above=0.0)
+        _check_range(seconds / time_step, "seconds / time_step", most=2.0**62)
         self.step(time_step, round(seconds / time_step))
 
     def stable_time_step(self) -> float:
@@ -363,7 +367,10 @@ def _unit_quaternion(value: ArrayLike) -> np.ndarray:
 
 
 def _stiffness_of(stiffness: ArrayLike, count: int) -> np.ndarray:
-    array = np.asarray(stiffness, dtype=np.float64)
+    try:
+        array = np.asarray(stiffness, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ParameterError(f"stiffness is {stiffness!r}; give one number or one for each edge [N/m]") from error
     if array.shape not in ((), (count,)):
         raise ParameterError(f"stiffness has shape {array.shape}; give one number or one for each of the {count} edges")
     array = np.broadcast_to(array, count)
@@ -385,7 +392,7 @@ def _check_range(
     """Raise ParameterError unless `value` is a finite number > above, ≥ least and ≤ most."""
     try:
         good = isfinite(value) and value > above and least <= value <= most
-    except TypeError as error:
+    except (TypeError, OverflowError) as error:
         raise ParameterError(f"{name} is {value!r}; give a number") from error
     if not good:
         limits = [

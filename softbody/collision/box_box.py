@@ -36,10 +36,11 @@ def box_box_contact(
     )
     depth = -separation
     if axis < 3:
-        point = _deepest_point(size_b, position_b, orientation_b, normal)
+        point = _deepest_point(size_b, position_b, orientation_b, normal, size_a, position_a, orientation_a)
         return depth, sub(point, scale(0.5 * depth, normal)), normal
     if axis < 6:
-        point = _deepest_point(size_a, position_a, orientation_a, scale(-1.0, normal))
+        back = scale(-1.0, normal)
+        point = _deepest_point(size_a, position_a, orientation_a, back, size_b, position_b, orientation_b)
         return depth, add(point, scale(0.5 * depth, normal)), normal
     edge_a, along_a = _foremost_edge(size_a, position_a, orientation_a, scale(-1.0, normal), (axis - 6) // 3)
     edge_b, along_b = _foremost_edge(size_b, position_b, orientation_b, normal, (axis - 6) % 3)
@@ -47,8 +48,20 @@ def box_box_contact(
 
 
 @jit
-def _deepest_point(size: Vec, position: Vec, orientation: Quaternion, direction: Vec) -> Vec:
-    """Return the mean of the corners that lie farthest along `direction`."""
+def _deepest_point(
+    size: Vec,
+    position: Vec,
+    orientation: Quaternion,
+    direction: Vec,
+    face_size: Vec,
+    face_position: Vec,
+    face_orientation: Quaternion,
+) -> Vec:
+    """Return the mean of the corners that lie farthest along `direction`, each moved over the other box's face.
+
+    The corners of a wide box lie outside the face of a narrow one that rests on it: without the move the point
+    would be the middle of the wide face, and the narrow box would be struck where it is not.
+    """
     farthest = -np.inf
     for k in range(8):
         farthest = max(farthest, dot(sub(box_corner(size, position, orientation, k), position), direction))
@@ -57,9 +70,22 @@ def _deepest_point(size: Vec, position: Vec, orientation: Quaternion, direction:
     for k in range(8):
         arm = sub(box_corner(size, position, orientation, k), position)
         if dot(arm, direction) >= farthest - FLAT * (size[0] + size[1] + size[2]):
-            total = add(total, arm)
+            local = rotate_inverse(face_orientation, sub(add(position, arm), face_position))
+            over = rotate(face_orientation, sub(_nearest_in_box(face_size, local), local))
+            aside = sub(over, scale(dot(over, direction), direction))
+            total = add(total, add(arm, aside))
             count += 1
     return add(position, scale(1.0 / count, total))
+
+
+@jit
+def _nearest_in_box(size: Vec, local: Vec) -> Vec:
+    """Return the point of a box nearest to `local`, both in the box's own frame."""
+    return (
+        min(max(local[0], -0.5 * size[0]), 0.5 * size[0]),
+        min(max(local[1], -0.5 * size[1]), 0.5 * size[1]),
+        min(max(local[2], -0.5 * size[2]), 0.5 * size[2]),
+    )
 
 
 @jit

@@ -6,19 +6,19 @@ from math import sqrt
 
 import numpy as np
 
-from softbody.collision.impulse import NOBODY, resolve_contact
+from softbody.collision.impulse import NOBODY, apply_friction, apply_impulse, point_mobility, point_velocity
 from softbody.collision.material import combined_friction, combined_restitution
 from softbody.geometry.box import box_corner
 from softbody.jit import jit
 from softbody.quaternion import load_quaternion
 from softbody.state import Model, RigidBodies, State
-from softbody.vec import load
+from softbody.vec import Vec, load
 
 UP = (0.0, 0.0, 1.0)
 
 # A box that lies flat touches with four corners at once; impulses at one corner undo those at the others.
-# Eight rounds leave less than a thousandth of the approach speed (a flat box: 2e-4 after eight).
-BOX_ROUNDS = 8
+# Sixteen rounds leave 1e-13 of the approach speed for a cube and 9e-5 for a tower of 1:1:5.
+BOX_ROUNDS = 16
 
 
 @jit
@@ -59,12 +59,38 @@ def ground_boxes(model: Model, state: State, bodies: RigidBodies) -> None:
         position = load(state.box_position, box)
         orientation = load_quaternion(state.box_orientation, box)
         lowest = model.ground_height
-        for round_ in range(BOX_ROUNDS):
-            for k in range(8):
-                corner = box_corner(size, position, orientation, k)
-                if corner[2] < model.ground_height:
-                    lowest = min(lowest, corner[2])
-                    # Only the first round bounces: later ones would bounce off each other's impulses.
-                    e = restitution if round_ == 0 else 0.0
-                    resolve_contact(bodies, box, NOBODY, corner, UP, e, friction)
-        state.box_position[box, 2] += model.ground_height - lowest
+        for k in range(8):
+            lowest = min(lowest, box_corner(size, position, orientation, k)[2])
+        if lowest < model.ground_height:
+            bounce_box(bodies, box, size, model.ground_height, restitution, friction)
+            state.box_position[box, 2] += model.ground_height - lowest
+
+
+@jit
+def bounce_box(
+    bodies: RigidBodies, box: int, size: Vec, height: float, restitution: float, friction: float
+) -> None:
+    """Turn back all corners of one box below z = `height` [m] at once: u_z' ≥ −e u_z of before, then friction.
+
+    Sequential impulses (Catto 2005): a corner's impulse may shrink again in a later round, but not below zero.
+    Friction waits for the last round: before, the corners slide by what the impulses elsewhere leave behind.
+    """
+    position = load(bodies.position, box)
+    orientation = load_quaternion(bodies.orientation, box)
+    target = np.zeros(8)
+    pushed = np.zeros(8)
+    for k in range(8):
+        corner = box_corner(size, position, orientation, k)
+        target[k] = restitution * max(0.0, -point_velocity(bodies, box, corner)[2])
+    for _ in range(BOX_ROUNDS):
+        for k in range(8):
+            corner = box_corner(size, position, orientation, k)
+            if corner[2] < height:
+                lack = target[k] - point_velocity(bodies, box, corner)[2]
+                push = max(-pushed[k], lack / point_mobility(bodies, box, corner, UP))
+                pushed[k] += push
+                apply_impulse(bodies, box, corner, (0.0, 0.0, push))
+    for k in range(8):
+        if pushed[k] > 0.0:
+            corner = box_corner(size, position, orientation, k)
+            apply_friction(bodies, box, NOBODY, corner, UP, friction * pushed[k])

@@ -76,12 +76,12 @@ def resolve_contact(
     apply_impulse(bodies, a, point, scale(j, normal))
     apply_impulse(bodies, b, point, scale(-j, normal))
     if friction > 0.0:
-        _apply_friction(bodies, a, b, point, normal, friction * j)
+        apply_friction(bodies, a, b, point, normal, friction * j)
     return j
 
 
 @jit
-def _apply_friction(bodies: RigidBodies, a: int, b: int, point: Vec, normal: Vec, limit: float) -> None:
+def apply_friction(bodies: RigidBodies, a: int, b: int, point: Vec, normal: Vec, limit: float) -> None:
     """Slow the sliding of a on b by an impulse of at most `limit` [N s]."""
     u = sub(point_velocity(bodies, a, point), point_velocity(bodies, b, point))
     slide = sub(u, scale(dot(u, normal), normal))

@@ -1,0 +1,37 @@
+# Two commands do everything, set-up included: `make report` and `make test`.
+
+PYTHON ?= python3
+UV_VERSION := 0.13.8
+UV := $(shell command -v uv 2>/dev/null || echo .uv/bin/uv)
+RUN := .venv/bin/python
+
+.PHONY: report test lint lock clean
+
+report: .venv/ready  ## judge every claim, time the step, make build/report/index.html
+	$(RUN) -m validation $(ARGS)
+
+test: .venv/ready  ## run the project's own tests
+	$(RUN) -m pytest -n auto --dist loadfile $(ARGS)
+
+lint: .venv/ready  ## formatting, lint, types and the walls between the packages
+	.venv/bin/ruff format --check .
+	.venv/bin/ruff check .
+	.venv/bin/lint-imports
+	.venv/bin/mypy
+
+lock: .venv/ready  ## pin the newest versions that pyproject.toml allows
+	$(UV) pip compile --quiet --upgrade --generate-hashes --no-header --no-annotate --python-version 3.11 \
+		--all-extras pyproject.toml --output-file requirements.lock
+
+clean:  ## remove everything that was made here
+	rm -rf .venv .uv build
+
+# pybullet has wheels for CPython 3.10 and 3.11 only: the suite runs on 3.11, the core on any from 3.10 on.
+.venv/ready: requirements.lock $(if $(filter .uv/%,$(UV)),.uv/bin/uv)
+	$(UV) venv --quiet --clear --python 3.11 .venv
+	$(UV) pip sync --quiet --require-hashes --python $(RUN) requirements.lock
+	touch $@
+
+.uv/bin/uv:
+	$(PYTHON) -m venv .uv
+	.uv/bin/python -m pip install --quiet --disable-pip-version-check uv==$(UV_VERSION)

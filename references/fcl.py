@@ -1,0 +1,66 @@
+"""Do two boxes overlap, and how far are they apart? Asked of FCL (Pan, Chitta and Manocha 2012).
+
+Defaults that are not used, and why:
+- contacts (`enable_contact=True`) are left off for the yes-or-no question: with them FCL takes another path,
+  which misses boxes that touch at exactly an edge or a corner;
+- a CollisionResult is never used twice: it accumulates, and keeps saying "collision";
+- depth is never taken from `collide`, whose box–box code (from ODE, with a factor 1.05 in favour of faces) reports up
+  to 1.05 times the true depth, but from `distance` with `enable_signed_distance=True`: unsigned, it answers −1 for
+  every overlap.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import fcl
+import numpy as np
+
+# Part of the size [m/m]. Boxes whose true separation is smaller than this times their size may be judged either way:
+# at a gap of 1e-14 FCL calls 2.4 % of pairs colliding, at 1e-12 none of a million. Leave such pairs out.
+MARGIN = 1e-12
+
+
+def boxes_overlap(
+    size_a: np.ndarray,
+    position_a: np.ndarray,
+    orientation_a: np.ndarray,
+    size_b: np.ndarray,
+    position_b: np.ndarray,
+    orientation_b: np.ndarray,
+) -> np.ndarray:
+    """Tell for each of m pairs of boxes whether they overlap: (m,) of bool, to be trusted beyond MARGIN.
+
+    Sizes (m, 3) full extents [m], positions (m, 3) [m], orientations (m, 4) unit quaternions (w, x, y, z).
+    """
+    pairs = _pairs(size_a, position_a, orientation_a, size_b, position_b, orientation_b)
+    return np.array(
+        [fcl.collide(a, b, fcl.CollisionRequest(), fcl.CollisionResult()) > 0 for a, b in pairs], dtype=bool
+    )
+
+
+def box_distance(
+    size_a: np.ndarray,
+    position_a: np.ndarray,
+    orientation_a: np.ndarray,
+    size_b: np.ndarray,
+    position_b: np.ndarray,
+    orientation_b: np.ndarray,
+) -> np.ndarray:
+    """Return the distance (m,) [m] of each of m pairs of boxes; minus the depth where they overlap; arrays as above.
+
+    The depth is the least over all directions. The distance of boxes that are apart is the Euclidean one, which is
+    larger than the separation along the best of the fifteen axes where two corners, or a corner and an edge, are next.
+    """
+    request = fcl.DistanceRequest(enable_signed_distance=True)
+    pairs = _pairs(size_a, position_a, orientation_a, size_b, position_b, orientation_b)
+    return np.array([fcl.distance(a, b, request, fcl.DistanceResult()) for a, b in pairs], dtype=float)
+
+
+def _pairs(*arrays: np.ndarray) -> Iterator[tuple[fcl.CollisionObject, fcl.CollisionObject]]:
+    for size_a, position_a, orientation_a, size_b, position_b, orientation_b in zip(*map(np.atleast_2d, arrays)):
+        yield _box(size_a, position_a, orientation_a), _box(size_b, position_b, orientation_b)
+
+
+def _box(size: np.ndarray, position: np.ndarray, orientation: np.ndarray) -> fcl.CollisionObject:
+    return fcl.CollisionObject(fcl.Box(*size), fcl.Transform(orientation, position))

@@ -1,0 +1,184 @@
+"""Where does a soft body come to rest, and how does a symmetric one breathe? Asked of SciPy.
+
+Energy, gradient and Hessian of springs and gas are written here once more, in numpy. Defaults that are replaced, and
+why: L-BFGS-B's ftol 2e-9 and gtol 1e-5 stop far too early for a judge, so it runs until it finds no better point, and
+Newton's method finishes; DOP853's rtol 1e-3 becomes 1e-13, and every requested time is the end of a step, because
+SciPy's interpolation between steps is of lower order than the steps.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy.integrate
+import scipy.linalg
+import scipy.optimize
+import scipy.spatial
+
+RTOL = 1e-13  # of DOP853; SciPy allows no less than 100 ε
+NEWTON_STEPS = 20
+
+
+class Equilibrium(NamedTuple):
+    """Where a soft body rests, and how nearly."""
+
+    positions: np.ndarray  # (n, 3) [m]
+    residual: float  # largest net force on a vertex over the largest force of a spring or of the gas on one
+
+
+def pressure_gradient(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Return ∂V/∂x (n, 3) [m²] of a closed mesh, so that the gas at pressure P pushes with P ∂V/∂x.
+
+    `vertices` (n, 3) [m], `triangles` (t, 3). From V = Σ a·(b×c)/6 by the product rule, about the mean vertex: b×c/6
+    to a, and round. Triangle by triangle this differs from a third of the area vector; only the sums agree.
+    """
+    x = vertices - np.mean(vertices, axis=0)
+    a, b, c = (x[triangles[:, k]] for k in range(3))
+    gradient = np.zeros_like(x)
+    for k, sixths in enumerate((np.cross(b, c), np.cross(c, a), np.cross(a, b))):
+        np.add.at(gradient, triangles[:, k], sixths / 6.0)
+    return gradient
+
+
+def equilibrium(
+    vertices: np.ndarray,
+    edges: np.ndarray,
+    rest_length: np.ndarray,
+    stiffness: np.ndarray,
+    triangles: np.ndarray,
+    gas: float,
+) -> Equilibrium:
+    """Return the minimum of U = ½ Σ k (l − l0)² − nRT ln V that is downhill from `vertices` (n, 3) [m].
+
+    `edges` (e, 2), `rest_length` (e,) [m], `stiffness` (e,) [N/m] or a number, `triangles` (t, 3), `gas` nRT [J]. No
+    load, no contact: the answer is free up to a rigid motion, and is given as near to `vertices` as one can bring it.
+    """
+    body = _Body(edges, np.asarray(rest_length, float), np.asarray(stiffness, float), triangles, gas)
+    start = np.asarray(vertices, float)
+    found = scipy.optimize.minimize(
+        body.energy_and_gradient,
+        start.ravel(),
+        jac=True,
+        method="L-BFGS-B",
+        options={"ftol": 0.0, "gtol": 0.0, "maxiter": 20_000, "maxfun": 40_000, "maxcor": 30},
+    )
+    x = found.x.reshape(-1, 3)
+    for _ in range(NEWTON_STEPS):
+        moved = x - body.newton_step(x)
+        if not body.residual(moved) < body.residual(x):
+            break
+        x = moved
+    x = x - x.mean(axis=0)
+    centred = start - start.mean(axis=0)
+    turn, _ = scipy.spatial.transform.Rotation.align_vectors(centred, x)
+    return Equilibrium(turn.apply(x) + start.mean(axis=0), body.residual(x))
+
+
+class _Body(NamedTuple):
+    edges: np.ndarray
+    rest_length: np.ndarray
+    stiffness: np.ndarray
+    triangles: np.ndarray
+    gas: float
+
+    def energy_and_gradient(self, flat: np.ndarray) -> tuple[float, np.ndarray]:
+        x = flat.reshape(-1, 3)
+        volume = _volume(x, self.triangles)
+        if volume <= 0.0:
+            return np.inf, np.zeros_like(flat)  # a line search that turned the body inside out steps back
+        stretch = _lengths(x, self.edges) - self.rest_length
+        energy = 0.5 * np.sum(self.stiffness * stretch**2) - self.gas * np.log(volume)
+        return energy, self._gradient(x)[0].ravel()
+
+    def residual(self, x: np.ndarray) -> float:
+        gradient, springs, gas = self._gradient(x)
+        return float(np.abs(gradient).max() / max(np.abs(springs).max(), np.abs(gas).max()))
+
+    def _gradient(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return ∂U/∂x (n, 3) [N], the springs' pulls (e, 3) in it and the gas's part (n, 3)."""
+        d = x[self.edges[:, 1]] - x[self.edges[:, 0]]
+        length = np.linalg.norm(d, axis=1)
+        springs = (self.stiffness * (length - self.rest_length) / length)[:, None] * d
+        gas = -self.gas / _volume(x, self.triangles) * pressure_gradient(x, self.triangles)
+        gradient = gas.copy()
+        np.add.at(gradient, self.edges[:, 1], springs)
+        np.add.at(gradient, self.edges[:, 0], -springs)
+        return gradient, springs, gas
+
+    def newton_step(self, x: np.ndarray) -> np.ndarray:
+        """Return H⁻¹ ∂U/∂x (n, 3) [m] without any rigid motion, of which neither H nor the gradient knows."""
+        n = len(x)
+        hessian = self._hessian(x)
+        rigid = np.concatenate([np.tile(np.eye(3), (n, 1, 1)), _cross_matrix(x - x.mean(axis=0))], axis=2)
+        rigid, _ = np.linalg.qr(rigid.reshape(3 * n, 6))
+        hessian += np.abs(hessian).max() * (rigid @ rigid.T)
+        return scipy.linalg.solve(hessian, self._gradient(x)[0].ravel(), assume_a="sym").reshape(n, 3)
+
+    def _hessian(self, x: np.ndarray) -> np.ndarray:
+        """Return ∂²U/∂x² (3n, 3n) [N/m]."""
+        blocks = np.zeros((len(x), len(x), 3, 3))
+        spring = self._spring_blocks(x)
+        for i, j in ((0, 1), (1, 0)):
+            np.add.at(blocks, (self.edges[:, i], self.edges[:, i]), spring)
+            np.add.at(blocks, (self.edges[:, i], self.edges[:, j]), -spring)
+        volume, about_mean = _volume(x, self.triangles), x - x.mean(axis=0)
+        for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+            # a·(b×c) = −a·(c×b): ∂²V/∂a∂b is the matrix of −c× over 6
+            mixed = self.gas / volume / 6.0 * _cross_matrix(about_mean[self.triangles[:, k]])
+            np.add.at(blocks, (self.triangles[:, i], self.triangles[:, j]), mixed)
+            np.add.at(blocks, (self.triangles[:, j], self.triangles[:, i]), np.swapaxes(mixed, 1, 2))
+        growth = pressure_gradient(x, self.triangles).ravel()
+        flat = blocks.transpose(0, 2, 1, 3).reshape(x.size, x.size)
+        return flat + self.gas / volume**2 * np.outer(growth, growth)
+
+    def _spring_blocks(self, x: np.ndarray) -> np.ndarray:
+        """Return k (1 − l0/l (1 − d dᵀ/l²)) (e, 3, 3) [N/m] of each spring."""
+        d = x[self.edges[:, 1]] - x[self.edges[:, 0]]
+        length = np.linalg.norm(d, axis=1)
+        slack = (self.rest_length / length)[:, None, None]
+        along = d[:, :, None] * d[:, None, :] / (length**2)[:, None, None]
+        return np.broadcast_to(self.stiffness, len(d))[:, None, None] * (np.eye(3) - slack * (np.eye(3) - along))
+
+
+def _lengths(x: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    return np.linalg.norm(x[edges[:, 1]] - x[edges[:, 0]], axis=1)
+
+
+def _volume(x: np.ndarray, triangles: np.ndarray) -> float:
+    a, b, c = (x[triangles[:, k]] - x.mean(axis=0) for k in range(3))
+    return float(np.einsum("tk,tk->", a, np.cross(b, c)) / 6.0)
+
+
+def _cross_matrix(v: np.ndarray) -> np.ndarray:
+    """Return the matrices (m, 3, 3) of w ↦ v × w."""
+    x, y, z = v.T
+    o = np.zeros_like(x)
+    return np.array([[o, -z, y], [z, o, -x], [-y, x, o]]).transpose(2, 0, 1)
+
+
+def scale_motion(
+    time: np.ndarray,
+    scale0: float,
+    rate0: float,
+    inertia: float,
+    stiffness_rest_squared: float,
+    gas: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return λ (n,) and λ' (n,) [1/s] at `time` (n,) [s], rising from 0: M λ'' = −K (λ − 1) + 3nRT/λ.
+
+    The symmetric motion of a triangulated regular solid: `inertia` M = Σ m |x|² [kg m²] at λ = 1,
+    `stiffness_rest_squared` K = k Σ l0² [J], `gas` nRT [J], from λ = `scale0` and λ' = `rate0` [1/s] at time 0.
+    """
+
+    def derivative(_: float, y: np.ndarray) -> list[float]:
+        return [y[1], (-stiffness_rest_squared * (y[0] - 1.0) + 3.0 * gas / y[0]) / inertia]
+
+    state, now, states = np.array([scale0, rate0], float), 0.0, []
+    for end in np.asarray(time, float):
+        if end > now:
+            run = scipy.integrate.solve_ivp(derivative, (now, end), state, method="DOP853", rtol=RTOL, atol=1e-15)
+            state, now = run.y[:, -1], end
+        states.append(state)
+    scale, rate = np.array(states).reshape(-1, 2).T
+    return scale, rate

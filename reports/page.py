@@ -1,0 +1,156 @@
+"""What stands on the page? Gathers it from a record and pours it into the template, as one self-contained text."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import re
+import shlex
+from dataclasses import dataclass
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup, escape
+
+from reports import notation, overview, plots, verdicts
+from validation.record import ClaimRecord, Report
+
+HERE = Path(__file__).parent
+
+
+@dataclass
+class Row:
+    """A claim as the page shows it."""
+
+    claim: ClaimRecord
+    anchor: str
+    verdict: str
+    why: str | None
+    is_count: bool
+    wrong: int | None  # cases that disagree, of a claim that counts
+    value: str
+    tolerance: str
+    relation: str  # between the two
+    strip: overview.Strip | None
+    plot: Markup | None
+    not_finite: int  # errors that no plot can show
+    command: str
+
+
+@dataclass
+class ErratumRow:
+    """A formula as printed, beside the right one."""
+
+    row: Row
+    right: float | None  # places on the axis, in percent
+    printed: overview.Strip | None
+
+
+def page(report: Report) -> str:
+    """Return the whole page; the same record gives the same text."""
+    ratios = [overview.ratios(claim) for claim in report.claims]
+    axis = overview.axis_of(value for three in ratios if three for value in three)
+    rows = [row_of(report, claim, number, axis) for number, claim in enumerate(report.claims, 1)]
+    errata_axis, errata = errata_of(rows)
+    script = (HERE / "page.js").read_text(encoding="utf-8")
+    environment = Environment(
+        loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters |= {
+        name: getattr(notation, name) for name in ("number", "count", "percent", "duration", "date", "section")
+    }
+    environment.filters["breakable"] = breakable
+    timings = plots.timing_plot(report.timings)
+    return environment.get_template("page.html.jinja").render(
+        report=report,
+        rows=rows,
+        families=families_of(rows),
+        axis=axis,
+        errata=errata,
+        errata_axis=errata_axis,
+        verdicts=verdicts,
+        sentence=verdicts.sentence(report.claims),
+        overall=verdicts.overall(report.claims),
+        tally=verdicts.tally(report.claims),
+        command=f"python -m validation --seed {report.seed} --level {shlex.quote(report.level)}",
+        timing_plot=Markup(timings) if timings else None,
+        series=[(name, plots.VARIABLES[c], plots.MARKERS[m]) for name, (c, m) in plots.series(report.timings).items()],
+        style=Markup((HERE / "page.css").read_text(encoding="utf-8")),
+        script=Markup(script),
+        script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
+    )
+
+
+def row_of(report: Report, claim: ClaimRecord, number: int, axis: overview.Axis) -> Row:
+    """Return a claim as the page shows it; `number` keeps apart claims whose ids differ in odd characters only."""
+    verdict = verdicts.verdict(claim)
+    ratios = overview.ratios(claim)
+    plot = None if claim.unit == verdicts.COUNTED else plots.error_plot(claim, f"{number} {claim.id}")
+    errors = claim.errors
+    return Row(
+        claim=claim,
+        anchor=anchor(claim.id) if re.fullmatch(r"[\w.-]+", claim.id) else f"{anchor(claim.id)}-{number}",
+        verdict=verdict,
+        why=verdicts.why(claim),
+        is_count=verdicts.is_count(claim),
+        wrong=verdicts.wrong_cases(claim),
+        value=notation.DASH if claim.n == 0 else notation.number_beside(claim.value, claim.tolerance),
+        tolerance=notation.number(claim.tolerance),
+        relation=relation(claim),
+        strip=overview.strip(axis, *ratios) if ratios else None,
+        plot=Markup(plot) if plot else None,
+        not_finite=claim.n - errors.zeros - sum(errors.counts) if errors else 0,
+        command=f"python -m validation -k {shlex.quote(claim.id)} --seed {claim.seed} "
+        f"--level {shlex.quote(report.level)}",
+    )
+
+
+def anchor(name: str) -> str:
+    """Return an id for the page's own links."""
+    return "claim-" + re.sub(r"[^\w.-]+", "-", name)
+
+
+def breakable(name: str) -> Markup:
+    """Return an identifier that a narrow column may break after a dot or an underscore."""
+    return Markup(re.sub(r"([._])(?=\w)", r"\1<wbr>", str(escape(name))))
+
+
+def relation(claim: ClaimRecord) -> str:
+    """Return the sign between a claim's value and its tolerance."""
+    if claim.value is None or claim.tolerance is None:
+        return "≰" if claim.n else ", "
+    return "≤" if claim.value <= claim.tolerance else ">"
+
+
+def families_of(rows: list[Row]) -> dict[str, list[Row]]:
+    """Return the claims by family, in the record's order."""
+    families: dict[str, list[Row]] = {}
+    for row in rows:
+        families.setdefault(row.claim.family, []).append(row)
+    return families
+
+
+def errata_of(rows: list[Row]) -> tuple[overview.Axis, list[ErratumRow]]:
+    """Return the errata, E2 before E10, with the places of both forms on an axis of their own."""
+    found = [row for row in rows if row.claim.erratum is not None]
+    found.sort(key=lambda row: _id_of_erratum(row.claim))
+    forms = []
+    for row in found:
+        claim, erratum = row.claim, row.claim.erratum
+        measured = (claim.value, erratum.printed_median, erratum.printed_value) if erratum else ()
+        known = [value for value in measured if value is not None]
+        comparable = claim.tolerance and not row.is_count and len(known) == 3
+        forms.append([value / claim.tolerance for value in known] if comparable else None)
+    axis = overview.axis_of(ratio for form in forms if form for ratio in form)
+    return axis, [
+        ErratumRow(row, axis.at(form[0]), overview.strip(axis, form[1], form[1], form[2]))
+        if form
+        else ErratumRow(row, None, None)
+        for row, form in zip(found, forms)
+    ]
+
+
+def _id_of_erratum(claim: ClaimRecord) -> tuple[int, str, str]:
+    name = claim.erratum.id if claim.erratum else ""
+    digits = re.search(r"\d+", name)
+    return (int(digits[0]) if digits else 10**9, name, claim.id)

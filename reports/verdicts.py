@@ -1,0 +1,79 @@
+"""What became of the claims, in words? One verdict a claim, one sentence for all of them."""
+
+from __future__ import annotations
+
+from validation.record import FAILS, HOLDS, NOT_RUN, ClaimRecord
+
+SYMBOLS = {HOLDS: "✓", FAILS: "✗", NOT_RUN: "–"}
+CSS = {HOLDS: "holds", FAILS: "fails", NOT_RUN: "open"}
+COUNTED = "disagreements"  # the unit of claims that count wrong yes-or-no answers instead of measuring an error
+
+
+def verdict(claim: ClaimRecord) -> str:
+    """Return HOLDS, FAILS or NOT_RUN. What claims to hold without numbers that say so, fails."""
+    if claim.verdict == NOT_RUN:
+        return NOT_RUN
+    return FAILS if claim.verdict != HOLDS or contradiction(claim) else HOLDS
+
+
+def contradiction(claim: ClaimRecord) -> str | None:
+    """Return why a claim recorded as holding cannot have held, or None if its numbers agree."""
+    if claim.verdict != HOLDS:
+        return None
+    if claim.n == 0:
+        return "recorded as holding, but nothing was compared"
+    if claim.value is None or claim.tolerance is None:
+        return "recorded as holding, but its error or its tolerance is not a number"
+    if claim.value > claim.tolerance:
+        return "recorded as holding, but its error exceeds its tolerance"
+    return None
+
+
+def why(claim: ClaimRecord) -> str | None:
+    """Return why a claim fails or was not run; None for one that holds."""
+    if verdict(claim) == HOLDS:
+        return None
+    return contradiction(claim) or claim.why or "the record does not say why"
+
+
+def tally(claims: list[ClaimRecord]) -> dict[str, int]:
+    """Return the number of claims that hold, fail and were not run."""
+    found = [verdict(claim) for claim in claims]
+    return {name: found.count(name) for name in SYMBOLS}
+
+
+def sentence(claims: list[ClaimRecord]) -> str:
+    """Return the verdict of the whole run. "Not run" is named, and is never part of an "all"."""
+    n, counts = len(claims), tally(claims)
+    claims_word = "claim" if n == 1 else "claims"
+    if n == 0:
+        return "Nothing was claimed, so nothing is shown"
+    if counts[FAILS]:
+        verb = "FAILS" if counts[FAILS] == 1 else "FAIL"
+        rest = f", {counts[NOT_RUN]} not run" if counts[NOT_RUN] else ""
+        return f"{counts[FAILS]} of {n} {claims_word} {verb}{rest}"
+    if counts[NOT_RUN] == n:
+        return f"None of {n} {claims_word} was run"
+    if counts[NOT_RUN]:
+        return f"{counts[HOLDS]} hold{'s' if counts[HOLDS] == 1 else ''}, {counts[NOT_RUN]} not run"
+    return "The only claim holds" if n == 1 else f"All {n} claims hold"
+
+
+def overall(claims: list[ClaimRecord]) -> str:
+    """Return the verdict that the whole run wears: HOLDS only if every claim was run and holds."""
+    counts = tally(claims)
+    if counts[FAILS]:
+        return FAILS
+    return HOLDS if claims and counts[HOLDS] == len(claims) else NOT_RUN
+
+
+def is_count(claim: ClaimRecord) -> bool:
+    """Tell whether a claim counts cases instead of measuring an error against a tolerance above 0."""
+    return claim.unit == COUNTED or claim.tolerance == 0.0
+
+
+def wrong_cases(claim: ClaimRecord) -> int | None:
+    """Return how many cases disagree, for a claim that counts; None if nobody knows."""
+    if claim.unit == COUNTED:
+        return None if claim.value is None else round(claim.value)
+    return None if claim.errors is None or claim.value is None else claim.n - claim.errors.zeros

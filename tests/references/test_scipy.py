@@ -1,0 +1,108 @@
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from references import analytic, scipy
+
+
+def lengths(x, edges):
+    return np.linalg.norm(x[edges[:, 1]] - x[edges[:, 0]], axis=1)
+
+
+def volume(x, triangles):
+    a, b, c = (x[triangles[:, k]] for k in range(3))
+    return np.sum(a * np.cross(b, c)) / 6
+
+
+@pytest.mark.parametrize("name", ["tetrahedron", "octahedron", "icosahedron"])
+def test_a_regular_solid_comes_to_rest_at_the_scale_of_the_closed_form(name, cases):
+    x, triangles = cases.solid(name, 0.7)
+    edges = cases.edges(triangles)
+    rest = lengths(x, edges)
+    got = scipy.equilibrium(x, edges, rest, 50.0, triangles, 7.0)
+    scale = analytic.equilibrium_scale(7.0, 50.0 * np.sum(rest**2))
+    assert scale > 1.02
+    assert_allclose(got.positions, scale * x, atol=1e-13)
+    assert got.residual < 1e-12
+
+
+@pytest.mark.parametrize("gas", [0.5, 5.0, 50.0])
+def test_a_torus_at_rest_obeys_the_virial_identity(gas, cases, rng):
+    x, triangles = cases.torus(1.0, 0.4, 16, 8)
+    edges = cases.edges(triangles)
+    rest, stiffness = lengths(x, edges), rng.uniform(20.0, 80.0, len(edges))
+    got = scipy.equilibrium(x, edges, rest, stiffness, triangles, gas)
+    assert got.residual < 5e-12
+    length = lengths(got.positions, edges)
+    assert np.sum(stiffness * (length - rest) * length) == pytest.approx(3 * gas, rel=1e-11)
+
+
+def test_no_way_leads_downhill_from_the_equilibrium(cases, rng):
+    x, triangles = cases.torus(1.0, 0.4, 12, 6)
+    edges = cases.edges(triangles)
+    rest, gas = lengths(x, edges), 5.0
+    at_rest = scipy.equilibrium(x, edges, rest, 50.0, triangles, gas).positions
+
+    def energy(x):
+        return 0.5 * np.sum(50.0 * (lengths(x, edges) - rest) ** 2) - gas * np.log(volume(x, triangles))
+
+    for size in (1e-4, 1e-2):
+        for _ in range(50):
+            assert energy(at_rest + size * rng.normal(size=x.shape)) > energy(at_rest)
+
+
+def test_the_equilibrium_lies_where_the_start_was(cases):
+    x, triangles = cases.solid("icosahedron", 1.0)
+    edges = cases.edges(triangles)
+    turn = analytic.rotation_matrix([0.3, 0.1, -0.7, 0.2])
+    away = np.array([100.0, -20.0, 3.0])
+    start = x @ turn.T + away
+    got = scipy.equilibrium(
+        start + 0.01 * np.sin(np.arange(36)).reshape(12, 3), edges, lengths(x, edges), 9.0, triangles, 2.0
+    )
+    scale = analytic.equilibrium_scale(2.0, 9.0 * np.sum(lengths(x, edges) ** 2))
+    assert_allclose(lengths(got.positions, edges), scale * lengths(x, edges), rtol=1e-12)
+    assert_allclose(got.positions, scale * x @ turn.T + away, atol=0.02)
+
+
+def test_without_gas_springs_return_to_their_rest_lengths(cases):
+    x, triangles = cases.solid("octahedron", 1.0)
+    edges = cases.edges(triangles)
+    got = scipy.equilibrium(x * [1.1, 0.9, 1.05], edges, lengths(x, edges), 10.0, triangles, 0.0)
+    assert_allclose(lengths(got.positions, edges), lengths(x, edges), rtol=1e-12)
+
+
+def test_the_pressure_gradient_is_the_derivative_of_the_volume(cases):
+    vertices, triangles = cases.torus(1.0, 0.4, 7, 5)
+    x = vertices * [1.0, 0.8, 1.2] + [3.0, -2.0, 1.0]
+    want = np.zeros_like(x)
+    for i, k in np.ndindex(*x.shape):
+        step = x.astype(complex)
+        step[i, k] += 1e-30j
+        want[i, k] = volume(step, triangles).imag / 1e-30
+    assert_allclose(scipy.pressure_gradient(x, triangles), want, atol=1e-14)
+
+
+def test_without_gas_the_scale_swings_as_a_cosine():
+    time = np.linspace(0.0, 3.0, 17)
+    scale, rate = scipy.scale_motion(time, 1.2, 0.0, 2.0, 50.0, 0.0)
+    assert_allclose(scale, 1.0 + 0.2 * np.cos(5.0 * time), atol=1e-12)
+    assert_allclose(rate, -np.sin(5.0 * time), atol=1e-11)
+
+
+def test_with_gas_the_scale_keeps_its_energy_and_swings_about_the_equilibrium():
+    time = np.linspace(0.0, 5.0, 201)
+    scale, rate = scipy.scale_motion(time, 1.0, 0.3, 2.0, 50.0, 10.0)
+    energy = 0.5 * 2.0 * rate**2 + 0.5 * 50.0 * (scale - 1.0) ** 2 - 3 * 10.0 * np.log(scale)
+    assert_allclose(energy, energy[0], rtol=0, atol=1e-11)
+    rest = analytic.equilibrium_scale(10.0, 50.0)
+    assert scale.min() < rest < scale.max()
+    still, _ = scipy.scale_motion(time[:5], rest, 0.0, 2.0, 50.0, 10.0)
+    assert_allclose(still, rest, rtol=1e-13)
+
+
+def test_the_scale_at_a_time_does_not_depend_on_the_other_times():
+    sparse, _ = scipy.scale_motion(np.array([0.0, 2.0]), 1.0, 0.0, 2.0, 50.0, 10.0)
+    dense, _ = scipy.scale_motion(np.linspace(0.0, 2.0, 41), 1.0, 0.0, 2.0, 50.0, 10.0)
+    assert sparse[0] == 1.0
+    assert sparse[1] == pytest.approx(dense[-1], abs=1e-12)

@@ -1,0 +1,243 @@
+"""Does the page say everything that is in the record, on its own, whatever the record holds?"""
+
+import dataclasses
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from reports.page import page
+from validation.record import FAILS, NOT_RUN, Erratum, Group
+
+VOID = {"meta", "link", "br", "wbr", "img", "input", "hr"}
+EVIL = "<script>alert(1)</script>\"' onload=x {{ 7*7 }}"
+
+
+class Parsed(HTMLParser):
+    """A page taken apart: its tags with their attributes, its text, and the tags left open or closed twice."""
+
+    def __init__(self, text):
+        super().__init__(convert_charrefs=True)
+        self.tags, self.words, self.stack, self.broken = [], [], [], []
+        self.feed(text)
+        self.close()
+        self.text = re.sub(r"\s+", " ", "".join(self.words))
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+        if tag not in VOID:
+            self.stack.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag):
+        if not self.stack or self.stack.pop() != tag:
+            self.broken.append(tag)
+
+    def handle_data(self, data):
+        if not {"script", "style"} & set(self.stack):
+            self.words.append(data)
+
+    def all(self, attribute):
+        return [attrs[attribute] for _, attrs in self.tags if attrs.get(attribute) is not None]
+
+
+@pytest.fixture(scope="module")
+def made():
+    """The page of a made-up record; made once, as the fixtures of a test cannot be."""
+    return {}
+
+
+@pytest.fixture
+def parsed(report, made):
+    if not made:
+        made["text"] = page(report)
+        made["parsed"] = Parsed(made["text"])
+    return made["parsed"]
+
+
+def test_the_markup_is_well_formed(parsed):
+    assert parsed.broken == []
+    assert parsed.stack == []
+    ids = parsed.all("id")
+    assert len(ids) == len(set(ids))
+
+
+def test_nothing_is_fetched_from_anywhere(parsed, made):
+    for link in parsed.all("src") + parsed.all("href"):
+        assert link.startswith(("#", "data:")) or link in ("report.json", "junit.xml")
+    assert "@import" not in made["text"]
+    assert not re.search(r"https?://|url\((?!#|data:)", made["text"])
+    assert parsed.all("srcset") == parsed.all("action") == []
+
+
+def test_every_inner_link_has_its_target(parsed):
+    ids = set(parsed.all("id"))
+    assert {link[1:] for link in parsed.all("href") if link.startswith("#")} <= ids
+
+
+def test_the_only_script_is_the_one_that_the_page_allows(parsed, made):
+    policy = next(attrs["content"] for tag, attrs in parsed.tags if attrs.get("http-equiv"))
+    assert "default-src 'none'" in policy
+    assert re.search(r"script-src 'sha256-[\w+/=]{44}'", policy)
+    assert made["text"].count("<script") == 1
+
+
+def test_the_verdict_comes_first_and_is_never_colour_alone(parsed):
+    assert parsed.text.index("claims FAIL") < parsed.text.index("How to read this page")
+    for word in ("✓ holds", "✗ fails", "– not run"):
+        assert word in parsed.text
+
+
+def test_the_run_is_described(parsed):
+    for fact in (
+        "21 November 2025, 06:44 UTC",
+        "standard",
+        "20080101",
+        "ab754e8c0ffe+",
+        "with uncommitted changes",
+        "2 min 31 s",
+        "AMD EPYC 9654",
+        "pybullet– missing",
+        "numba0.60.0",
+        "softbody-report/1",
+        "python -m validation --seed 20080101 --level standard",
+        "never a pass",
+    ):
+        assert fact in parsed.text
+
+
+def test_the_facts_of_every_claim_are_there(parsed, report):
+    for claim in report.claims:
+        for fact in (
+            claim.id,
+            claim.claim,
+            claim.piece,
+            claim.reference,
+            claim.because,
+            claim.detects,
+            claim.why or "",
+        ):
+            assert fact in parsed.text
+        for fact in claim.notes + [group.label for group in claim.groups]:
+            assert fact in parsed.text
+        assert f"python -m validation -k {claim.id} --seed {claim.seed} --level standard" in parsed.text
+        assert f"claim-{claim.id}" in parsed.all("id")
+
+
+def test_every_measured_claim_has_a_plot_and_a_row_in_the_overview(parsed, report):
+    measured = [c for c in report.claims if c.errors and c.tolerance and c.unit != "disagreements"]
+    labels = parsed.all("aria-label")
+    assert sum(label.startswith("Histogram") for label in labels) == len(measured)
+    assert sum(label.startswith("median, 99th") for label in labels) == len(measured)
+
+
+def test_claims_that_count_say_how_many_disagree(parsed):
+    assert re.search(r"\b192 of 20 000 disagree", parsed.text)
+    assert "0 of 500 differ" in parsed.text
+
+
+def test_errata_are_sorted_by_number(parsed):
+    table = parsed.text[parsed.text.index("Errata of the paper") :]
+    places = [table.index(f"{name} ") for name in ("E2", "E10", "E11", "E20")]
+    assert places == sorted(places)
+    assert "10.7 %" in table
+    assert "x' = x + a t" in table
+
+
+def test_a_step_is_priced_per_particle_and_as_a_whole(parsed):
+    costs = parsed.text[parsed.text.index("What a step costs") :]
+    assert "12.6 – 16.8" in costs  # ns per particle per step
+    assert "8.99" in costs  # µs for 642 particles
+    assert "14 910" in costs  # µs for 163 842
+
+
+def test_the_same_record_gives_the_same_bytes(report, parsed, made):
+    assert page(report) == made["text"]
+
+
+def test_sixty_claims_stay_small(report_of):
+    assert len(page(report_of(60)).encode()) < 1_500_000
+
+
+def test_an_empty_record_makes_a_page(report):
+    report.claims, report.timings, report.engines, report.environment = [], [], {}, {}
+    report.timings_why, report.revision = "pytest-benchmark is not installed", None
+    found = Parsed(page(report))
+    assert found.broken == found.stack == []
+    assert "Nothing was claimed" in found.text
+    assert "There are no timings: pytest-benchmark is not installed." in found.text
+
+
+def test_a_record_of_which_nothing_was_run_makes_a_page_that_is_no_pass(report, claim_of):
+    skipped = {"verdict": NOT_RUN, "value": None, "n": 0, "errors": None, "groups": [], "why": "fcl is not installed"}
+    report.claims = [claim_of(i, np.ones(3), **skipped) for i in range(3)]
+    found = Parsed(page(report))
+    assert "None of 3 claims was run" in found.text
+    assert found.text.count("fcl is not installed") >= 6
+    assert "✓" not in found.text.replace("✓ 0 hold", "")
+
+
+def test_nulls_are_named_and_never_crash_the_page(report, claim_of):
+    errors = np.array([1e-15, 2e-15])
+    quantiles = {"0": None, "0.5": None, "0.9": None, "0.99": None, "1": None}
+    for i in range(6):
+        claim = claim_of(i, errors, verdict=FAILS, value=None, why="1 of 2 comparisons are not finite")
+        claim.groups = [Group("a", 2, None, None, None)]
+        claim.erratum = Erratum(f"E{i}", "a", "b", None, None, None)
+        claim.n = 3 if i != 5 else 0
+        report.claims.append(claim)
+        claim.errors.quantiles = quantiles if i % 2 else {}
+        if i == 2:
+            claim.errors = None
+        if i == 3:
+            claim.unit, claim.tolerance = "disagreements", 0.0
+        if i == 4:
+            claim.tolerance = claim.seconds = None
+    report.seconds = None
+    for timing in report.timings:
+        timing.low = timing.high = timing.nanoseconds = None
+    found = Parsed(page(report))
+    assert found.broken == found.stack == []
+    assert "not a number" in found.text
+    assert "not finite, and not shown" in found.text
+    assert "None" not in found.text
+    assert "nan" not in found.text.split()
+
+
+def test_text_of_the_record_is_text(report, claim_of):
+    claim = claim_of(0, np.array([1e-3, 0.0]), why="x", notes=["x"], erratum=Erratum("x", "x", "x", 1.0, 1.0, 1.0))
+    report.claims = [everywhere(claim, EVIL)]
+    report.claims[0].verdict = FAILS
+    report.timings = [dataclasses.replace(t, name=EVIL) for t in report.timings]
+    report.level = report.revision = report.softbody_version = report.created = EVIL
+    report.environment, report.engines = {EVIL: EVIL}, {EVIL: EVIL}
+    text = page(report)
+    found = Parsed(text)
+    assert text.count("<script") == 1
+    assert found.broken == found.stack == []
+    assert not [attrs for _, attrs in found.tags if "onload" in attrs]
+    assert EVIL in found.text
+    assert "{{ 7*7 }}" in found.text
+
+
+def everywhere(thing, text):
+    """Return a record with `text` in every field that holds words."""
+    changes = {}
+    for field in dataclasses.fields(thing):
+        value = getattr(thing, field.name)
+        if isinstance(value, str):
+            changes[field.name] = text
+        elif dataclasses.is_dataclass(value) and field.name == "erratum":
+            changes[field.name] = everywhere(value, text)
+        elif isinstance(value, list) and value:
+            changes[field.name] = [text if isinstance(v, str) else everywhere(v, text) for v in value]
+    return dataclasses.replace(thing, **changes)
+
+
+def test_claims_whose_ids_differ_in_odd_characters_have_their_own_anchors(report, claim_of):
+    report.claims = [claim_of(0, np.array([1e-15]), id=name) for name in ("a b", "a-b", "a<b")]
+    ids = [name for name in Parsed(page(report)).all("id") if name.startswith("claim-")]
+    assert len(ids) == len(set(ids)) == 3

@@ -1,0 +1,111 @@
+"""A claim holds only if something was compared, all of it finite, all of it within the tolerance."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from validation.check import DISAGREEMENTS, Check, Comparison, Misprint, Run
+from validation.judge import errors_of, judge
+
+
+def make_check(compare, unit="relative", tolerance=1e-9, engines=(), erratum=None) -> Check:
+    return Check(
+        "family.claim", "family", "A claim.", "1", "piece", "judge", engines, unit, tolerance, "why", "what", compare,
+        erratum,
+    )  # fmt: skip
+
+
+def verdict_of(compare, **options):
+    record = judge(make_check(compare, **options), Run("quick", 0, "family.claim"))
+    return record.verdict, record
+
+
+def test_errors_within_the_tolerance_hold():
+    verdict, record = verdict_of(lambda run: Comparison([1.0, 2.0], [1.0, 2.0 + 1e-10]))
+    assert verdict == "holds"
+    assert record.n == 2
+    assert record.value == pytest.approx(1e-10, rel=1e-4)
+    assert record.errors.zeros == 1
+
+
+def test_one_error_beyond_the_tolerance_fails():
+    verdict, record = verdict_of(lambda run: Comparison([1.0, 2.0], [1.0, 2.1]))
+    assert verdict == "fails"
+    assert "1 of 2" in record.why
+    assert "case 1" in record.why
+
+
+def test_comparing_nothing_fails():
+    verdict, record = verdict_of(lambda run: Comparison([], []))
+    assert (verdict, record.why) == ("fails", "compared nothing")
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_what_is_not_finite_fails_on_either_side(bad):
+    assert verdict_of(lambda run: Comparison([1.0, bad], [1.0, 1.0]))[0] == "fails"
+    assert verdict_of(lambda run: Comparison([1.0, 1.0], [1.0, bad]))[0] == "fails"
+    assert verdict_of(lambda run: Comparison([1.0, bad], [1.0, bad]))[0] == "fails"
+
+
+def test_a_scale_of_zero_fails():
+    assert verdict_of(lambda run: Comparison([1.0], [1.0], scale=0.0))[0] == "fails"
+
+
+def test_a_missing_engine_is_not_run_and_never_a_pass():
+    def compare(run):
+        import a_package_that_nobody_has  # noqa: F401
+
+    verdict, record = verdict_of(compare, engines=("a_package_that_nobody_has",))
+    assert (verdict, record.why) == ("not run", "a_package_that_nobody_has is not installed")
+    assert record.value is None
+
+
+def test_a_missing_module_that_is_no_declared_engine_fails():
+    def compare(run):
+        import a_package_that_nobody_has  # noqa: F401
+
+    assert verdict_of(compare)[0] == "fails"
+
+
+def test_an_exception_fails_and_is_named():
+    verdict, record = verdict_of(lambda run: 1 / 0)
+    assert verdict == "fails"
+    assert "ZeroDivisionError" in record.why
+
+
+def test_disagreements_are_counted():
+    options = {"unit": DISAGREEMENTS, "tolerance": 0.0}
+    answers = np.array([True, False, True])
+    assert verdict_of(lambda run: Comparison(answers, answers), **options)[0] == "holds"
+    verdict, record = verdict_of(lambda run: Comparison(answers, ~answers, groups=["a", "a", "b"]), **options)
+    assert (verdict, record.value) == ("fails", 3.0)
+    assert [(group.label, group.max) for group in record.groups] == [("a", 2.0), ("b", 1.0)]
+
+
+def test_answers_of_another_shape_or_kind_are_refused():
+    with pytest.raises(ValueError, match="shape"):
+        errors_of([1.0, 2.0], [1.0], 1.0)
+    with pytest.raises(ValueError, match="yes-or-no"):
+        errors_of([True], [1.0], 1.0)
+
+
+def test_rows_are_compared_by_the_length_of_their_difference():
+    assert errors_of([[3.0, 0.0]], [[0.0, 4.0]], 2.0) == pytest.approx([2.5])
+
+
+def test_an_erratum_fails_if_the_printed_form_is_as_good():
+    misprint = Misprint("E1", "wrong", "right")
+    good = Comparison([1.0], [1.0], printed=[2.0])
+    bad = Comparison([1.0], [1.0], printed=[1.0])
+    verdict, record = verdict_of(lambda run: good, erratum=misprint)
+    assert verdict == "holds"
+    assert record.erratum.printed_value == 1.0
+    assert record.erratum.printed_wrong == 1.0
+    assert verdict_of(lambda run: bad, erratum=misprint)[0] == "fails"
+
+
+def test_each_check_has_random_numbers_of_its_own_that_depend_on_the_seed():
+    a, b, c = Run("quick", 1, "a"), Run("quick", 1, "b"), Run("quick", 2, "a")
+    assert a.rng.random() == a.rng.random()
+    assert len({a.rng.random(), b.rng.random(), c.rng.random()}) == 3

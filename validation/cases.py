@@ -1,0 +1,117 @@
+"""What the claims are tried on: random poses, boxes and meshes, from a generator that the check owns."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import softbody
+from softbody import Mesh
+
+
+def random_orientations(rng: np.random.Generator, count: int) -> np.ndarray:
+    """Return `count` unit quaternions, uniform over all rotations: (count, 4)."""
+    q = rng.standard_normal((count, 4))
+    return q / np.linalg.norm(q, axis=1, keepdims=True)
+
+
+def rotation_matrix(q: np.ndarray) -> np.ndarray:
+    """Return the matrix (3, 3) of a unit quaternion (w, x, y, z)."""
+    w, x, y, z = q
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def rotated(mesh: Mesh, rng: np.random.Generator) -> Mesh:
+    """Return the mesh in a random orientation about the origin."""
+    matrix = rotation_matrix(random_orientations(rng, 1)[0])
+    return Mesh(mesh.vertices @ matrix.T, mesh.triangles)
+
+
+def dented_sphere(subdivisions: int = 3, depth: float = 0.7) -> Mesh:
+    """Return a unit sphere with a deep dent in its top: not convex, and the +z ray leaves it and comes back."""
+    ball = softbody.icosphere(subdivisions)
+    angle = np.arccos(np.clip(ball.vertices[:, 2], -1.0, 1.0))
+    radius = 1.0 - depth * np.exp(-((angle / 0.5) ** 2))
+    return Mesh(ball.vertices * radius[:, None], ball.triangles)
+
+
+def lumpy_sphere(rng: np.random.Generator, subdivisions: int = 3, height: float = 0.3) -> Mesh:
+    """Return a random closed mesh: a sphere with smooth random lumps, its vertices at no special places."""
+    ball = softbody.icosphere(subdivisions)
+    waves = rng.normal(size=(6, 3)) * 2.0
+    phases = rng.uniform(0.0, 2.0 * np.pi, 6)
+    lumps = np.sin(ball.vertices @ waves.T + phases).sum(axis=1) / np.sqrt(6.0)
+    return Mesh(ball.vertices * (1.0 + height * np.tanh(lumps))[:, None], ball.triangles)
+
+
+def random_mesh(kind: str, rng: np.random.Generator) -> Mesh:
+    """Return a mesh of one of MESH_KINDS, of random proportions and orientation, about the origin."""
+    if kind == "sphere":
+        mesh = softbody.icosphere(3, radius=rng.uniform(0.2, 3.0))
+    elif kind == "torus":
+        mesh = softbody.torus(1.0, rng.uniform(0.2, 0.8), int(rng.integers(12, 48)), int(rng.integers(6, 24)))
+    elif kind == "box":
+        mesh = softbody.box(rng.uniform(0.3, 2.0, 3), int(rng.integers(1, 5)))
+    elif kind == "dented sphere":
+        mesh = dented_sphere(3, rng.uniform(0.3, 0.8))
+    else:
+        mesh = lumpy_sphere(rng)
+    return rotated(mesh, rng)
+
+
+MESH_KINDS = ("sphere", "torus", "box", "dented sphere", "lumpy sphere")
+
+
+def points_around(mesh: Mesh, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Return points (count, 3), uniform in the mesh's bounding box grown by a tenth."""
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    margin = 0.1 * (high - low)
+    return rng.uniform(low - margin, high + margin, (count, 3))
+
+
+def stacked_points(mesh: Mesh, rng: np.random.Generator, copies: int = 8) -> np.ndarray:
+    """Return copies of the mesh's own vertices, shifted along z: every vertical ray goes through a vertex."""
+    height = np.ptp(mesh.vertices[:, 2])
+    shifts = rng.uniform(-0.9, 0.9, copies) * height
+    return np.concatenate([mesh.vertices + np.array([0.0, 0.0, shift]) for shift in shifts])
+
+
+def edge_points(mesh: Mesh, rng: np.random.Generator, count: int) -> np.ndarray:
+    """Return points (count, 3) exactly above or below middles of edges, as far as rounding allows."""
+    edges = mesh.edges[rng.integers(0, len(mesh.edges), count)]
+    middles = 0.5 * (mesh.vertices[edges[:, 0]] + mesh.vertices[edges[:, 1]])
+    middles[:, 2] += rng.uniform(-1.0, 1.0, count) * np.ptp(mesh.vertices[:, 2])
+    return middles
+
+
+class BoxPairs:
+    """Pairs of boxes in random poses: sizes (m, 3), positions (m, 3), orientations (m, 4) of a and b."""
+
+    def __init__(self, rng: np.random.Generator, count: int, low: float = 0.4, high: float = 2.0) -> None:
+        self.size_a, self.size_b = rng.uniform(low, high, (2, count, 3))
+        self.orientation_a, self.orientation_b = random_orientations(rng, count), random_orientations(rng, count)
+        self.position_a = rng.uniform(-1.0, 1.0, (count, 3))
+        # Centres 0 to 1.2 of the sum of the half-diagonals apart: about half of the pairs overlap.
+        reach = 0.5 * (np.linalg.norm(self.size_a, axis=1) + np.linalg.norm(self.size_b, axis=1))
+        direction = rng.standard_normal((count, 3))
+        direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+        self.position_b = self.position_a + (rng.uniform(0.0, 1.2, count) * reach)[:, None] * direction
+
+    def __len__(self) -> int:
+        return len(self.size_a)
+
+    def arrays(self) -> tuple[np.ndarray, ...]:
+        """Return size, position and orientation of a, then those of b."""
+        return (
+            self.size_a,
+            self.position_a,
+            self.orientation_a,
+            self.size_b,
+            self.position_b,
+            self.orientation_b,
+        )

@@ -1,0 +1,118 @@
+"""What a claim is: a sentence, a judge, a tolerance with its reason, and the comparison that could refute it."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+LEVELS = ("quick", "standard", "full")
+
+DISAGREEMENTS = "disagreements"
+
+
+@dataclass
+class Comparison:
+    """What the core answered and what the judge answered, case by case.
+
+    `measured` and `expected` are (n,) or (n, k); the error of a case is the length of the difference of its
+    rows, divided by `scale` (a number or (n,)). Yes-or-no answers are compared as such. `groups` (n,) names the
+    kind of each case. `printed` holds what the paper's printed form answers, for an erratum.
+    """
+
+    measured: Any
+    expected: Any
+    scale: Any = 1.0
+    groups: Any = None
+    printed: Any = None
+    notes: list[str] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Run:
+    """How a check is run: its level, and a random generator of its own."""
+
+    level: str
+    seed: int
+    check_id: str
+
+    @property
+    def rng(self) -> np.random.Generator:
+        """A fresh generator: the same numbers at every call, others for every check."""
+        return np.random.default_rng([self.seed, zlib.crc32(self.check_id.encode())])
+
+    def count(self, quick: int, standard: int, full: int) -> int:
+        """Return the number of cases for this run's level."""
+        return {"quick": quick, "standard": standard, "full": full}[self.level]
+
+
+@dataclass(frozen=True)
+class Misprint:
+    """A formula of the paper that is wrong as printed, and the right one."""
+
+    id: str
+    prints: str
+    right: str
+
+
+@dataclass(frozen=True)
+class Check:
+    """A claim about one piece of the core, declared as data; `compare` never asserts."""
+
+    id: str
+    family: str
+    claim: str
+    section: str
+    piece: str
+    reference: str
+    engines: tuple[str, ...]
+    unit: str
+    tolerance: float
+    because: str
+    detects: str
+    compare: Callable[[Run], Comparison]
+    erratum: Misprint | None = None
+
+
+CHECKS: dict[str, Check] = {}
+
+
+def check(
+    *,
+    family: str,
+    claim: str,
+    section: str,
+    piece: str,
+    reference: str,
+    tolerance: float,
+    because: str,
+    detects: str,
+    unit: str = "relative",
+    engines: tuple[str, ...] = (),
+    erratum: Misprint | None = None,
+) -> Callable[[Callable[[Run], Comparison]], Callable[[Run], Comparison]]:
+    """Declare a check; its id is the module's and the function's name, such as `volume.closed_forms`."""
+
+    def register(compare: Callable[[Run], Comparison]) -> Callable[[Run], Comparison]:
+        name = f"{compare.__module__.rsplit('.', 1)[-1]}.{compare.__name__}"
+        if name in CHECKS:
+            raise ValueError(f"two checks are called {name}; rename one")
+        CHECKS[name] = Check(
+            name, family, claim, section, piece, reference, engines, unit, tolerance, because, detects, compare, erratum
+        )
+        return compare
+
+    return register
+
+
+def all_checks() -> dict[str, Check]:
+    """Return every check of `validation.checks`, in order of file and declaration."""
+    package = importlib.import_module("validation.checks")
+    for module in sorted(info.name for info in pkgutil.iter_modules(package.__path__)):
+        importlib.import_module(f"validation.checks.{module}")
+    return CHECKS

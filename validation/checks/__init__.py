@@ -1,0 +1,1 @@
+"""Claims, one family a file."""

@@ -1,0 +1,284 @@
+"""Is a point in a mesh, a tetrahedron, a triangle?"""
+
+from __future__ import annotations
+
+import numpy as np
+
+import softbody
+from softbody import Mesh
+from softbody.geometry import polyhedron, tetrahedron, triangle
+from softbody.vec import load
+from validation.cases import (
+    dented_sphere,
+    edge_points,
+    lumpy_sphere,
+    points_around,
+    rotated,
+    stacked_points,
+)
+from validation.check import DISAGREEMENTS, Comparison, Misprint, Run, check
+
+FAMILY = "containment"
+CONCAVE = "softbody.geometry.polyhedron.points_in_polyhedron"
+
+
+def meshes(rng: np.random.Generator) -> dict[str, Mesh]:
+    """Return the meshes that points are tried against, in random orientations."""
+    return {
+        "torus": rotated(softbody.torus(1.0, 0.4, 36, 18), rng),
+        "sphere": rotated(softbody.icosphere(3), rng),
+        "dented sphere": rotated(dented_sphere(3), rng),
+        "lumpy sphere": rotated(lumpy_sphere(rng, 3, 0.4), rng),
+    }
+
+
+def ask_all(shapes: dict[str, Mesh], points: dict[str, np.ndarray], judge: object) -> Comparison:
+    """Compare the core's answers with a judge's, mesh by mesh."""
+    measured, expected, kinds = [], [], []
+    for kind, mesh in shapes.items():
+        measured.append(polyhedron.points_in_polyhedron(points[kind], mesh.vertices, mesh.triangles))
+        expected.append(judge(points[kind], mesh.vertices, mesh.triangles))  # type: ignore[operator]
+        kinds += [kind] * len(points[kind])
+    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="Random points are inside a torus, sphere, dented or lumpy sphere exactly when trimesh says so.",
+    section="4.6",
+    piece=CONCAVE,
+    reference="trimesh with rtree",
+    engines=("trimesh", "rtree"),
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="a yes-or-no answer; trimesh is right beyond 1e-5 m of the surface, and points nearer are passed over",
+    detects="one wrong answer",
+    erratum=Misprint("E5", "t = (a_z − p_z)/n_z", "t = ((a − p)·n)/n_z"),
+)
+def random_points_by_trimesh(run: Run) -> Comparison:
+    from references import printed, trimesh
+
+    rng = run.rng
+    shapes = meshes(rng)
+    points = {
+        kind: far_from_surface(points_around(mesh, run.count(300, 2_000, 20_000), rng), mesh, trimesh.MARGIN)
+        for kind, mesh in shapes.items()
+    }
+    comparison = ask_all(shapes, points, trimesh.points_in_mesh)
+    comparison.printed = np.concatenate(
+        [printed.parity_by_z_difference(points[k], m.vertices, m.triangles) for k, m in shapes.items()]
+    )
+    return comparison
+
+
+def far_from_surface(points: np.ndarray, mesh: Mesh, band: float) -> np.ndarray:
+    """Return those points that are more than `band` [m] in front of or behind every triangle's plane or box."""
+    corners = mesh.vertices[mesh.triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    offsets = (normals * corners[:, 0]).sum(axis=1)
+    low, high = corners.min(axis=1) - band, corners.max(axis=1) + band
+    near = np.zeros(len(points), bool)
+    for start in range(0, len(points), 1000):
+        part = points[start : start + 1000]
+        close = np.abs(part @ normals.T - offsets) <= band
+        boxed = ((part[:, None] >= low) & (part[:, None] <= high)).all(axis=2)
+        near[start : start + 1000] = (close & boxed).any(axis=1)
+    return points[~near]
+
+
+@check(
+    family=FAMILY,
+    claim="Random points are inside exactly when the surface winds around them once.",
+    section="4.6",
+    piece=CONCAVE,
+    reference="generalised winding number (van Oosterom and Strackee 1983)",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="a yes-or-no answer; the winding number is sure beyond 1e-12 m of the surface; nearer ones are left out",
+    detects="one wrong answer",
+)
+def random_points_by_winding_number(run: Run) -> Comparison:
+    from references import winding
+
+    rng = run.rng
+    shapes = meshes(rng)
+    points = {
+        kind: far_from_surface(points_around(mesh, run.count(1_000, 5_000, 100_000), rng), mesh, winding.MARGIN)
+        for kind, mesh in shapes.items()
+    }
+    return ask_all(shapes, points, winding.points_in_mesh)
+
+
+@check(
+    family=FAMILY,
+    claim="Points exactly above or below vertices and edges are judged right: the paper's own stack of equal bodies.",
+    section="4.6",
+    piece=CONCAVE,
+    reference="generalised winding number",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="a yes-or-no answer; points within 1e-9 m of the surface are passed over",
+    detects="a ray that counts a shared vertex or edge twice, or not at all",
+    erratum=Misprint("E20", "every triangle that the ray meets counts", "shared edges and vertices count once"),
+)
+def stacked_copies(run: Run) -> Comparison:
+    from references import printed, winding
+
+    rng = run.rng
+    # Not turned: their vertices lie above each other, as those of the paper's bodies do.
+    shapes = {
+        "torus": softbody.torus(1.0, 0.4, 24, 12),
+        "sphere": softbody.icosphere(2),
+        "dented sphere": dented_sphere(2),
+        "box": softbody.box((1.0, 1.0, 1.0), 4),
+    }
+    points = {}
+    for kind, mesh in shapes.items():
+        copies = stacked_points(mesh, rng, run.count(2, 8, 40))
+        middles = edge_points(mesh, rng, run.count(200, 1_000, 10_000))
+        points[kind] = far_from_surface(np.concatenate([copies, middles]), mesh, 1e-9)
+    comparison = ask_all(shapes, points, winding.points_in_mesh)
+    comparison.printed = np.concatenate(
+        [printed.parity_counting_every_hit(points[k], m.vertices, m.triangles) for k, m in shapes.items()]
+    )
+    return comparison
+
+
+@check(
+    family=FAMILY,
+    claim="Points 1e-3 to 1e-12 of the size off the surface are on the side that exact arithmetic says.",
+    section="4.6",
+    piece=CONCAVE,
+    reference="exact rational arithmetic",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="a yes-or-no answer; rounding moves a face by 1e-15",
+    detects="one wrong answer; any tolerance inside the test",
+)
+def points_near_the_surface(run: Run) -> Comparison:
+    from references import exact
+
+    rng = run.rng
+    shapes = {"torus": rotated(softbody.torus(1.0, 0.4, 16, 8), rng), "dented sphere": rotated(dented_sphere(1), rng)}
+    points = {}
+    for kind, mesh in shapes.items():
+        count = run.count(200, 500, 5_000)
+        corners = mesh.vertices[mesh.triangles[rng.integers(0, len(mesh.triangles), count)]]
+        feet = (rng.dirichlet((1.0, 1.0, 1.0), count)[:, :, None] * corners).sum(axis=1)
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        offsets = rng.choice([-1.0, 1.0], count) * 10.0 ** rng.uniform(-12.0, -3.0, count)
+        points[kind] = feet + offsets[:, None] * normals
+    return ask_all(shapes, points, lambda q, v, t: exact.points_in_mesh(q, v, t) > 0)
+
+
+@check(
+    family=FAMILY,
+    claim="On convex meshes the test against face planes agrees with the winding number.",
+    section="4.7",
+    piece="softbody.geometry.polyhedron.point_in_convex",
+    reference="generalised winding number",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="a yes-or-no answer on random points, none within 1e-9 of the surface",
+    detects="one wrong answer",
+)
+def convex(run: Run) -> Comparison:
+    from references import winding
+
+    rng = run.rng
+    measured, expected, kinds = [], [], []
+    for _ in range(run.count(2, 10, 100)):
+        for kind, mesh in (
+            ("sphere", softbody.icosphere(2)),
+            ("box", softbody.box(rng.uniform(0.3, 2.0, 3), 2)),
+            ("octahedron", softbody.octahedron()),
+        ):
+            turned = rotated(mesh, rng)
+            points = points_around(turned, 200, rng)
+            vertices, triangles = turned.vertices, turned.triangles
+            measured += [polyhedron.point_in_convex(load(points, i), vertices, triangles)[0] for i in range(200)]
+            expected.append(winding.points_in_mesh(points, vertices, triangles))
+            kinds += [kind] * 200
+    return Comparison(np.array(measured), np.concatenate(expected), groups=kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="A point's barycentric coordinates in a tetrahedron solve their linear system, and tell inside from outside.",
+    section="10.10",
+    piece="softbody.geometry.tetrahedron.barycentric_in_tetrahedron",
+    reference="NumPy solution of the 4 × 4 system",
+    tolerance=1e-10,
+    because="both lose the digits of the system's condition number, up to 1e5 here",
+    detects="a determinant with two corners exchanged",
+    erratum=Misprint("E14", "five determinants of the same size", "five determinants of the same sign"),
+)
+def tetrahedra(run: Run) -> Comparison:
+    from references import printed
+
+    rng = run.rng
+    weights, solved, points, tetrahedra = [], [], [], []
+    while len(weights) < run.count(300, 3_000, 30_000):
+        corners, point = rng.normal(size=(4, 3)), 0.5 * rng.normal(size=3)
+        system = np.vstack([corners.T, np.ones(4)])
+        if np.linalg.cond(system) > 1e5:
+            continue
+        a, b, c, d = (tuple(corner) for corner in corners.tolist())
+        p = tuple(point.tolist())
+        inside = tetrahedron.point_in_tetrahedron(p, a, b, c, d)
+        weights.append([*tetrahedron.barycentric_in_tetrahedron(p, a, b, c, d), float(inside)])
+        answer = np.linalg.solve(system, [*point, 1.0])
+        solved.append([*answer, float((answer >= 0.0).all())])
+        points.append(point)
+        tetrahedra.append(corners)
+    by_size = printed.points_in_tetrahedron_same_size(np.array(points), *np.array(tetrahedra).transpose(1, 0, 2))
+    misprinted = np.column_stack([np.array(solved)[:, :4], by_size])
+    scale = np.linalg.norm(np.array(solved)[:, :4], axis=1)
+    return Comparison(np.array(weights), np.array(solved), scale, printed=misprinted)
+
+
+@check(
+    family=FAMILY,
+    claim="A point of its plane is in a triangle exactly if no weight is negative; none is in a flat one.",
+    section="4.8",
+    piece="softbody.geometry.triangle.point_in_triangle",
+    reference="the weights that the point was made from",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="a yes-or-no answer; weights nearer to 0 than 1e-9 are left out, but for points exactly on an edge's line",
+    detects="one wrong answer",
+    erratum=Misprint(
+        "E16",
+        "outside iff u·v < 0 or u·w < 0",
+        "u, v and w all turn the way of the triangle, which has an area",
+    ),
+)
+def triangles(run: Run) -> Comparison:
+    from references import printed
+
+    rng = run.rng
+    count = run.count(500, 5_000, 100_000)
+    measured, expected, misprinted, kinds = [], [], [], []
+    for i in range(count):
+        corners = rng.normal(size=(3, 3))
+        kind = ("inside or outside", "without area", "beyond the end of an edge")[i % 3]
+        weights = rng.uniform(-0.7, 1.2, 2)
+        weights = np.array([1.0 - weights.sum(), *weights])
+        if kind == "without area":
+            # On a grid of powers of two, so that the middle lies on the line exactly.
+            corners = np.round(corners * 64.0) / 64.0
+            corners[2] = 0.5 * (corners[0] + corners[1])
+        elif kind == "beyond the end of an edge":
+            corners = np.round(corners * 64.0) / 64.0
+            weights = np.array([0.0, -1.0, 2.0])
+        elif np.abs(weights).min() < 1e-9:
+            continue
+        point = weights @ corners
+        a, b, c = (tuple(corner) for corner in corners.tolist())
+        measured.append(triangle.point_in_triangle(tuple(point.tolist()), a, b, c))
+        expected.append(bool((weights >= 0.0).all()) and kind != "without area")
+        misprinted.append(bool(printed.point_in_triangle(point, *corners)))
+        kinds.append(kind)
+    return Comparison(np.array(measured), np.array(expected), groups=kinds, printed=np.array(misprinted))

@@ -1,0 +1,70 @@
+"""Which engines and libraries are installed, in which version, on what machine?"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import platform
+import subprocess
+from importlib import metadata
+from pathlib import Path
+
+# Import name of everything that a claim may lean on → the name under which it is installed.
+PACKAGES = {
+    "numpy": "numpy",
+    "numba": "numba",
+    "scipy": "scipy",
+    "pybullet": "pybullet",
+    "fcl": "python-fcl",
+    "trimesh": "trimesh",
+    "rtree": "rtree",
+}
+
+
+def missing(engines: tuple[str, ...]) -> list[str]:
+    """Return those of `engines` (import names) that cannot be found, without importing any."""
+    return [engine for engine in engines if importlib.util.find_spec(engine) is None]
+
+
+def versions() -> dict[str, str | None]:
+    """Return the version of each package, None where it is missing."""
+    return {name: _version(package) for name, package in PACKAGES.items()}
+
+
+def _version(package: str) -> str | None:
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return None
+
+
+def environment() -> dict[str, str]:
+    """Describe the machine, as far as it bears on results and timings."""
+    import psutil
+
+    return {
+        "Python": f"{platform.python_implementation()} {platform.python_version()}",
+        "system": f"{platform.system()} {platform.machine()}",
+        "processor": _processor(),
+        "cores": f"{psutil.cpu_count(logical=False) or '?'} physical, {os.cpu_count()} logical",
+        "memory": f"{psutil.virtual_memory().total / 2**30:.1f} GiB",
+    }
+
+
+def _processor() -> str:
+    cpuinfo = Path("/proc/cpuinfo")
+    if cpuinfo.exists():
+        for line in cpuinfo.read_text().splitlines():
+            if line.startswith("model name"):
+                return line.split(":", 1)[1].strip()
+    return platform.processor() or platform.machine()
+
+
+def revision() -> str | None:
+    """Return the git commit of the working directory, with "+" if it has uncommitted changes."""
+    command = ["git", "describe", "--always", "--abbrev=12", "--dirty=+", "--exclude=*"]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=10)
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    return done.stdout.strip() or None
