@@ -42,7 +42,7 @@ class _CoreCache(FunctionCache):
 
 def jit(function: Kernel) -> Kernel:
     """Compile `function` in nopython mode: strict IEEE arithmetic, disk cache, no GIL, x/0 = inf."""
-    kernel = numba.njit(error_model="numpy", nogil=True)(function)
-    if not numba.config.DISABLE_JIT:
+    kernel: Any = numba.njit(error_model="numpy", nogil=True)(function)
+    if kernel is not function:  # as it is under NUMBA_DISABLE_JIT=1
         kernel._cache = _CoreCache(function)
     return kernel

@@ -7,6 +7,8 @@ import numpy as np
 import softbody
 from softbody import Mesh
 
+SixArrays = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+
 
 def random_orientations(rng: np.random.Generator, count: int) -> np.ndarray:
     """Return `count` unit quaternions, uniform over all rotations: (count, 4)."""
@@ -105,7 +107,7 @@ class BoxPairs:
     def __len__(self) -> int:
         return len(self.size_a)
 
-    def arrays(self) -> tuple[np.ndarray, ...]:
+    def arrays(self) -> SixArrays:
         """Return size, position and orientation of a, then those of b."""
         return (
             self.size_a,

@@ -15,7 +15,7 @@ import click
 
 if TYPE_CHECKING:
     from validation.check import Check
-    from validation.record import ClaimRecord, Report
+    from validation.record import ClaimRecord, Report, Timing
 
 ALL_HOLD, A_CLAIM_FAILS, WRONG_USAGE, ENGINE_MISSING, INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -133,7 +133,8 @@ def run_report(checks: list[Check], level: str, seed: int, jobs: int, timings: b
         if check.id not in records:
             records[check.id] = blank_record(check, seed)
             records[check.id].why = "interrupted"
-    rows, why = [], "not asked for (--timings)"
+    rows: list[Timing] = []
+    why: str | None = "not asked for (--timings)"
     if timings and not interrupted:
         try:
             rows, why = measure_timings(level)

@@ -18,11 +18,11 @@ def test_fcl_and_integers_agree_on_every_pair(cases, rng):
 
 
 def test_fcl_and_integers_agree_down_to_the_margin(cases, rng):
-    size_a, x_a, q_a, size_b, x_b, q_b = cases.box_pairs(rng, 500)
+    size_a, x_a, q_a, size_b, x_b, q_b = cases.box_pairs(rng, 150)
     gap = fcl.box_distance(size_a, x_a, q_a, size_b, x_b, q_b)
     apart = gap > 0.05
     # Move b along the line of centres until the exact separation is a few margins, by bisection.
-    near, far = np.zeros(500), np.ones(500)
+    near, far = np.zeros(150), np.ones(150)
     for _ in range(60):
         middle = 0.5 * (near + far)
         separation = exact.box_separation(size_a, x_a, q_a, size_b, x_a + middle[:, None] * (x_b - x_a), q_b)

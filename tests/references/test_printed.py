@@ -86,15 +86,10 @@ def test_e5_misjudges_a_tenth_of_the_points_around_a_turned_torus(cases, rng):
     assert 0.06 < wrong.mean() < 0.15
 
 
-def test_e5_is_right_under_a_level_ceiling(cases):
-    # n_z = ±1 and a_z is the height of the whole face, so that the printed t is the right one
-    assert printed.parity_by_z_difference(
-        [(0.3, 0.6, 0.5), (0.3, 0.6, -1.0), (0.3, 0.6, 2.0)], *cases.cube()
-    ).tolist() == [
-        True,
-        False,
-        False,
-    ]
+def test_e5_is_right_between_a_level_floor_and_ceiling_but_not_below_them(cases):
+    # the faces have n_z = ±1 and a_z is the height of the whole face; the floor's n_z = −1 turns its t round
+    got = printed.parity_by_z_difference([(0.3, 0.6, 0.5), (0.3, 0.6, 2.0), (0.3, 0.6, -1.0)], *cases.cube())
+    assert got.tolist() == [True, False, True]
 
 
 def test_e6_is_right_about_the_centre_of_a_convex_body_and_grows_with_the_distance(cases):

@@ -26,10 +26,10 @@ SENTENCES = (
     "Bodies part with the relative velocity that the restitution asks for",
 )
 MISPRINTS = {
-    3: ("E10", "x' = x + a t", "x' = x + v' t"),
+    25: ("E10", "x' = x + a t", "x' = x + v' t"),
     9: ("E2", "v01 from linear velocities only", "v + ω × r of both bodies"),
     17: ("E11", "SAT with face normals only", "face normals and edge × edge"),
-    25: ("E20", "parity counts every hit", "shared edges and vertices once (half-open rule)"),
+    3: ("E20", "parity counts every hit", "shared edges and vertices once (half-open rule)"),
 }
 
 

@@ -219,7 +219,8 @@ def tetrahedra(run: Run) -> Comparison:
     from references import printed
 
     rng = run.rng
-    weights, solved, points, tetrahedra = [], [], [], []
+    weights: list[list[float]] = []
+    solved, points, tetrahedra = [], [], []
     while len(weights) < run.count(300, 3_000, 30_000):
         corners, point = rng.normal(size=(4, 3)), 0.5 * rng.normal(size=3)
         system = np.vstack([corners.T, np.ones(4)])

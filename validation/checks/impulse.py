@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -47,13 +48,13 @@ class Impacts:
             self.kinds[rows],
         )
 
-    def bodies(self) -> list[np.ndarray]:
+    def bodies(self) -> tuple[Any, Any, Any, Any, Any, Any, Any, Any, Any, Any, Any, Any]:
         """Return size, mass, position, orientation, velocity and angular velocity of a, then of b."""
         p = self.pairs
-        return [
+        return (
             p.size_a, self.mass_a, p.position_a, p.orientation_a, self.velocity[0], self.angular_velocity[0],
             p.size_b, self.mass_b, p.position_b, p.orientation_b, self.velocity[1], self.angular_velocity[1],
-        ]  # fmt: skip
+        )  # fmt: skip
 
 
 def random_impacts(rng: np.random.Generator, count: int) -> Impacts:
@@ -62,7 +63,7 @@ def random_impacts(rng: np.random.Generator, count: int) -> Impacts:
     Masses from 1:1 to 1 000:1, one in five of the b's static; e is 0, ½, 1 or anything between.
     """
     pairs = BoxPairs(rng, count)
-    kinds = np.empty(count, dtype="<U20")
+    kinds = np.empty(count, dtype="<U40")
     velocity, angular_velocity = rng.normal(size=(2, count, 3)), 2.0 * rng.normal(size=(2, count, 3))
     static = rng.random(count) < 0.2
     velocity[1, static] = angular_velocity[1, static] = 0.0
@@ -150,7 +151,7 @@ def one_impact_by_bullet(run: Run) -> Comparison:
     from references import pybullet
 
     impacts = random_impacts(run.rng, run.count(400, 4_000, 40_000))
-    judged = pybullet.one_impact(*impacts.bodies(), impacts.restitution)
+    judged = pybullet.one_impact(*impacts.bodies(), restitution=impacts.restitution)
     single = judged.count == 1
     expected = np.concatenate(
         [judged.velocity_a, judged.angular_velocity_a, judged.velocity_b, judged.angular_velocity_b], axis=1

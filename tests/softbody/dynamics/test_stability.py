@@ -1,0 +1,97 @@
+"""Is the estimate of the highest frequency a bound, and close enough to be of use?"""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import softbody
+from softbody import SimulationError
+from softbody.dynamics.integrators import INTEGRATORS
+from softbody.dynamics.soft import soft_accelerations
+from softbody.dynamics.stability import highest_frequency
+
+MESHES = [softbody.tetrahedron(), softbody.octahedron(), softbody.icosahedron(), softbody.box((1.0, 2.0, 3.0))]
+
+
+def true_highest_frequency(model, position):
+    """√ of the largest eigenvalue of −∂a/∂x, by central differences; all particles have one mass."""
+    d, n = 1e-6, position.size
+    jacobian = np.empty((n, n))
+    ahead, behind = np.empty_like(position), np.empty_like(position)
+    for k in range(n):
+        moved = position.copy()
+        moved.flat[k] += d
+        soft_accelerations(model, moved, ahead)
+        moved.flat[k] -= 2 * d
+        soft_accelerations(model, moved, behind)
+        jacobian[:, k] = ((ahead - behind) / (2 * d)).ravel()
+    return np.sqrt(max(np.linalg.eigvalsh(-0.5 * (jacobian + jacobian.T)).max(), 0.0))
+
+
+@settings(max_examples=60)
+@given(
+    st.sampled_from(MESHES),
+    st.floats(0.0, 50.0),
+    st.tuples(*[st.floats(0.7, 1.6)] * 3),
+    st.floats(0.1, 100.0),
+    st.integers(0, 999),
+)
+def test_the_estimate_bounds_the_true_frequency_and_is_at_most_three_times_too_high(mesh, gas, stretch, stiffness, seed):
+    random = np.random.default_rng(seed)
+    world = softbody.World()
+    world.add_soft_body(mesh, 2.0, stiffness * random.uniform(0.5, 2.0, len(mesh.edges)), gas)
+    position = mesh.vertices * stretch + random.normal(0.0, 0.05, mesh.vertices.shape)
+    bound = highest_frequency(world.model, position, 0)
+    true = true_highest_frequency(world.model, position)
+    assert true <= bound * (1.0 + 1e-6)
+    assert bound < 3.0 * true
+
+
+def test_each_body_is_asked_for_by_its_index():
+    world = softbody.World()
+    world.add_soft_body(softbody.tetrahedron(), 1.0, 10.0, 1.0)
+    world.add_soft_body(softbody.octahedron(), 1.0, 90.0, 2.0, position=(5.0, 0.0, 0.0))
+    alone = softbody.World()
+    alone.add_soft_body(softbody.octahedron(), 1.0, 90.0, 2.0)
+    second = highest_frequency(world.model, world.state.position, 1)
+    assert second == pytest.approx(highest_frequency(alone.model, alone.state.position, 0), rel=1e-12)
+    assert second > highest_frequency(world.model, world.state.position, 0)
+
+
+def test_four_times_the_stiffness_doubles_the_frequency_of_a_body_without_gas():
+    frequencies = []
+    for stiffness in (10.0, 40.0):
+        world = softbody.World()
+        world.add_soft_body(softbody.octahedron(), 1.0, stiffness, 0.0)
+        frequencies.append(highest_frequency(world.model, world.state.position, 0))
+    assert frequencies[1] == pytest.approx(2.0 * frequencies[0], rel=1e-14)
+
+
+def shaken_ball(integrator):
+    """A ball with gas near its equilibrium, every particle nudged."""
+    world = softbody.World(gravity=(0.0, 0.0, 0.0), integrator="rk4_velocity")
+    world.add_soft_body(softbody.icosphere(1), 1.0, 100.0, 5.0)
+    world.step(0.005, 4000)
+    world.state.velocity[:] = np.random.default_rng(1).normal(0.0, 0.01, (42, 3))
+    world.integrator = integrator
+    return world
+
+
+def radii(world):
+    return np.linalg.norm(world.state.position - world.state.position.mean(axis=0), axis=1)
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+def test_a_ball_is_stable_just_below_the_estimate_and_not_at_three_times_it(integrator):
+    world = shaken_ball(integrator)
+    before = radii(world)
+    stable = world.stable_time_step()
+    world.step(0.95 * stable, 5000)
+    assert radii(world) == pytest.approx(before, abs=0.02)
+    with pytest.raises(SimulationError, match="stable time step"):
+        world.step(3.0 * stable, 5000)
+
+
+def test_a_world_without_soft_bodies_has_no_limit():
+    assert softbody.World().stable_time_step() == np.inf

@@ -1,0 +1,47 @@
+"""The README is true: its example runs and says what it says, and its commands exist."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def test_the_example_drops_a_ball_that_comes_to_rest_above_the_ground() -> None:
+    example = subprocess.run(
+        [sys.executable, "tests/readme_example.py", "README.md"], cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout
+    done = subprocess.run([sys.executable, "-c", example], cwd=ROOT, capture_output=True, text=True, check=True)
+    found = re.fullmatch(r"came to rest at z = ([\d.]+) m with a pressure of ([\d.]+) Pa\n", done.stdout)
+    assert found, done.stdout
+    height, pressure = float(found[1]), float(found[2])
+    # Its lowest point is the ground: the centre of the sagging ball is somewhat lower than its radius, 0.5 m.
+    assert 0.3 < height < 0.5
+    # 30 J in slightly more than the rest volume of 0.51 m³.
+    assert 45.0 < pressure < 60.0
+
+
+def test_every_option_that_the_readme_names_is_an_option() -> None:
+    help_text = subprocess.run(
+        [sys.executable, "-m", "validation", "--help"], cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout
+    options = set(re.findall(r"\[(-[-\w]+)", README)) | {"--level"}
+    assert options >= {"--level", "--seed", "-k", "--out", "--list", "--require", "--require-all"}
+    assert all(option in help_text for option in options)
+
+
+def test_every_file_that_the_readme_names_exists() -> None:
+    for path in re.findall(r"`([\w.]+/[\w./]*\w)`", README):
+        assert path.startswith("build/") or (ROOT / path).exists(), path
+
+
+def test_every_make_target_that_the_readme_names_exists() -> None:
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    targets = set(re.findall(r"`make (\w+)|^make (\w+)", README, re.MULTILINE))
+    assert targets
+    for target in ("".join(pair) for pair in targets):
+        assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
