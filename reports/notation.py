@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from datetime import datetime
 
 DASH = "—"
@@ -82,6 +83,19 @@ MONTHS = (
     "January", "February", "March", "April", "May", "June",
     "July", "August", "September", "October", "November", "December",
 )  # fmt: skip
+
+
+def prose(text: str | None) -> str:
+    """Return a text whose numbers such as `4e-12` or `1e-5` read `4 × 10⁻¹²` and `10⁻⁵`."""
+    return EXPONENT.sub(lambda found: _power(found["factor"], int(found["power"])), text or "")
+
+
+EXPONENT = re.compile(r"(?<![\w.])(?P<factor>\d+(?:\.\d+)?)e(?P<power>[+-]?\d+)(?![\w.]*\w)")
+
+
+def _power(factor: str, power: int) -> str:
+    ten = power_of_ten(power)
+    return ten if factor == "1" else f"{factor}{NO_BREAK}×{NO_BREAK}{ten}"
 
 
 def section(name: str) -> str:

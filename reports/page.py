@@ -57,7 +57,7 @@ def page(report: Report) -> str:
         loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     environment.filters |= {
-        name: getattr(notation, name) for name in ("number", "count", "percent", "duration", "date", "section")
+        name: getattr(notation, name) for name in ("number", "count", "percent", "duration", "date", "section", "prose")
     }
     environment.filters["breakable"] = breakable
     timings = plots.timing_plot(report.timings)

@@ -53,6 +53,7 @@ def blank_record(check: Check, seed: int) -> ClaimRecord:
         verdict=NOT_RUN,
         why=None,
         seconds=0.0,
+        erratum=check.erratum and Erratum(check.erratum.id, check.erratum.prints, check.erratum.right),
     )
 
 
@@ -77,24 +78,19 @@ def weigh(check: Check, comparison: Comparison, record: ClaimRecord) -> None:
         record.why = f"{wrong} of {len(errors)} cases exceed the tolerance; the worst is case {int(errors.argmax())}"
     else:
         record.verdict = HOLDS
-    if check.erratum is not None:
+    if record.erratum is not None:
         weigh_printed(check, comparison, record)
 
 
 def weigh_printed(check: Check, comparison: Comparison, record: ClaimRecord) -> None:
     """Measure the paper's printed form on the same cases. An erratum holds only if that form is really wrong."""
-    assert check.erratum is not None
+    assert record.erratum is not None
     errors = errors_of(comparison.printed, comparison.expected, comparison.scale)
     counts = check.unit == DISAGREEMENTS
     value = float(errors.sum() if counts else errors.max())
-    record.erratum = Erratum(
-        id=check.erratum.id,
-        prints=check.erratum.prints,
-        right=check.erratum.right,
-        printed_value=value,
-        printed_median=float(np.median(errors)),
-        printed_wrong=float((~(errors <= (0.0 if counts else check.tolerance))).mean()),
-    )
+    record.erratum.printed_value = value
+    record.erratum.printed_median = float(np.median(errors))
+    record.erratum.printed_wrong = float((~(errors <= (0.0 if counts else check.tolerance))).mean())
     if record.verdict == HOLDS and value <= check.tolerance:
         record.verdict, record.why = FAILS, "the printed form is as good as the right one on these cases"
 
@@ -108,10 +104,11 @@ def errors_of(measured: object, expected: object, scale: object) -> np.ndarray:
         if a.dtype != b.dtype:
             raise ValueError(f"measured is {a.dtype} and expected {b.dtype}: compare yes-or-no with yes-or-no")
         return (a != b).astype(float)
-    difference = a.astype(float) - b.astype(float)
-    if difference.ndim == 2:
-        difference = np.linalg.norm(difference, axis=1)
-    return np.abs(difference) / np.asarray(scale, float)
+    with np.errstate(all="ignore"):  # what is not finite fails the claim; it needs no warning
+        difference = a.astype(float) - b.astype(float)
+        if difference.ndim == 2:
+            difference = np.linalg.norm(difference, axis=1)
+        return np.abs(difference) / np.asarray(scale, float)
 
 
 def distribution(errors: np.ndarray) -> Distribution:

@@ -49,9 +49,9 @@ class Erratum:
     id: str  # "E1" …
     prints: str  # the formula as printed
     right: str  # the right one
-    printed_value: float | None  # largest error of the printed form, in the claim's unit
-    printed_median: float | None
-    printed_wrong: float | None  # share of the cases in which the printed form exceeds the claim's tolerance
+    printed_value: float | None = None  # largest error of the printed form, in the claim's unit
+    printed_median: float | None = None
+    printed_wrong: float | None = None  # share of the cases in which the printed form exceeds the claim's tolerance
 
 
 @dataclass

@@ -2,7 +2,7 @@
 
 import pytest
 
-from reports.notation import count, date, duration, number, number_beside, percent, section
+from reports.notation import count, date, duration, number, number_beside, percent, prose, section
 
 
 @pytest.mark.parametrize(
@@ -63,3 +63,16 @@ def test_digits_are_grouped_from_five_on():
 
 def test_a_section_gets_its_sign_once():
     assert [section(s) for s in ("5.1", "3, 4.4", "§5.1", "none", "")] == ["§5.1", "§§3, 4.4", "§5.1", "none", ""]
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("rounds at 1e-16 each", "rounds at 10⁻¹⁶ each"),
+        ("up to 4e-12, then 2.5e3", "up to 4 × 10⁻¹², then 2.5 × 10³"),
+        ("one e5, E5, file1e5x and 0x1e5", "one e5, E5, file1e5x and 0x1e5"),
+        ("1e-3 … 1e-13", "10⁻³ … 10⁻¹³"),
+    ],
+)
+def test_prose_writes_exponents_as_powers_of_ten(text, shown):
+    assert prose(text).replace("\u00a0", " ") == shown
