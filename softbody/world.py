@@ -76,7 +76,9 @@ class World:
         lengths = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
         edge = int(np.argmin(lengths))
         if not lengths[edge] > np.spacing(np.abs(points).max()):
-            raise ParameterError(f"position is {position!r}: so far away that edge {edge} is lost in rounding; come closer")
+            raise ParameterError(
+                f"position is {position!r}: so far away that edge {edge} is lost in rounding; come closer"
+            )
         speed = _vector(velocity, "velocity")
 
         model, first, count = self.model, len(self.state.position), len(points)

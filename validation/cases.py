@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import numpy as np
 
 import softbody
 from softbody import Mesh
-
-SixArrays = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+from softbody.collision.sat import box_box_separation
 
 
 def random_orientations(rng: np.random.Generator, count: int) -> np.ndarray:
@@ -91,29 +92,48 @@ def edge_points(mesh: Mesh, rng: np.random.Generator, count: int) -> np.ndarray:
     return middles
 
 
-class BoxPairs:
-    """Pairs of boxes in random poses: sizes (m, 3), positions (m, 3), orientations (m, 4) of a and b."""
+class BoxPairs(NamedTuple):
+    """Pairs of boxes, row by row: sizes and positions (m, 3) [m], orientations (m, 4), of a and of b."""
 
-    def __init__(self, rng: np.random.Generator, count: int, low: float = 0.4, high: float = 2.0) -> None:
-        self.size_a, self.size_b = rng.uniform(low, high, (2, count, 3))
-        self.orientation_a, self.orientation_b = random_orientations(rng, count), random_orientations(rng, count)
-        self.position_a = rng.uniform(-1.0, 1.0, (count, 3))
-        # Centres 0 to 1.2 of the sum of the half-diagonals apart: about half of the pairs overlap.
-        reach = 0.5 * (np.linalg.norm(self.size_a, axis=1) + np.linalg.norm(self.size_b, axis=1))
-        direction = rng.standard_normal((count, 3))
-        direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-        self.position_b = self.position_a + (rng.uniform(0.0, 1.2, count) * reach)[:, None] * direction
+    size_a: np.ndarray
+    position_a: np.ndarray
+    orientation_a: np.ndarray
+    size_b: np.ndarray
+    position_b: np.ndarray
+    orientation_b: np.ndarray
 
-    def __len__(self) -> int:
-        return len(self.size_a)
+    def select(self, rows: np.ndarray) -> BoxPairs:
+        """Return the pairs of some rows."""
+        return BoxPairs(*(array[rows] for array in self))
 
-    def arrays(self) -> SixArrays:
-        """Return size, position and orientation of a, then those of b."""
-        return (
-            self.size_a,
-            self.position_a,
-            self.orientation_a,
-            self.size_b,
-            self.position_b,
-            self.orientation_b,
-        )
+    def swapped(self) -> BoxPairs:
+        """Return the same pairs with a and b exchanged."""
+        return BoxPairs(*self[3:], *self[:3])
+
+    @property
+    def extent(self) -> np.ndarray:
+        """The longest side of each pair (m,) [m]."""
+        return np.maximum(self.size_a.max(axis=1), self.size_b.max(axis=1))
+
+
+def random_box_pairs(rng: np.random.Generator, count: int, low: float = 0.4, high: float = 2.0) -> BoxPairs:
+    """Return pairs of boxes in random poses, with sides of `low` to `high` [m]; about half of them overlap."""
+    size_a, size_b = rng.uniform(low, high, (2, count, 3))
+    orientation_a, orientation_b = random_orientations(rng, count), random_orientations(rng, count)
+    position_a = rng.uniform(-1.0, 1.0, (count, 3))
+    # Centres 0 to 1.2 of the sum of the half-diagonals apart.
+    reach = 0.5 * (np.linalg.norm(size_a, axis=1) + np.linalg.norm(size_b, axis=1))
+    direction = rng.standard_normal((count, 3))
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    position_b = position_a + (rng.uniform(0.0, 1.2, count) * reach)[:, None] * direction
+    return BoxPairs(size_a, position_a, orientation_a, size_b, position_b, orientation_b)
+
+
+def box_separations(pairs: BoxPairs, paper_axes: bool = False) -> list[tuple[float, np.ndarray, int]]:
+    """Return what the core's separating-axis test says of each pair: separation [m], normal, axis."""
+    answers = []
+    for row in zip(*pairs):
+        poses: Any = [tuple(part) for part in row]
+        separation, normal, axis = box_box_separation(*poses, paper_axes)
+        answers.append((separation, np.array(normal), axis))
+    return answers

@@ -35,6 +35,7 @@ def verdict_on(error: Exception, engines: tuple[str, ...]) -> tuple[str, str]:
 
 def blank_record(check: Check, seed: int) -> ClaimRecord:
     """Return the record of a check that has not been run."""
+    misprint = check.erratum
     return ClaimRecord(
         id=check.id,
         family=check.family,
@@ -53,7 +54,7 @@ def blank_record(check: Check, seed: int) -> ClaimRecord:
         verdict=NOT_RUN,
         why=None,
         seconds=0.0,
-        erratum=check.erratum and Erratum(check.erratum.id, check.erratum.prints, check.erratum.right),
+        erratum=None if misprint is None else Erratum(misprint.id, misprint.prints, misprint.right),
     )
 
 

@@ -67,9 +67,7 @@ def ground_boxes(model: Model, state: State, bodies: RigidBodies) -> None:
 
 
 @jit
-def bounce_box(
-    bodies: RigidBodies, box: int, size: Vec, height: float, restitution: float, friction: float
-) -> None:
+def bounce_box(bodies: RigidBodies, box: int, size: Vec, height: float, restitution: float, friction: float) -> None:
     """Turn back all corners of one box below z = `height` [m] at once: u_z' ≥ −e u_z of before, then friction.
 
     Sequential impulses (Catto 2005): a corner's impulse may shrink again in a later round, but not below zero.

@@ -1,7 +1,7 @@
 """Every claim can fail: damage the core under it, and it turns red.
 
-Each fault, in the tables of `faults/`, is one edit to a copy of the core. The claims named with it are judged on the damaged copy by the real
-command, in a process of their own, and must fail; on the sound core they hold (`make report`).
+Each fault, in the tables of `faults/`, is one edit to a copy of the core. The claims named with it are judged on
+the damaged copy by the real command, in a process of their own, and must fail; on the sound core they hold.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ import os
 import shutil
 import subprocess
 import sys
-import tomllib
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+import tomllib
 
 from validation.check import all_checks
 

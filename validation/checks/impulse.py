@@ -8,12 +8,9 @@ from typing import Any
 import numpy as np
 
 from softbody.collision import impulse
-from softbody.collision.sat import box_box_separation
 from softbody.geometry.box import box_inertia
-from softbody.quaternion import load_quaternion
 from softbody.state import RigidBodies
-from softbody.vec import load
-from validation.cases import BoxPairs, rotation_matrix
+from validation.cases import BoxPairs, box_separations, random_box_pairs, rotation_matrix
 from validation.check import Comparison, Misprint, Run, check
 
 FAMILY = "box–box impulse"
@@ -36,10 +33,8 @@ class Impacts:
 
     def select(self, rows: np.ndarray) -> Impacts:
         """Return the impacts of some rows."""
-        pairs = BoxPairs.__new__(BoxPairs)
-        pairs.__dict__ = {name: array[rows] for name, array in self.pairs.__dict__.items()}
         return Impacts(
-            pairs,
+            self.pairs.select(rows),
             self.mass_a[rows],
             self.mass_b[rows],
             self.velocity[:, rows],
@@ -62,23 +57,14 @@ def random_impacts(rng: np.random.Generator, count: int) -> Impacts:
 
     Masses from 1:1 to 1 000:1, one in five of the b's static; e is 0, ½, 1 or anything between.
     """
-    pairs = BoxPairs(rng, count)
+    pairs = random_box_pairs(rng, count)
     kinds = np.empty(count, dtype="<U40")
     velocity, angular_velocity = rng.normal(size=(2, count, 3)), 2.0 * rng.normal(size=(2, count, 3))
     static = rng.random(count) < 0.2
     velocity[1, static] = angular_velocity[1, static] = 0.0
-    for i in range(count):
-        row = pairs.arrays()
-        separation, normal, axis = box_box_separation(
-            load(row[0], i),
-            load(row[1], i),
-            load_quaternion(row[2], i),
-            load(row[3], i),
-            load(row[4], i),
-            load_quaternion(row[5], i),
-        )
-        pairs.position_b[i] += (separation + OVERLAP) * np.array(normal)
-        velocity[0, i] -= rng.uniform(0.5, 5.0) * np.array(normal)
+    for i, (separation, normal, axis) in enumerate(box_separations(pairs)):
+        pairs.position_b[i] += (separation + OVERLAP) * normal
+        velocity[0, i] -= rng.uniform(0.5, 5.0) * normal
         kinds[i] = ("edge on edge" if axis >= 6 else "corner on face") + (", b static" if static[i] else "")
     mass = 10.0 ** rng.uniform(-1.5, 1.5, (2, count))
     mass[1, static] = np.inf

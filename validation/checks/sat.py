@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from softbody.collision import sat
-from softbody.quaternion import load_quaternion
-from softbody.vec import load
-from validation.cases import BoxPairs, random_orientations, rotation_matrix
+from validation.cases import BoxPairs, box_separations, random_box_pairs, random_orientations, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Misprint, Run, check
 
 FAMILY = "separating axes"
@@ -16,21 +14,7 @@ PIECE = "softbody.collision.sat.box_box_separation"
 
 def separations(pairs: BoxPairs, paper_axes: bool = False) -> np.ndarray:
     """Return the core's separation (m,) [m] of each pair."""
-    a, b, c, d, e, f = pairs.arrays()
-    return np.array(
-        [
-            sat.box_box_separation(
-                load(a, i),
-                load(b, i),
-                load_quaternion(c, i),
-                load(d, i),
-                load(e, i),
-                load_quaternion(f, i),
-                paper_axes,
-            )[0]
-            for i in range(len(pairs))
-        ]
-    )
+    return np.array([separation for separation, _, _ in box_separations(pairs, paper_axes)])
 
 
 @check(
@@ -49,12 +33,11 @@ def separations(pairs: BoxPairs, paper_axes: bool = False) -> np.ndarray:
 def random_pairs(run: Run) -> Comparison:
     from references import fcl
 
-    pairs = BoxPairs(run.rng, run.count(2_000, 20_000, 1_000_000))
-    expected = fcl.boxes_overlap(*pairs.arrays())
-    measured = sat.box_pairs_overlap(*pairs.arrays(), False)
-    paper = sat.box_pairs_overlap(*pairs.arrays(), True)
-    sizes = np.maximum(pairs.size_a.max(axis=1), pairs.size_b.max(axis=1))
-    trusted = np.abs(separations(pairs)) > fcl.MARGIN * sizes
+    pairs = random_box_pairs(run.rng, run.count(2_000, 20_000, 1_000_000))
+    expected = fcl.boxes_overlap(*pairs)
+    measured = sat.box_pairs_overlap(*pairs, False)
+    paper = sat.box_pairs_overlap(*pairs, True)
+    trusted = np.abs(separations(pairs)) > fcl.MARGIN * pairs.extent
     return Comparison(
         measured[trusted],
         expected[trusted],
@@ -70,7 +53,7 @@ def near_ties(rng: np.random.Generator, count: int) -> tuple[BoxPairs, np.ndarra
     b is moved along the axis that parts the pair most until the core sees them just touch, then a little on.
     Which side of the tie a pair is on is for exact arithmetic to say.
     """
-    pairs = BoxPairs(rng, count)
+    pairs = random_box_pairs(rng, count)
     half = count // 2
     # Every other pair: nearly or exactly parallel, as boxes that lie on each other.
     pairs.orientation_b[:half] = pairs.orientation_a[:half]
@@ -78,18 +61,9 @@ def near_ties(rng: np.random.Generator, count: int) -> tuple[BoxPairs, np.ndarra
     pairs.orientation_a[:quarter] = pairs.orientation_b[:quarter] = (1.0, 0.0, 0.0, 0.0)
     kinds = np.where(np.arange(count) < quarter, "aligned with the axes", "")
     kinds = np.where((np.arange(count) >= quarter) & (np.arange(count) < half), "parallel", kinds)
-    for i in range(count):
-        row = pairs.arrays()
-        separation, normal, axis = sat.box_box_separation(
-            load(row[0], i),
-            load(row[1], i),
-            load_quaternion(row[2], i),
-            load(row[3], i),
-            load(row[4], i),
-            load_quaternion(row[5], i),
-        )
+    for i, (separation, normal, axis) in enumerate(box_separations(pairs)):
         gap = rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(-13.0, -3.0)
-        pairs.position_b[i] += (separation - gap) * np.array(normal)
+        pairs.position_b[i] += (separation - gap) * normal
         if not kinds[i]:
             kinds[i] = "edge on edge" if axis >= 6 else "corner on face"
     return pairs, kinds
@@ -110,15 +84,14 @@ def near_touching_pairs(run: Run) -> Comparison:
     from references import exact
 
     pairs, kinds = near_ties(run.rng, run.count(200, 2_000, 20_000))
-    signs = exact.boxes_overlap(*pairs.arrays())
+    signs = exact.boxes_overlap(*pairs)
     found = separations(pairs)
-    sizes = np.maximum(pairs.size_a.max(axis=1), pairs.size_b.max(axis=1))
-    clear = np.abs(found) > 4e-15 * sizes
+    clear = np.abs(found) > 4e-15 * pairs.extent
     return Comparison(
         (found <= 0.0)[clear],
         (signs >= 0)[clear],
         groups=kinds[clear],
-        notes=[f"{int((~clear).sum())} of {len(pairs)} pairs lie within 4e-15 of their size: passed over"],
+        notes=[f"{int((~clear).sum())} of {len(clear)} pairs lie within 4e-15 of their size: passed over"],
     )
 
 
@@ -137,13 +110,12 @@ def near_touching_pairs(run: Run) -> Comparison:
 def depth(run: Run) -> Comparison:
     from references import fcl
 
-    pairs = BoxPairs(run.rng, run.count(1_000, 5_000, 100_000))
+    pairs = random_box_pairs(run.rng, run.count(1_000, 5_000, 100_000))
     ours = separations(pairs)
-    judged = fcl.box_distance(*pairs.arrays())
+    judged = fcl.box_distance(*pairs)
     # For boxes apart, the distance is not along an axis of the test, and can only be larger.
     overlap = judged < 0.0
-    sizes = np.maximum(pairs.size_a.max(axis=1), pairs.size_b.max(axis=1))
-    return Comparison(ours[overlap], judged[overlap], sizes[overlap])
+    return Comparison(ours[overlap], judged[overlap], pairs.extent[overlap])
 
 
 @check(
@@ -166,13 +138,13 @@ def depth(run: Run) -> Comparison:
 def paper_axes_never_miss(run: Run) -> Comparison:
     from references import fcl, printed
 
-    pairs = BoxPairs(run.rng, run.count(1_000, 10_000, 100_000), low=0.1, high=3.0)
-    overlapping = fcl.boxes_overlap(*pairs.arrays())
-    rows = [array[overlapping] for array in pairs.arrays()]
+    pairs = random_box_pairs(run.rng, run.count(1_000, 10_000, 100_000), low=0.1, high=3.0)
+    overlapping = fcl.boxes_overlap(*pairs)
+    hits = pairs.select(overlapping)
     return Comparison(
-        sat.box_pairs_overlap(*rows, True),
-        np.ones(len(rows[0]), bool),
-        printed=printed.boxes_overlap_one_way(*rows),
+        sat.box_pairs_overlap(*hits, True),
+        np.ones(len(hits.size_a), bool),
+        printed=printed.boxes_overlap_one_way(*hits),
     )
 
 
@@ -189,24 +161,21 @@ def paper_axes_never_miss(run: Run) -> Comparison:
 )
 def invariance(run: Run) -> Comparison:
     rng = run.rng
-    pairs = BoxPairs(rng, run.count(500, 3_000, 30_000))
+    pairs = random_box_pairs(rng, run.count(500, 3_000, 30_000))
     before = separations(pairs)
-    swapped, moved = BoxPairs(rng, 0), BoxPairs(rng, 0)
-    swapped.__dict__ = {
-        f"{name}_{side}": getattr(pairs, f"{name}_{other}")
-        for name in ("size", "position", "orientation")
-        for side, other in (("a", "b"), ("b", "a"))
-    }
-    moved.__dict__ = dict(pairs.__dict__)
     turn = random_orientations(rng, 1)[0]
     matrix, offset = rotation_matrix(turn), rng.uniform(-1000.0, 1000.0, 3)
-    for side in "ab":
-        setattr(moved, f"position_{side}", getattr(pairs, f"position_{side}") @ matrix.T + offset)
-        setattr(moved, f"orientation_{side}", _product(turn, getattr(pairs, f"orientation_{side}")))
-    after = np.concatenate([separations(swapped), separations(moved)])
-    sizes = np.maximum(pairs.size_a.max(axis=1), pairs.size_b.max(axis=1))
-    kinds = ["exchanged"] * len(pairs) + ["moved"] * len(pairs)
-    return Comparison(after, np.tile(before, 2), np.tile(sizes, 2), kinds)
+    moved = BoxPairs(
+        pairs.size_a,
+        pairs.position_a @ matrix.T + offset,
+        _product(turn, pairs.orientation_a),
+        pairs.size_b,
+        pairs.position_b @ matrix.T + offset,
+        _product(turn, pairs.orientation_b),
+    )
+    after = np.concatenate([separations(pairs.swapped()), separations(moved)])
+    kinds = ["exchanged"] * len(before) + ["moved"] * len(before)
+    return Comparison(after, np.tile(before, 2), np.tile(pairs.extent, 2), kinds)
 
 
 def _product(p: np.ndarray, q: np.ndarray) -> np.ndarray:

@@ -36,9 +36,7 @@ def test_the_potential_energy_is_that_of_springs_gas_and_height(world):
     assert potential_energy(world.model, world.state) == pytest.approx(height + gas, rel=1e-14)
     world.state.position[0] += [1.0, 0.0, 0.0]  # the corner at +x, to twice its distance
     stretched = 4 * 0.5 * 100.0 * (5**0.5 - 2**0.5) ** 2
-    assert potential_energy(world.model, world.state) == pytest.approx(
-        height + stretched - 3.0 * log(2.0), rel=1e-14
-    )
+    assert potential_energy(world.model, world.state) == pytest.approx(height + stretched - 3.0 * log(2.0), rel=1e-14)
     assert total_energy(world.model, world.state) == pytest.approx(
         76.0 + height + stretched - 3.0 * log(2.0), rel=1e-14
     )

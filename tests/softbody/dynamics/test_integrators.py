@@ -137,7 +137,7 @@ def test_the_energy_of_a_body_with_gas_is_kept_to_the_order_of_the_scheme(integr
         world.step(h, steps)
         return abs(world.energy() - before)
 
-    assert log2(drift(0.01, 50) / drift(0.005, 100)) > order - 0.3
+    assert log2(drift(0.0025, 200) / drift(0.00125, 400)) > order - 0.2
 
 
 def test_symplectic_euler_neither_gains_nor_loses_energy_in_the_long_run():

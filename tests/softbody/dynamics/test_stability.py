@@ -37,7 +37,9 @@ def true_highest_frequency(model, position):
     st.floats(0.1, 100.0),
     st.integers(0, 999),
 )
-def test_the_estimate_bounds_the_true_frequency_and_is_at_most_three_times_too_high(mesh, gas, stretch, stiffness, seed):
+def test_the_estimate_bounds_the_true_frequency_and_is_at_most_three_times_too_high(
+    mesh, gas, stretch, stiffness, seed
+):
     random = np.random.default_rng(seed)
     world = softbody.World()
     world.add_soft_body(mesh, 2.0, stiffness * random.uniform(0.5, 2.0, len(mesh.edges)), gas)
