@@ -92,6 +92,9 @@ def edge_points(mesh: Mesh, rng: np.random.Generator, count: int) -> np.ndarray:
     return middles
 
 
+SixTuples = tuple[Any, Any, Any, Any, Any, Any]
+
+
 class BoxPairs(NamedTuple):
     """Pairs of boxes, row by row: sizes and positions (m, 3) [m], orientations (m, 4), of a and of b."""
 
@@ -133,7 +136,7 @@ def box_separations(pairs: BoxPairs, paper_axes: bool = False) -> list[tuple[flo
     """Return what the core's separating-axis test says of each pair: separation [m], normal, axis."""
     answers = []
     for row in zip(*pairs):
-        poses: Any = [tuple(part) for part in row]
+        poses: SixTuples = tuple(tuple(part) for part in row)  # type: ignore[assignment]
         separation, normal, axis = box_box_separation(*poses, paper_axes)
         answers.append((separation, np.array(normal), axis))
     return answers
