@@ -18,6 +18,10 @@ PACKAGES = {
     "fcl": "python-fcl",
     "trimesh": "trimesh",
     "rtree": "rtree",
+    "mujoco": "mujoco",
+    "coal": "coal",
+    "igl": "libigl",
+    "embreex": "embreex",
 }
 
 
