@@ -83,14 +83,20 @@ class ClaimRecord:
 
 @dataclass
 class Timing:
-    """One row of the timing table: a cost, measured beside others in one process."""
+    """One row of a timing table: ours, or a peer that ran in turns with ours in the same process."""
 
-    name: str  # what was timed, such as "rk4_velocity step"
-    particles: int
-    nanoseconds: float  # per particle per step: the median of the rounds
+    table: str  # what was timed, such as "A time step of one soft body"
+    name: str  # who: the first name of a table is ours
+    size: int  # how large the case was, in …
+    of: str  # … these, such as "particles"
+    per: str  # what the time is per, such as "particle and step"
+    nanoseconds: float  # median of the rounds
     low: float  # lower quartile
     high: float  # upper quartile
     rounds: int
+    ratio: float | None = None  # of a peer: its time over ours, median of the rounds' ratios
+    low_ratio: float | None = None  # lower quartile
+    high_ratio: float | None = None  # upper quartile
 
 
 @dataclass

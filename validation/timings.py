@@ -1,4 +1,4 @@
-"""What does a step cost? Runs the benchmarks of the step in a process of their own and reads what they wrote."""
+"""What do the pieces cost? Runs the benchmarks in a process of their own and reads what they wrote."""
 
 from __future__ import annotations
 
@@ -6,37 +6,57 @@ import json
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from validation.record import Timing
 
-BENCHMARK = Path("benchmarks") / "bench_step.py"
+BENCHMARKS = Path("benchmarks")
 
 
 def measure_timings(level: str) -> tuple[list[Timing], str | None]:
-    """Return the rows of the timing table, or none and the reason."""
-    if not BENCHMARK.exists():
-        return [], f"{BENCHMARK} is not in this folder: run from the root of the repository"
+    """Return the rows of the timing tables, or none and the reason."""
+    if not BENCHMARKS.is_dir():
+        return [], f"{BENCHMARKS}/ is not in this folder: run from the root of the repository"
     with tempfile.TemporaryDirectory() as folder:
         written = Path(folder) / "benchmarks.json"
-        command = [sys.executable, "-m", "pytest", str(BENCHMARK), "-q", "-p", "no:cacheprovider"]
-        command += [f"--benchmark-json={written}", f"--level={level}"]
-        print("timing the step …", file=sys.stderr, flush=True)
+        command = [sys.executable, "-m", "pytest", str(BENCHMARKS), "-q", "-p", "no:cacheprovider", "-p", "no:xdist"]
+        command += [f"--benchmark-json={written}", "--benchmark-columns=median,iqr,rounds", f"--level={level}"]
+        print("timing …", file=sys.stderr, flush=True)
         done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         if done.returncode or not written.exists():
             return [], "the benchmarks failed: " + " ".join(done.stdout.strip().splitlines()[-3:])
-        return [timing_of(row) for row in json.loads(written.read_text())["benchmarks"]], None
+        races = json.loads(written.read_text(encoding="utf-8"))["benchmarks"]
+        return [row for race in races for row in rows_of(race)], None
 
 
-def timing_of(row: dict) -> Timing:
-    """Return one row, from what pytest-benchmark wrote of one benchmark."""
-    info, stats = row["extra_info"], row["stats"]
-    each = 1e9 / (info["particles"] * info["steps"])
+def rows_of(race: dict[str, Any]) -> Iterator[Timing]:
+    """Yield the rows of one race, ours first, from what pytest-benchmark wrote of it."""
+    info = race["extra_info"]
+    ours = np.array(race["stats"]["data"]) / info["units"]
+    yield _row(info, info["name"], ours, None)
+    for name, peer in info["peers"].items():
+        theirs = np.array(peer["seconds"]) / peer["units"]
+        yield _row(info, name, theirs, theirs / ours)
+
+
+def _row(info: dict[str, Any], name: str, seconds: np.ndarray, ratios: np.ndarray | None) -> Timing:
+    low, median, high = (float(1e9 * q) for q in np.quantile(seconds, (0.25, 0.5, 0.75)))
+    low_ratio, ratio, high_ratio = (None,) * 3 if ratios is None else np.quantile(ratios, (0.25, 0.5, 0.75)).tolist()
     return Timing(
-        name=info["name"],
-        particles=info["particles"],
-        nanoseconds=stats["median"] * each,
-        low=stats["q1"] * each,
-        high=stats["q3"] * each,
-        rounds=stats["rounds"],
+        table=info["table"],
+        name=name,
+        size=info["size"],
+        of=info["of"],
+        per=info["per"],
+        nanoseconds=median,
+        low=low,
+        high=high,
+        rounds=len(seconds),
+        ratio=ratio,
+        low_ratio=low_ratio,
+        high_ratio=high_ratio,
     )

@@ -76,6 +76,14 @@ def test_a_rotation_matrix_turns_as_its_quaternion_says():
     assert_allclose(analytic.rotation_matrix([2.0, 0, 0, 1.0]) @ [5, 0, 0], [3, 4, 0], atol=1e-14)
 
 
+def test_a_rotation_matrix_turns_every_vector_as_the_quaternion_product_does(rng):
+    q, v = rng.normal(size=(20, 4)), rng.normal(size=(20, 3))
+    q /= np.linalg.norm(q, axis=1, keepdims=True)
+    t = 2 * np.cross(q[:, 1:], v)
+    turned = np.einsum("mij,mj->mi", analytic.rotation_matrix(q), v)
+    assert_allclose(turned, v + q[:, :1] * t + np.cross(q[:, 1:], t), atol=1e-14)
+
+
 def test_a_box_that_lands_on_its_edge_starts_to_tip():
     # mass 6, sides 1: I = 1. Landing at (½, 0, −½): r × n = (0, −½, 0), give = 1/6 + ¼, j = 1/(5/12) = 2.4
     after = analytic.box_impact(

@@ -98,6 +98,19 @@ def test_vertices_shifted_along_z_are_no_trouble(cases):
     assert np.all(exact.points_in_mesh(vertices, vertices, triangles) == 0)
 
 
+def test_a_direction_that_meets_a_corner_or_an_edge_is_thrown_away(cases):
+    # the first direction drawn, from inside the unit cube straight to a corner, and to the middle of an edge
+    direction = np.random.default_rng(0).integers(-(2**20), 2**20, 3)
+    corner = (direction > 0).astype(float)
+    for k in range(3):
+        edge = np.where(np.arange(3) == k, 0.5, corner)
+        for target in (corner, edge):
+            start = target - direction / 2.0**22
+            assert exact.point_in_mesh(start, *cases.cube()) == 1
+            assert exact.point_in_mesh(2 * target - start, *cases.cube()) == -1
+            assert exact.point_in_mesh(start + 4 * (start - target), *cases.cube()) == 1
+
+
 def test_the_hole_of_a_torus_is_outside(cases):
     mesh = cases.torus(1.0, 0.4, 12, 8)
     assert exact.points_in_mesh([(0, 0, 0), (0.9, 0, 0), (0, -1.1, 0.1), (0, 0, 0.3)], *mesh).tolist() == [-1, 1, 1, -1]

@@ -21,7 +21,7 @@ def make_report() -> Report:
     claim.erratum = Erratum("E1", "wrong", "right", 1.0, 0.5, 1.0)
     return Report(
         "quick", 3, "2026-01-01T00:00:00+00:00", 1.5, "0.1.0", None, {"Python": "3"}, {"fcl": None}, [claim],
-        [Timing("rk4", 642, 100.0, 99.0, 101.0, 7)],
+        [Timing("A step", "rk4", 642, "particles", "particle and step", 100.0, 99.0, 101.0, 7)],
     )  # fmt: skip
 
 

@@ -9,7 +9,9 @@ from hypothesis import strategies as st
 
 import softbody
 from softbody.collision.ground import bounce_box, bounce_particle, ground_boxes, ground_soft_bodies
+from softbody.collision.impulse import point_velocity
 from softbody.dynamics.energy import kinetic_energy
+from softbody.geometry.box import box_corners
 from softbody.state import boxes_of
 
 
@@ -61,9 +63,6 @@ def test_a_box_that_lands_flat_bounces_straight_up(size, e):
 def test_a_box_that_lands_on_one_corner_obeys_the_law_there():
     q = (cos(0.3), sin(0.3) * 0.6, sin(0.3) * 0.8, 0.0)
     world = landing((1.0, 1.0, 1.0), 0.75, (0.3, 0.2, -2.0), (0.1, 0.2, 0.3), q, e=0.5)
-    from softbody.collision.impulse import point_velocity
-    from softbody.geometry.box import box_corners
-
     bodies = boxes_of(world.model, world.state)
     corners = box_corners((1.0, 1.0, 1.0), (0.0, 0.0, 0.75), q)
     low = [tuple(c) for c in corners.tolist() if c[2] < 0.0]
@@ -87,8 +86,6 @@ def test_the_ground_leaves_no_corner_below_it_and_never_adds_energy_of_motion(q,
     before = kinetic_energy(world.model, world.state)
     ground_boxes(world.model, world.state, boxes_of(world.model, world.state))
     assert kinetic_energy(world.model, world.state) <= before * (1.0 + 1e-9) + 1e-12
-    from softbody.geometry.box import box_corners
-
     corners = box_corners((1.0, 2.0, 0.5), tuple(world.state.box_position[0].tolist()), q)
     assert corners[:, 2].min() >= -1e-12
 

@@ -1,0 +1,95 @@
+"""Is machine code on disk used only while it is what the sources say, and is it what they say at all?"""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import softbody
+
+CORE = Path(softbody.__file__).parent
+
+
+def output(code, where, **variables):
+    """What `code` prints in a fresh process that imports softbody from `where`."""
+    environment = {k: v for k, v in os.environ.items() if not k.startswith("NUMBA_")}
+    environment |= {"PYTHONPATH": str(where), "PYTHONDONTWRITEBYTECODE": "1", **variables}
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=where, env=environment, capture_output=True, text=True, timeout=300
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+@pytest.fixture
+def copy(tmp_path):
+    """A copy of the core's sources, without its caches."""
+    shutil.copytree(CORE, tmp_path / "softbody", ignore=shutil.ignore_patterns("__pycache__"))
+    return tmp_path
+
+
+AREA = """
+from softbody.geometry.triangle import triangle_area as f
+print(f((0.0, 0.0, 0.0), (3.0, 0.0, 0.0), (0.0, 4.0, 0.0)), sum(f.stats.cache_hits.values()))
+"""
+
+
+def test_an_edit_in_another_file_of_the_core_is_not_hidden_by_the_cache(copy):
+    """triangle_area calls norm, which calls dot in vec.py: three times the dot product is √3 times the area."""
+    assert output(AREA, copy) == "6.0 0"
+    assert output(AREA, copy) == "6.0 1"
+    vec = copy / "softbody" / "vec.py"
+    vec.write_text(vec.read_text().replace("return a[0] * b[0] + a[1]", "return 9 * a[0] * b[0] + 9 * a[1]"))
+    vec.write_text(vec.read_text().replace("* b[1] + a[2] * b[2]", "* b[1] + 9 * a[2] * b[2]"))
+    assert output(AREA, copy) == "18.0 0"
+
+
+BEYOND = """
+import numpy as np
+from softbody.vec import load
+try:
+    load(np.zeros((2, 3)), 2)
+    print("unchecked", sum(load.stats.cache_hits.values()))
+except IndexError:
+    print("checked", sum(load.stats.cache_hits.values()))
+"""
+
+
+def test_code_without_bounds_checks_is_not_used_where_they_are_asked_for(copy):
+    assert output(BEYOND, copy) == "unchecked 0"
+    assert output(BEYOND, copy, NUMBA_BOUNDSCHECK="1") == "checked 0"
+    assert output(BEYOND, copy, NUMBA_BOUNDSCHECK="1") == "checked 1"
+    assert output(BEYOND, copy) == "unchecked 1"
+
+
+STEP = """
+import hashlib, warnings
+import softbody
+warnings.simplefilter("ignore")
+for integrator in ("rk4_velocity", "rk4", "symplectic_euler"):
+    world = softbody.World(integrator=integrator)
+    world.add_ground(restitution=0.3)
+    world.add_soft_body(softbody.octahedron(), 1.0, 50.0, 5.0, (5.0, 0.0, 1.0), (0.5, 0.0, -1.0))
+    world.add_box((1.0, 1.0, 1.0), 2.0, (0.0, 0.0, 0.6), (0.8, 0.6, 0.0, 0.0), (1.0, 0.1, 0.0), (0.1, 0.2, 0.3))
+    world.add_box((1.0, 2.0, 1.0), 3.0, (1.1, 0.2, 0.7), velocity=(-1.0, 0.0, 0.0), restitution=0.5)
+    world.step(1e-2, 30)
+    print(hashlib.sha256(b"".join(array.tobytes() for array in world.state)).hexdigest(), world.energy())
+"""
+
+
+def test_kernels_run_without_the_compiler_to_the_same_bits():
+    root = CORE.parent
+    interpreted = output(STEP, root, NUMBA_DISABLE_JIT="1")
+    assert interpreted.count("\n") == 2
+    assert interpreted == output(STEP, root)
+
+
+def test_dividing_by_zero_gives_infinity_as_in_numpy():
+    from softbody.dynamics.pressure import gas_pressure
+
+    if os.environ.get("NUMBA_DISABLE_JIT") == "1":
+        pytest.skip("plain Python floats raise instead")
+    assert gas_pressure(1.0, 0.0) == float("inf")
