@@ -13,7 +13,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from reports import notation, overview, plots, verdicts
-from validation.record import ClaimRecord, Report
+from validation.record import ClaimRecord, Report, Timing
 
 HERE = Path(__file__).parent
 
@@ -35,6 +35,16 @@ class Row:
     plot: Markup | None
     not_finite: int  # errors that no plot can show
     command: str
+
+
+@dataclass
+class Table:
+    """A table of timings and its plot."""
+
+    title: str
+    rows: list[Timing]
+    plot: Markup | None
+    series: list[tuple[str, str, str]]  # name, colour and marker of each competitor
 
 
 @dataclass
@@ -60,7 +70,6 @@ def page(report: Report) -> str:
         name: getattr(notation, name) for name in ("number", "count", "percent", "duration", "date", "section", "prose")
     }
     environment.filters["breakable"] = breakable
-    timings = plots.timing_plot(report.timings)
     return environment.get_template("page.html.jinja").render(
         report=report,
         rows=rows,
@@ -73,8 +82,7 @@ def page(report: Report) -> str:
         overall=verdicts.overall(report.claims),
         tally=verdicts.tally(report.claims),
         command=f"python -m validation --seed {report.seed} --level {shlex.quote(report.level)}",
-        timing_plot=Markup(timings) if timings else None,
-        series=[(name, plots.VARIABLES[c], plots.MARKERS[m]) for name, (c, m) in plots.series(report.timings).items()],
+        tables=tables_of(report.timings),
         style=Markup((HERE / "page.css").read_text(encoding="utf-8")),
         script=Markup(script),
         script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
@@ -128,6 +136,17 @@ def families_of(rows: list[Row]) -> dict[str, list[Row]]:
     for row in rows:
         families.setdefault(row.claim.family, []).append(row)
     return families
+
+
+def tables_of(timings: list[Timing]) -> list[Table]:
+    """Return the timings table by table, in the record's order, each with its plot."""
+    tables = []
+    for title in dict.fromkeys(timing.table for timing in timings):
+        rows = [timing for timing in timings if timing.table == title]
+        plot = plots.timing_plot(rows)
+        series = [(name, plots.VARIABLES[c], plots.MARKERS[m]) for name, (c, m) in plots.series(rows).items()]
+        tables.append(Table(title, rows, Markup(plot) if plot else None, series))
+    return tables
 
 
 def errata_of(rows: list[Row]) -> tuple[overview.Axis, list[ErratumRow]]:

@@ -111,13 +111,14 @@ def _count_axis(axes: Axes, most: int) -> None:
 
 
 def timing_plot(timings: list[Timing]) -> str | None:
-    """Return the cost of a step against the number of particles, a series a name, as SVG; None without timings."""
-    return _svg("timings", lambda axes: _draw_timings(axes, timings)) if drawable(timings) else None
+    """Return the costs of one table against the size, a series a name, as SVG; None if there is nothing to draw."""
+    rows = drawable(timings)
+    return _svg(rows[0].table, lambda axes: _draw_timings(axes, rows)) if rows else None
 
 
 def drawable(timings: list[Timing]) -> list[Timing]:
     """Return the timings that have a place on logarithmic axes."""
-    return [t for t in timings if t.particles > 0 and t.nanoseconds and t.nanoseconds > 0.0]
+    return [t for t in timings if t.size > 0 and t.nanoseconds and t.nanoseconds > 0.0]
 
 
 def series(timings: list[Timing]) -> dict[str, tuple[str, str]]:
@@ -130,13 +131,13 @@ def series(timings: list[Timing]) -> dict[str, tuple[str, str]]:
 def _draw_timings(axes: Axes, timings: list[Timing]) -> None:
     axes.set_xscale("log")
     axes.set_yscale("log")
-    rows = sorted(drawable(timings), key=lambda t: t.particles)
+    rows = sorted(timings, key=lambda t: t.size)
     for name, (colour, marker) in series(timings).items():
         part = [t for t in rows if t.name == name]
         below = [max(0.0, t.nanoseconds - t.low) if t.low else 0.0 for t in part]
         above = [max(0.0, t.high - t.nanoseconds) if t.high else 0.0 for t in part]
         axes.errorbar(
-            [t.particles for t in part],
+            [t.size for t in part],
             [t.nanoseconds for t in part],
             yerr=[below, above],
             color=colour,
@@ -145,7 +146,7 @@ def _draw_timings(axes: Axes, timings: list[Timing]) -> None:
             linewidth=1.4,
             capsize=3,
         )
-    sizes = sorted({t.particles for t in rows})
+    sizes = sorted({t.size for t in rows})
     axes.set_xlim(sizes[0] / 1.5, sizes[-1] * 1.5)
     if len(sizes) <= 6:
         axes.set_xticks(sizes, [count(n) for n in sizes])
@@ -159,8 +160,8 @@ def _draw_timings(axes: Axes, timings: list[Timing]) -> None:
     axes.yaxis.set_minor_locator(NullLocator())
     axes.grid(axis="y")
     axes.set_axisbelow(True)
-    axes.set_xlabel("particles")
-    axes.text(-0.13, 1.08, "ns per particle per step", transform=axes.transAxes)
+    axes.set_xlabel(rows[0].of, parse_math=False)
+    axes.text(-0.13, 1.08, f"ns per {rows[0].per}", transform=axes.transAxes, parse_math=False)
 
 
 def _svg(name: str, draw: Callable[[Axes], None]) -> str:

@@ -147,11 +147,13 @@ def test_errata_are_sorted_by_number(parsed):
     assert "x' = x + a t" in table
 
 
-def test_a_step_is_priced_per_particle_and_as_a_whole(parsed):
-    costs = parsed.text[parsed.text.index("What a step costs") :]
-    assert "12.6 – 16.8" in costs  # ns per particle per step
-    assert "8.99" in costs  # µs for 642 particles
-    assert "14 910" in costs  # µs for 163 842
+def test_each_table_of_costs_has_its_times_its_ratios_and_its_plot(parsed, made):
+    costs = parsed.text[parsed.text.index("What it costs") :]
+    assert costs.index("A step") < costs.index("A query")
+    assert "ns per thing and step" in costs
+    assert "12.6 – 16.8" in costs  # ours at 642, quartiles
+    assert "2.79 (2.5 – 3.01)" in costs  # theirs over ours
+    assert made["text"].count("the numbers are in the table") == 2
 
 
 def test_the_same_record_gives_the_same_bytes(report, parsed, made):

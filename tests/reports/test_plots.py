@@ -67,8 +67,12 @@ def test_without_finite_errors_there_is_no_plot(claim_of):
     assert error_plot(claim_of(0, np.ones(3), errors=Distribution({}, 0, [], [])), "a") is None
 
 
+def timing(name, size, *costs):
+    return Timing("a step", name, size, "particles", "particle", *costs, rounds=5)
+
+
 def test_costs_are_drawn_a_series_a_name():
-    rows = [Timing(name, n, 20.0, 18.0, 25.0, 5) for name in ("rk4", "$euler$") for n in (642, 163842)]
+    rows = [timing(name, n, 20.0, 18.0, 25.0) for name in ("rk4", "$euler$") for n in (642, 163842)]
     svg = timing_plot(rows)
     assert {"--series-1", "--series-2"} <= {f"--series-{n}" for n in range(7) if f"var(--series-{n})" in svg}
     assert "163\u202f842" in text_of(svg)
@@ -76,8 +80,8 @@ def test_costs_are_drawn_a_series_a_name():
 
 def test_costs_that_are_no_numbers_are_left_out():
     assert timing_plot([]) is None
-    assert timing_plot([Timing("a", 642, None, None, None, 5)]) is None
-    assert "<svg" in timing_plot([Timing("a", 642, 20.0, None, None, 5), Timing("a", 0, None, None, None, 5)])
+    assert timing_plot([timing("a", 642, None, None, None)]) is None
+    assert "<svg" in timing_plot([timing("a", 642, 20.0, None, None), timing("a", 0, None, None, None)])
 
 
 def text_of(svg):
