@@ -1,0 +1,165 @@
+"""Soft bodies part from each other and from boxes without making momentum or energy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from softbody.collision.box_soft import part_patch_and_box, point_in_box
+from softbody.collision.patch import WHOLE, patch_mobility, patch_point, push_patch
+from softbody.collision.soft_soft import part_particle_and_patch
+from softbody.geometry.box import box_inertia
+from softbody.state import RigidBodies
+
+seeds = st.integers(0, 10**6)
+fractions = st.sampled_from([0.0, 0.3, 0.5, 1.0])
+
+
+def skin(seed):
+    """Return a random generator, and four particles: a triangle and a fourth that has gone through it."""
+    random = np.random.default_rng(seed)
+    position, velocity = random.normal(size=(4, 3)), random.normal(size=(4, 3))
+    return random, position, velocity, random.uniform(0.1, 10.0, 4)
+
+
+def momenta(inverse_mass, position, velocity):
+    mass = 1.0 / inverse_mass
+    return mass @ velocity, mass @ np.cross(position, velocity)
+
+
+def kinetic(inverse_mass, velocity):
+    return 0.5 * (velocity**2).sum(axis=1) @ (1.0 / inverse_mass)
+
+
+def unit(vector):
+    return tuple((vector / np.linalg.norm(vector)).tolist())
+
+
+def touching(position, weights, normal, depth):
+    """Put particle 3 `depth` behind the point of the triangle with those weights."""
+    position[3] = weights @ position[:3] - depth * np.array(normal)
+
+
+@given(seeds)
+def test_a_push_on_a_patch_is_the_same_push_at_its_point(seed):
+    random, position, velocity, inverse_mass = skin(seed)
+    weights, push = random.dirichlet((1.0, 1.0, 1.0)), random.normal(size=3)
+    before = momenta(inverse_mass, position, velocity)
+    speed = np.array(patch_point(velocity, (0, 1, 2), tuple(weights)))
+    push_patch(velocity, inverse_mass, (0, 1, 2), tuple(weights), tuple(push))
+    after = momenta(inverse_mass, position, velocity)
+    np.testing.assert_allclose(after[0] - before[0], push, atol=1e-12)
+    np.testing.assert_allclose(after[1] - before[1], np.cross(weights @ position[:3], push), atol=1e-12)
+    gained = np.array(patch_point(velocity, (0, 1, 2), tuple(weights))) - speed
+    np.testing.assert_allclose(gained, patch_mobility(inverse_mass, (0, 1, 2), tuple(weights)) * push, atol=1e-12)
+
+
+@given(seeds, fractions, st.sampled_from([0.0, 0.4, 10.0]))
+def test_a_particle_and_a_patch_part_and_keep_both_momenta(seed, restitution, friction):
+    random, position, velocity, inverse_mass = skin(seed)
+    weights, normal, depth = random.dirichlet((1.0, 1.0, 1.0)), unit(random.normal(size=3)), 0.1
+    touching(position, weights, normal, depth)
+    before = momenta(inverse_mass, position, velocity)[0]
+    energy = kinetic(inverse_mass, velocity)
+    approach = (weights @ velocity[:3] - velocity[3]) @ normal
+    start = velocity.copy()
+    corners = (0, 1, 2)
+    arguments = (inverse_mass, position, velocity)
+    j = part_particle_and_patch(3, corners, tuple(weights), normal, depth, restitution, friction, *arguments)
+    np.testing.assert_allclose(position[3], weights @ position[:3], atol=1e-12)
+    np.testing.assert_allclose(momenta(inverse_mass, position, velocity)[0], before, atol=1e-12)
+    # The bodies coincide now: the impulses have no moment about each other.
+    spin = momenta(inverse_mass, position, velocity)[1] - momenta(inverse_mass, position, start)[1]
+    np.testing.assert_allclose(spin, 0.0, atol=1e-12)
+    assert kinetic(inverse_mass, velocity) <= energy * (1.0 + 1e-14)
+    parting = (velocity[3] - weights @ velocity[:3]) @ normal
+    if approach > 0.0:
+        assert j > 0.0
+        assert parting == pytest.approx(restitution * approach, abs=1e-12)
+    else:
+        assert j == 0.0
+        np.testing.assert_array_equal(velocity, start)
+
+
+def test_equal_masses_move_half_the_depth_each():
+    position = np.array([[0.0, 0.0, 0.0]] * 3 + [[0.0, 0.0, -0.2]])
+    arguments = (np.ones(4), position, np.zeros((4, 3)))
+    part_particle_and_patch(3, (0, 1, 2), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.2, 0.0, 0.0, *arguments)
+    np.testing.assert_allclose(position[[0, 3], 2], [-0.1, -0.1])
+
+
+def test_pinned_particles_do_not_move():
+    position, velocity = np.zeros((4, 3)), np.zeros((4, 3))
+    velocity[3, 2] = -1.0
+    part_particle_and_patch(3, (0, 1, 2), WHOLE, (0.0, 0.0, 1.0), 0.2, 0.0, 0.0, np.zeros(4), position, velocity)
+    assert not position.any()
+    assert velocity[3, 2] == -1.0
+
+
+def test_the_closest_face_of_a_box_and_the_depth_behind_it():
+    size, middle, straight = (2.0, 4.0, 6.0), (1.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
+    depth, normal = point_in_box((1.9, 0.0, 0.0), size, middle, straight)
+    assert (round(depth, 12), normal) == (0.1, (1.0, 0.0, 0.0))
+    depth, normal = point_in_box((1.0, -1.7, 0.0), size, middle, straight)
+    assert (round(depth, 12), normal) == (0.3, (0.0, -1.0, 0.0))
+    assert point_in_box((2.1, 0.0, 0.0), size, middle, straight)[0] < 0.0
+    quarter = (0.5**0.5, 0.0, 0.0, 0.5**0.5)  # about z: the side along x now points along y
+    depth, normal = point_in_box((1.0, 0.9, 0.0), size, middle, quarter)
+    assert depth == pytest.approx(0.1)
+    np.testing.assert_allclose(normal, (0.0, 1.0, 0.0), atol=1e-15)
+
+
+@given(seeds, fractions, st.sampled_from([0.0, 0.4, 10.0]), st.booleans())
+def test_a_patch_and_a_box_part_and_keep_both_momenta(seed, restitution, friction, static):
+    random, position, velocity, inverse_mass = skin(seed)
+    weights, normal = random.dirichlet((1.0, 1.0, 1.0)), unit(random.normal(size=3))
+    size, mass = random.uniform(0.5, 2.0, 3), random.uniform(0.1, 10.0)
+    inertia = np.array(box_inertia(tuple(size), mass))
+    box = RigidBodies(
+        np.array([0.0 if static else 1.0 / mass]),
+        np.zeros((1, 3)) if static else 1.0 / inertia[None],
+        random.normal(size=(1, 3)),
+        np.array([[1.0, 0.0, 0.0, 0.0]]),
+        np.zeros((1, 3)) if static else random.normal(size=(1, 3)),
+        np.zeros((1, 3)) if static else random.normal(size=(1, 3)),
+    )
+
+    def totals():
+        linear, angular = momenta(inverse_mass, position, velocity)
+        v, w = box.velocity[0], box.angular_velocity[0]
+        return linear + mass * v, angular + mass * np.cross(box.position[0], v) + inertia * w
+
+    def energy():
+        v, w = box.velocity[0], box.angular_velocity[0]
+        return kinetic(inverse_mass, velocity) + 0.5 * mass * v @ v + 0.5 * w @ (inertia * w)
+
+    def parting():
+        point = weights @ position[:3]
+        there = box.velocity[0] + np.cross(box.angular_velocity[0], point - box.position[0])
+        return (weights @ velocity[:3] - there) @ normal
+
+    # Without depth nothing moves, so that momenta before and after are about the same places.
+    before, start, approach = totals(), energy(), -parting()
+    arguments = (inverse_mass, position, velocity, box)
+    j = part_patch_and_box((0, 1, 2), tuple(weights), 0, normal, 0.0, restitution, friction, *arguments)
+    if not static:
+        np.testing.assert_allclose(totals()[0], before[0], atol=1e-11)
+        np.testing.assert_allclose(totals()[1], before[1], atol=1e-11)
+    assert energy() <= start * (1.0 + 1e-13)
+    assert (j > 0.0) == (approach > 0.0)
+    if approach > 0.0 and friction == 0.0:
+        assert parting() == pytest.approx(restitution * approach, abs=1e-11)
+
+
+def test_a_box_and_a_patch_move_apart_by_their_inverse_masses():
+    position = np.zeros((4, 3))
+    box = RigidBodies(
+        np.array([1.0]), np.ones((1, 3)), np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0, 0.0]]), np.zeros((1, 3)),
+        np.zeros((1, 3)),
+    )  # fmt: skip
+    arguments = (np.full(4, 3.0), position, np.zeros((4, 3)), box)
+    part_patch_and_box((2, 2, 2), WHOLE, 0, (0.0, 0.0, 1.0), 0.4, 0.0, 0.0, *arguments)
+    assert position[2, 2] == pytest.approx(0.3)
+    assert box.position[0, 2] == pytest.approx(-0.1)
