@@ -1,0 +1,70 @@
+"""Pictures show what is there: the near before the far, the lit before the dark, shadows on the ground."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import softbody
+from validation.render import SKY, Camera, Thing, render
+
+LEVEL = Camera(eye=(0.0, -6.0, 0.0), target=(0.0, 0.0, 0.0), width=64, height=48)
+BALL = softbody.icosphere(2)
+RED, BLUE = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
+
+
+def thing(mesh, colour, smooth=True):
+    return Thing(mesh.vertices, mesh.triangles, colour, smooth)
+
+
+def test_nothing_is_sky():
+    picture = render([], LEVEL, ground=None)
+    assert picture.shape == (48, 64, 3)
+    assert picture.dtype == np.uint8
+    assert (picture == np.round(255 * SKY)).all()
+
+
+def test_a_ball_in_the_middle_is_round_and_lit_from_above():
+    picture = render([thing(BALL, RED)], LEVEL, ground=None).astype(int)
+    red = picture[..., 0] > picture[..., 2] + 20
+    rows, columns = np.nonzero(red)
+    assert abs(rows.mean() - 23.5) < 0.5
+    assert abs(columns.mean() - 31.5) < 0.5
+    assert abs(np.ptp(rows) - np.ptp(columns)) <= 1
+    # Angular radius asin(1/6) at a focal length of 24/tan(17.5°) pixels.
+    assert abs(0.5 * (np.ptp(rows) + 1) - 24.0 / np.tan(np.radians(17.5)) * np.tan(np.arcsin(1 / 6))) < 1.0
+    assert picture[18, 31].sum() > picture[30, 31].sum()
+
+
+def test_the_nearer_one_hides_the_farther_whatever_their_order():
+    near, far = thing(BALL.moved((0.0, -2.0, 0.0)), BLUE), thing(BALL, RED)
+    one, other = render([near, far], LEVEL, ground=None), render([far, near], LEVEL, ground=None)
+    np.testing.assert_array_equal(one, other)
+    assert one[23, 31, 2] > one[23, 31, 0]
+
+
+def test_what_is_behind_the_camera_is_not_drawn():
+    np.testing.assert_array_equal(
+        render([thing(BALL.moved((0.0, -12.0, 0.0)), RED)], LEVEL, ground=None), render([], LEVEL, ground=None)
+    )
+
+
+def test_a_thing_above_the_ground_casts_a_shadow():
+    camera = Camera(eye=(0.0, -8.0, 8.0), target=(0.0, 0.0, 0.0), width=64, height=48)
+    bare = render([], camera).astype(int).sum(axis=2)
+    shaded = render([thing(BALL.moved((0.0, 0.0, 3.0)), RED)], camera)
+    grey = np.ptp(shaded.astype(int), axis=2) < 20
+    assert (grey & (shaded.astype(int).sum(axis=2) < bare - 100)).sum() > 20
+
+
+def test_a_faceted_box_shows_flat_faces():
+    camera = Camera(eye=(3.0, -4.0, 2.5), target=(0.0, 0.0, 0.0), width=64, height=48)
+    colours = {
+        tuple(c)
+        for c in render([thing(softbody.box(), RED, smooth=False)], camera, None)[22:26, 30:34, :2].reshape(-1, 2)
+    }
+    assert len(colours) <= 4
+
+
+def test_the_same_scene_gives_the_same_bytes():
+    scene = [thing(softbody.torus(), RED), thing(BALL.moved((0.0, 0.0, 1.0)), BLUE)]
+    assert render(scene, LEVEL).tobytes() == render(scene, LEVEL).tobytes()
