@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from softbody.collision.box_box import box_box_contact
-from softbody.collision.sat import FACE_PREFERENCE, PARALLEL_SINE
+from softbody.collision.sat import FACE_PREFERENCE, PARALLEL_SINE, ROUNDING
 from softbody.jit import jit
 from softbody.quaternion import load_quaternion, rotate
 from softbody.vec import load
@@ -140,7 +140,7 @@ def least_overlap(
             return separation, i
         if separation > best:
             best, best_axis = separation, i
-    slack = margin
+    slack = margin + ROUNDING * (size[a, 0] + size[a, 1] + size[a, 2] + size[b, 0] + size[b, 1] + size[b, 2])
     for j in range(3):
         t = x * axes[b, j, 0] + y * axes[b, j, 1] + z * axes[b, j, 2]
         apart[1, j] = t

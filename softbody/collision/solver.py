@@ -199,14 +199,14 @@ def solve_velocities(contacts: Contacts, bodies: RigidBodies, inverse: np.ndarra
             k = place if sweep % 2 == 0 else count - 1 - place
             a, b = contacts.body[k, 0], contacts.body[k, 1]
             b = ground if b == NOBODY else b
-            if contacts.friction[k] > 0.0 and row[k, PUSH] > 0.0:
-                _rub(row, k, motion, inverse, a, b, contacts.friction[k] * row[k, PUSH])
             u = relative_velocity(row, k, motion, a, b)
             before = row[k, PUSH]
             row[k, PUSH] = max(0.0, before + (row[k, TARGET] - _along(row, k, NORMAL, u)) / row[k, GIVE])
             change = row[k, PUSH] - before
             if change != 0.0:
                 _push(row, k, motion, inverse, a, b, (change * row[k, 0], change * row[k, 1], change * row[k, 2]))
+            if contacts.friction[k] > 0.0 and (before > 0.0 or row[k, PUSH] > 0.0):
+                _rub(row, k, motion, inverse, a, b, contacts.friction[k] * row[k, PUSH])
     for k in range(count):
         p = _impulse(row, k)
         for c in range(3):
