@@ -7,6 +7,7 @@ import numpy as np
 from softbody.collision.box_box import box_box_contact
 from softbody.collision.contacts import (
     Contacts,
+    fall_in_step,
     find_contacts,
     pairs_of_boxes,
     recall_impulses,
@@ -23,7 +24,7 @@ from softbody.geometry.polyhedron import signed_volume
 from softbody.jit import jit
 from softbody.quaternion import load_quaternion
 from softbody.state import Model, RigidBodies, Rules, State, boxes_of
-from softbody.vec import Vec, accumulate, load, norm, scale
+from softbody.vec import Vec, accumulate, load, scale
 
 # What stopped `run`: a soft body, or more contacts than there is room for.
 DIVERGED = 1
@@ -115,8 +116,7 @@ def step_boxes(
     accelerate_boxes(model, state, h)
     solve_velocities(contacts, bodies, inverse, h, rules.iterations)
     remember_impulses(contacts)
-    allowed = h * h * norm(load(model.gravity.reshape(1, 3), 0))
-    shift = solve_displacements(contacts, bodies, inverse, allowed, rules.iterations)
+    shift = solve_displacements(contacts, bodies, inverse, fall_in_step(model, h), rules.iterations)
     advance_boxes(model, state, h, rules.gyroscopic)
     shift_boxes(state, shift)
     grounded[:] = False

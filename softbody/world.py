@@ -48,7 +48,7 @@ class World:
         axes: str = "complete",
         contact: str = "manifold",
         pairs: str = "grid",
-        iterations: int = 20,
+        iterations: int = 30,
         gyroscopic: bool = False,
         speed_ceiling: float = np.inf,
         angular_speed_ceiling: float = np.inf,

@@ -16,7 +16,7 @@ from softbody.quaternion import load_quaternion
 from softbody.state import Model, Rules, State
 from softbody.vec import load, norm
 
-ROW = 28  # numbers that the solver keeps for each contact
+ROW = 24  # numbers that the solver keeps for each contact
 
 
 class Contacts(NamedTuple):
@@ -75,6 +75,12 @@ def grown(contacts: Contacts) -> Contacts:
 
 
 @jit
+def fall_in_step(model: Model, h: float) -> float:
+    """Return how far [m] gravity moves a body within a step of `h` [s]: lengths below it are the solver's noise."""
+    return h * h * norm((model.gravity[0], model.gravity[1], model.gravity[2]))
+
+
+@jit
 def reach_in_step(model: Model, state: State, box: int, h: float) -> float:
     """Return how far [m] any point of a box may come within a step of `h` [s]: by its motion, and what acts on it."""
     if model.box_inverse_mass[box] == 0.0:
@@ -116,6 +122,7 @@ def find_contacts(model: Model, state: State, h: float, rules: Rules, contacts: 
         reach[i] = reach_in_step(model, state, i, h)
     pairs = pairs_of_boxes(model, state, reach, rules.exhaustive_pairs)
     axes = box_axes(state.box_orientation)
+    slack = fall_in_step(model, h)
     count = 0
     pair = 0
     for a in range(boxes):
@@ -131,6 +138,7 @@ def find_contacts(model: Model, state: State, h: float, rules: Rules, contacts: 
                 a,
                 b,
                 reach[a] + reach[b],
+                slack,
                 rules.paper_axes,
                 scratch,
             )

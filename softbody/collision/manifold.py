@@ -2,8 +2,9 @@
 
 Boxes that touch exactly are in contact, at depth 0; a box inside another one leaves through the face that is nearest.
 Points lie half-way between the two surfaces. Whoever asks for a `margin` gets boxes as contacts too that are no farther
-apart than that, with negative depths; and an axis then replaces an earlier one (faces of a, faces of b, edges) only if
-it parts the boxes by `margin` more, so that what moves less than that keeps the points it had.
+apart than that, with negative depths. With `slack`, boxes that move by less than that keep the points they had: an axis
+replaces an earlier one (faces of a, faces of b, edges) only if it parts the boxes by `slack` more, and the reference
+face is as much wider.
 """
 
 from __future__ import annotations
@@ -14,12 +15,16 @@ from typing import NamedTuple
 import numpy as np
 
 from softbody.collision.box_box import box_box_contact
-from softbody.collision.sat import FACE_PREFERENCE, PARALLEL_SINE, ROUNDING
+from softbody.collision.sat import FACE_PREFERENCE, PARALLEL_SINE
 from softbody.jit import jit
 from softbody.quaternion import load_quaternion, rotate
 from softbody.vec import load
 
 MOST_POINTS = 8  # of two rectangles' intersection
+
+# The rounding of a separation, as a part of the boxes' sizes. Boxes that lie parallel and barely overlap have faces and
+# edges with the same axis: without this much preference, edges that do not even cross would win now and then.
+ROUNDING = 4e-15
 
 
 class Scratch(NamedTuple):
@@ -71,24 +76,25 @@ def box_box_manifold(
     a: int,
     b: int,
     margin: float,
+    slack: float,
     paper_axes: bool,
     scratch: Scratch,
 ) -> int:
     """Find where boxes `a` and `b` touch; return the number of points, which `scratch` then holds; paper §4.5.
 
     `size` (m, 3) full extents [m], `position` (m, 3) [m], `orientation` (m, 4), `axes` (m, 3, 3) of `box_axes`,
-    `margin` [m] ≥ 0. `paper_axes` tries face normals only.
+    `margin` and `slack` [m] ≥ 0. `paper_axes` tries face normals only.
     """
-    separation, axis = least_overlap(size, position, axes, a, b, margin, paper_axes, scratch)
+    separation, axis = least_overlap(size, position, axes, a, b, margin, slack, paper_axes, scratch)
     if separation > margin:
         return 0
     if axis >= 6:
         _edge_point(size, position, axes, a, b, (axis - 6) // 3, (axis - 6) % 3, separation, scratch)
         return 1
     if axis < 3:
-        count = _clip_faces(size, position, axes, a, b, axis, 1.0, margin, scratch)
+        count = _clip_faces(size, position, axes, a, b, axis, 1.0, margin, slack, scratch)
     else:
-        count = _clip_faces(size, position, axes, b, a, axis - 3, -1.0, margin, scratch)
+        count = _clip_faces(size, position, axes, b, a, axis - 3, -1.0, margin, slack, scratch)
     if count == 0:
         # The deepest corner lies beside the reference face, and what lies over it is not in contact.
         depth, point, _ = box_box_contact(
@@ -111,6 +117,7 @@ def least_overlap(
     a: int,
     b: int,
     margin: float,
+    slack: float,
     paper_axes: bool,
     scratch: Scratch,
 ) -> tuple[float, int]:
@@ -140,7 +147,7 @@ def least_overlap(
             return separation, i
         if separation > best:
             best, best_axis = separation, i
-    slack = margin + ROUNDING * (size[a, 0] + size[a, 1] + size[a, 2] + size[b, 0] + size[b, 1] + size[b, 2])
+    slack += ROUNDING * (size[a, 0] + size[a, 1] + size[a, 2] + size[b, 0] + size[b, 1] + size[b, 2])
     for j in range(3):
         t = x * axes[b, j, 0] + y * axes[b, j, 1] + z * axes[b, j, 2]
         apart[1, j] = t
@@ -202,6 +209,7 @@ def _clip_faces(
     axis: int,
     towards_r: float,
     margin: float,
+    slack: float,
     scratch: Scratch,
 ) -> int:
     """Clip the face of box `s` that faces a face of box `r` along `axis` against its sides (Sutherland, Hodgman 1974).
@@ -247,8 +255,8 @@ def _clip_faces(
     count, at = 4, 0
     for plane in range(4):
         c = plane // 2
-        # Grown by the margin: corners that lie on each other would be now in and now out, by rounding.
-        half = (half_u if c == 0 else half_v) + margin
+        # Corners that lie on each other would else be now in and now out, by rounding.
+        half = (half_u if c == 0 else half_v) + slack
         outwards = 1.0 if plane % 2 == 0 else -1.0
         outside = False
         for k in range(count):
@@ -368,7 +376,7 @@ def box_pairs_manifolds(
     depth = np.zeros((pairs, MOST_POINTS))
     scratch = new_scratch()
     for i in range(pairs):
-        found = box_box_manifold(size, position, orientation, axes, i, pairs + i, margin, paper_axes, scratch)
+        found = box_box_manifold(size, position, orientation, axes, i, pairs + i, margin, 0.0, paper_axes, scratch)
         count[i] = found
         if found:
             normal[i] = scratch.normal

@@ -16,10 +16,6 @@ PARALLEL_SINE = 1e-8
 # decided by rounding, would make the contact jump between a face and an edge from step to step.
 FACE_PREFERENCE = 1e-9
 
-# … and by this part of the boxes' reach, the rounding of a separation: boxes that lie parallel and barely overlap have
-# faces and edges with the same axis, and then edges that do not even cross would win.
-ROUNDING = 4e-15
-
 
 @jit
 def _reach(size: Vec, x: Vec, y: Vec, z: Vec, axis: Vec) -> float:
@@ -75,7 +71,7 @@ def box_box_separation(
         reach_a = _reach(size_a, axes_a[0], axes_a[1], axes_a[2], direction)
         reach_b = _reach(size_b, axes_b[0], axes_b[1], axes_b[2], direction)
         separation = abs(distance) - reach_a - reach_b
-        preference = FACE_PREFERENCE * abs(best) + ROUNDING * (reach_a + reach_b) if k >= 6 else 0.0
+        preference = FACE_PREFERENCE * abs(best) if k >= 6 else 0.0
         if separation > best + preference:
             best = separation
             best_axis = k

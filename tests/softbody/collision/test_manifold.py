@@ -147,6 +147,6 @@ def test_features_stay_the_same_while_boxes_move_a_little():
         q /= np.linalg.norm(q, axis=1, keepdims=True)
         scratch = new_scratch()
         x = place + 1e-5 * random.normal(size=(2, 3))
-        count = box_box_manifold(size, x, q, box_axes(q), 0, 1, 0.0, False, scratch)
+        count = box_box_manifold(size, x, q, box_axes(q), 0, 1, 0.0, 0.0, False, scratch)
         seen.add(tuple(scratch.feature[:count].tolist()))
     assert len(seen) == 1
