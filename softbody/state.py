@@ -28,6 +28,8 @@ class Model(NamedTuple):
     box_inverse_inertia: np.ndarray  # (m, 3) diagonal in the box's own frame [1/(kg m²)]; 0 for a static box
     box_restitution: np.ndarray  # (m,) 0 … 1
     box_friction: np.ndarray  # (m,) Coulomb coefficient, ≥ 0
+    box_force: np.ndarray  # (m, 3) [N] through the centre, besides gravity; stays until it is changed
+    box_torque: np.ndarray  # (m, 3) [N m], world frame; stays until it is changed
     gravity: np.ndarray  # (3,) [m/s²]
     ground_height: float  # the ground is z ≤ height [m]; −inf: no ground
     ground_restitution: float  # 0 … 1
@@ -47,6 +49,19 @@ class State(NamedTuple):
     def copy(self) -> State:
         """Return a State that shares no memory with this one."""
         return State(*(array.copy() for array in self))
+
+
+class Rules(NamedTuple):
+    """By which rules boxes move and collide; a ceiling of inf and a floor of 0 do nothing."""
+
+    paper_axes: bool  # separating axes: face normals only
+    single_contact: bool  # one impulse a pair, as in the paper, instead of manifolds solved together
+    exhaustive_pairs: bool  # try all pairs, as in the paper, instead of a grid
+    iterations: int  # of the contact solver, a step
+    gyroscopic: bool  # a free box keeps I ω instead of ω
+    speed_ceiling: float  # [m/s]; paper §6
+    angular_speed_ceiling: float  # [rad/s]; paper §6
+    angular_speed_floor: float  # [rad/s] below which a box on the ground stops turning and snaps to 90°; paper §6
 
 
 class RigidBodies(NamedTuple):

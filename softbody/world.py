@@ -8,6 +8,7 @@ from math import isfinite
 import numpy as np
 from numpy.typing import ArrayLike
 
+from softbody.collision.contacts import grown, new_contacts
 from softbody.dynamics.energy import angular_momentum, linear_momentum, total_energy
 from softbody.dynamics.integrators import INTEGRATORS, STABILITY_LIMIT
 from softbody.dynamics.pressure import gas_pressure
@@ -16,18 +17,28 @@ from softbody.dynamics.stability import highest_frequency
 from softbody.errors import ParameterError, SimulationError
 from softbody.geometry.box import box_inertia
 from softbody.mesh import Mesh
-from softbody.state import Model, State
-from softbody.step import COLLAPSED, run
+from softbody.state import Model, Rules, State
+from softbody.step import COLLAPSED, OVERFLOW, run
 
 AXES = ("complete", "paper")
+CONTACTS = ("manifold", "single")
+PAIRS = ("grid", "exhaustive")
 
 
 class World:
     """Soft bodies, rigid boxes and a ground that move together.
 
     `gravity` (3,) [m/s²]. `integrator`: "rk4_velocity" (the paper's), "rk4" or "symplectic_euler". `axes` of the
-    separating-axis test: "complete", or "paper" for face normals only. Bodies may be added at any time. Every
-    input is checked before it is stored: ParameterError and MeshError name the culprit and the cure.
+    separating-axis test: "complete", or "paper" for face normals only. `contact` of boxes: "manifold", all points
+    solved together in `iterations` sweeps a step, or "single", the paper's one impulse a pair, half-way between the
+    two. `pairs` to test: those near in a "grid", or "exhaustive", as in the paper, with the same result.
+
+    More of the paper, off by default: `speed_ceiling` [m/s] and `angular_speed_ceiling` [rad/s]; a box on the ground
+    that turns more slowly than `angular_speed_floor` [rad/s] stops turning and snaps to the nearest multiples of 90°.
+    Beyond it: `gyroscopic` torque, so that a free box keeps its angular momentum.
+
+    Bodies may be added at any time. Every input is checked before it is stored: ParameterError and MeshError name the
+    culprit and the cure.
     """
 
     def __init__(
@@ -35,13 +46,38 @@ class World:
         gravity: ArrayLike = (0.0, 0.0, -9.81),
         integrator: str = "rk4_velocity",
         axes: str = "complete",
+        contact: str = "manifold",
+        pairs: str = "grid",
+        iterations: int = 30,
+        gyroscopic: bool = False,
+        speed_ceiling: float = np.inf,
+        angular_speed_ceiling: float = np.inf,
+        angular_speed_floor: float = 0.0,
     ) -> None:
         if integrator not in list(INTEGRATORS):
             raise ParameterError(f"integrator is {integrator!r}; choose one of {', '.join(INTEGRATORS)}")
-        if axes not in AXES:
-            raise ParameterError(f"axes is {axes!r}; choose one of {', '.join(AXES)}")
+        for name, value, choice in (("axes", axes, AXES), ("contact", contact, CONTACTS), ("pairs", pairs, PAIRS)):
+            if value not in choice:
+                raise ParameterError(f"{name} is {value!r}; choose one of {', '.join(choice)}")
+        if not isinstance(iterations, (int, np.integer)) or not 1 <= iterations < 2**31:
+            raise ParameterError(f"iterations is {iterations!r}; give a whole number ≥ 1")
+        ceilings = {"speed_ceiling": speed_ceiling, "angular_speed_ceiling": angular_speed_ceiling}
+        for name, ceiling in ceilings.items():
+            if ceiling != np.inf:
+                _check_range(ceiling, name, least=0.0)
+        _check_range(angular_speed_floor, "angular_speed_floor", "rad/s", least=0.0)
         self.integrator = integrator
-        self.axes = axes
+        self.rules = Rules(
+            axes == "paper",
+            contact == "single",
+            pairs == "exhaustive",
+            int(iterations),
+            bool(gyroscopic),
+            float(speed_ceiling),
+            float(angular_speed_ceiling),
+            float(angular_speed_floor),
+        )
+        self.contacts = new_contacts(0)
         self.model = _empty_model(_vector(gravity, "gravity"))
         self.state = State(*(np.empty((0, columns)) for columns in (3, 3, 3, 4, 3, 3)))
         self.steps = 0
@@ -146,6 +182,8 @@ class World:
             box_inverse_inertia=np.vstack([model.box_inverse_inertia, inverse_inertia]),
             box_restitution=np.append(model.box_restitution, float(restitution)),
             box_friction=np.append(model.box_friction, float(friction)),
+            box_force=np.vstack([model.box_force, np.zeros(3)]),
+            box_torque=np.vstack([model.box_torque, np.zeros(3)]),
         )
         self.state = state._replace(
             box_position=np.vstack([state.box_position, row[0]]),
@@ -175,16 +213,22 @@ class World:
         if not isinstance(steps, (int, np.integer)) or not 0 <= steps < 2**63:
             raise ParameterError(f"steps is {steps!r}; give a whole number ≥ 0")
         self._warn_of_missing_contacts()
-        done, fault, body = run(
-            self.model,
-            self.state,
-            float(time_step),
-            int(steps),
-            INTEGRATORS[self.integrator],
-            self.axes == "paper",
-        )
-        self.steps += done
-        self.time += done * time_step
+        left, fault = int(steps), OVERFLOW
+        while fault == OVERFLOW:
+            done, fault, body = run(
+                self.model,
+                self.state,
+                float(time_step),
+                left,
+                INTEGRATORS[self.integrator],
+                self.rules,
+                self.contacts,
+            )
+            left -= done
+            self.steps += done
+            self.time += done * time_step
+            if fault == OVERFLOW:
+                self.contacts = grown(self.contacts)
         if fault:
             stable = self.stable_time_step()
             what = "collapsed (no volume left)" if fault == COLLAPSED else "diverged"
@@ -312,6 +356,26 @@ class Box:
         """Angular velocity (3,) [rad/s] in the world frame."""
         return self.world.state.box_angular_velocity[self.index]
 
+    def apply_force(self, force: ArrayLike, point: ArrayLike | None = None) -> None:
+        """Let `force` (3,) [N] act at `point` (3,) [m] of the world, or at the centre; paper §10.13.
+
+        Adds F and τ = r × F, with the arm r as it is now, to what acts on the box. Both stay, in every step to come,
+        until `clear_forces`.
+        """
+        push = _vector(force, "force")
+        if point is not None:
+            self.apply_torque(np.cross(_vector(point, "point") - self.position, push))
+        self.world.model.box_force[self.index] += push
+
+    def apply_torque(self, torque: ArrayLike) -> None:
+        """Let `torque` (3,) [N m], in the world frame, act on the box until `clear_forces`."""
+        self.world.model.box_torque[self.index] += _vector(torque, "torque")
+
+    def clear_forces(self) -> None:
+        """Let nothing but gravity act on the box."""
+        self.world.model.box_force[self.index] = 0.0
+        self.world.model.box_torque[self.index] = 0.0
+
 
 def _empty_model(gravity: np.ndarray) -> Model:
     none = np.empty(0)
@@ -333,6 +397,8 @@ def _empty_model(gravity: np.ndarray) -> Model:
         box_inverse_inertia=np.empty((0, 3)),
         box_restitution=none,
         box_friction=none,
+        box_force=np.empty((0, 3)),
+        box_torque=np.empty((0, 3)),
         gravity=gravity,
         ground_height=-np.inf,
         ground_restitution=0.0,

@@ -48,8 +48,12 @@ def bounce_particle(velocity: np.ndarray, i: int, restitution: float, friction: 
 
 
 @jit
-def ground_boxes(model: Model, state: State, bodies: RigidBodies) -> None:
-    """Turn back the corners of boxes that go down below the ground, then lift each box out of it."""
+def ground_boxes(model: Model, state: State, bodies: RigidBodies, grounded: np.ndarray) -> None:
+    """Turn back the corners of boxes that go down below the ground, then lift each box out of it.
+
+    `grounded` (m,) of bool is set to whether each box was below.
+    """
+    grounded[:] = False
     for box in range(model.box_size.shape[0]):
         if model.box_inverse_mass[box] == 0.0:
             continue
@@ -62,6 +66,7 @@ def ground_boxes(model: Model, state: State, bodies: RigidBodies) -> None:
         for k in range(8):
             lowest = min(lowest, box_corner(size, position, orientation, k)[2])
         if lowest < model.ground_height:
+            grounded[box] = True
             bounce_box(bodies, box, size, model.ground_height, restitution, friction)
             state.box_position[box, 2] += model.ground_height - lowest
 

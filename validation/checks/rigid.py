@@ -9,7 +9,7 @@ from validation.cases import random_orientations, rotation_matrix
 from validation.check import Comparison, Misprint, Run, check
 
 FAMILY = "rigid boxes"
-PIECE = "softbody.dynamics.rigid.move_boxes"
+PIECE = "softbody.dynamics.rigid.advance_boxes"
 
 
 @check(

@@ -50,11 +50,23 @@ def landing(size, height, velocity, angular_velocity=(0.0, 0.0, 0.0), q=(1.0, 0.
     return world
 
 
+def ground(world):
+    grounded = np.ones(len(world.state.box_position), np.bool_)
+    ground_boxes(world.model, world.state, boxes_of(world.model, world.state), grounded)
+    return grounded
+
+
+def test_the_boxes_on_the_ground_are_told():
+    world = landing((1.0, 1.0, 1.0), 0.4, (0.0, 0.0, 0.0))
+    world.add_box((1.0, 1.0, 1.0), 1.0, (5.0, 0.0, 0.6))
+    assert ground(world).tolist() == [True, False]
+
+
 @pytest.mark.parametrize("e", [0.0, 0.5, 1.0])
 @pytest.mark.parametrize("size", [(1.0, 1.0, 1.0), (1.0, 2.0, 0.5), (3.0, 0.2, 0.2)])
 def test_a_box_that_lands_flat_bounces_straight_up(size, e):
     world = landing(size, size[2] / 2 - 0.01, (0.0, 0.0, -2.0), e=e)
-    ground_boxes(world.model, world.state, boxes_of(world.model, world.state))
+    ground(world)
     assert world.state.box_velocity[0] == pytest.approx([0.0, 0.0, 2.0 * e], abs=1e-6)
     assert world.state.box_angular_velocity[0] == pytest.approx(np.zeros(3), abs=1e-5)
     assert world.state.box_position[0].tolist() == pytest.approx([0.0, 0.0, size[2] / 2])
@@ -84,7 +96,7 @@ speeds = st.tuples(*[st.floats(-3.0, 3.0)] * 3)
 def test_the_ground_leaves_no_corner_below_it_and_never_adds_energy_of_motion(q, v, w, e, friction, height):
     world = landing((1.0, 2.0, 0.5), height, v, w, q, e, friction)
     before = kinetic_energy(world.model, world.state)
-    ground_boxes(world.model, world.state, boxes_of(world.model, world.state))
+    ground(world)
     assert kinetic_energy(world.model, world.state) <= before * (1.0 + 1e-9) + 1e-12
     corners = box_corners((1.0, 2.0, 0.5), tuple(world.state.box_position[0].tolist()), q)
     assert corners[:, 2].min() >= -1e-12
@@ -96,7 +108,7 @@ def test_a_box_above_the_ground_and_a_static_box_below_it_are_left_alone():
     world.add_box((1.0, 1.0, 1.0), 1.0, (0.0, 0.0, 0.5), velocity=(1.0, 2.0, -3.0))
     world.add_box((1.0, 1.0, 1.0), None, (5.0, 0.0, -2.0))
     before = world.state.copy()
-    ground_boxes(world.model, world.state, boxes_of(world.model, world.state))
+    ground(world)
     assert all((a == b).all() for a, b in zip(world.state, before))
 
 

@@ -1,0 +1,156 @@
+"""Which pairs of boxes are near enough to touch?
+
+A pair is near if its bounding spheres meet and one of the two can move; paper §4 tries all pairs. Both functions return
+the same pairs in the same order, (a, b) with a > b, by a and then b: the order in which contacts are solved.
+"""
+
+from __future__ import annotations
+
+from math import floor, frexp
+
+import numpy as np
+
+from softbody.jit import jit
+
+
+@jit
+def near_pairs_exhaustive(centre: np.ndarray, radius: np.ndarray, movable: np.ndarray) -> np.ndarray:
+    """Return the near pairs (p, 2) by trying all m (m − 1)/2 of them, as the paper does: the baseline.
+
+    `centre` (m, 3) [m] and `radius` (m,) [m] of the bounding spheres; `movable` (m,) bool.
+    """
+    pairs = np.empty((4 * centre.shape[0] + 4, 2), np.int64)
+    count = 0
+    for a in range(centre.shape[0]):
+        for b in range(a):
+            if (movable[a] or movable[b]) and spheres_meet(centre, radius, a, b):
+                pairs = _with_room(pairs, count)
+                pairs[count, 0] = a
+                pairs[count, 1] = b
+                count += 1
+    return pairs[:count].copy()
+
+
+@jit
+def near_pairs(centre: np.ndarray, radius: np.ndarray, movable: np.ndarray) -> np.ndarray:
+    """Return the near pairs (p, 2) in a time that grows as m + p; arguments as above.
+
+    Grids of cells of 2^k m (Teschner et al. 2003): a sphere is listed at its centre, in the grid of the smallest cells
+    that are wider than it. Whatever meets it and is not smaller lies, in a grid as coarse or coarser, in the cell of its
+    centre or in one of the 26 around.
+    """
+    count = centre.shape[0]
+    level = np.empty(count, np.int64)
+    for i in range(count):
+        level[i] = frexp(2.0 * radius[i])[1]
+    levels = _distinct(level)
+    cell = np.empty((count, 3), np.int64)
+    buckets = 8
+    while buckets < 2 * count:
+        buckets *= 2
+    start = np.zeros(buckets + 1, np.int64)
+    bucket = np.empty(count, np.int64)
+    for i in range(count):
+        for c in range(3):
+            cell[i, c] = int(floor(centre[i, c] * 2.0 ** -level[i]))
+        bucket[i] = _bucket(cell[i, 0], cell[i, 1], cell[i, 2], level[i], buckets)
+        start[bucket[i] + 1] += 1
+    for k in range(buckets):
+        start[k + 1] += start[k]
+    filled = start[:buckets].copy()
+    listed = np.empty(count, np.int64)
+    for i in range(count):
+        listed[filled[bucket[i]]] = i
+        filled[bucket[i]] += 1
+
+    pairs = np.empty((4 * count + 4, 2), np.int64)
+    found = 0
+    for i in range(count):
+        for coarse in levels:
+            if coarse < level[i]:
+                continue
+            width = 2.0**-coarse
+            x = int(floor(centre[i, 0] * width))
+            y = int(floor(centre[i, 1] * width))
+            z = int(floor(centre[i, 2] * width))
+            for near in range(27):
+                u = x + near // 9 - 1
+                v = y + near // 3 % 3 - 1
+                w = z + near % 3 - 1
+                k = _bucket(u, v, w, coarse, buckets)
+                for place in range(start[k], start[k + 1]):
+                    j = listed[place]
+                    if level[j] != coarse or cell[j, 0] != u or cell[j, 1] != v or cell[j, 2] != w:
+                        continue
+                    if coarse == level[i] and j >= i:
+                        continue
+                    if (movable[i] or movable[j]) and spheres_meet(centre, radius, i, j):
+                        pairs = _with_room(pairs, found)
+                        pairs[found, 0] = max(i, j)
+                        pairs[found, 1] = min(i, j)
+                        found += 1
+    return _sorted(pairs[:found], count)
+
+
+@jit
+def spheres_meet(centre: np.ndarray, radius: np.ndarray, a: int, b: int) -> bool:
+    """Tell whether two spheres overlap or touch; paper §4."""
+    x = centre[a, 0] - centre[b, 0]
+    y = centre[a, 1] - centre[b, 1]
+    z = centre[a, 2] - centre[b, 2]
+    reach = radius[a] + radius[b]
+    return x * x + y * y + z * z <= reach * reach
+
+
+@jit
+def _bucket(x: int, y: int, z: int, level: int, buckets: int) -> int:
+    """Return the place of a cell in a table of 2^k buckets (hash of Teschner et al. 2003)."""
+    return ((x * 73856093) ^ (y * 19349663) ^ (z * 83492791) ^ (level * 50331653)) & (buckets - 1)
+
+
+@jit
+def _distinct(level: np.ndarray) -> np.ndarray:
+    """Return the different values of `level` (m,); there are a few, whatever m."""
+    found = np.empty(level.shape[0], np.int64)
+    count = 0
+    for i in range(level.shape[0]):
+        known = False
+        for k in range(count):
+            known = known or found[k] == level[i]
+        if not known:
+            found[count] = level[i]
+            count += 1
+    return found[:count].copy()
+
+
+@jit
+def _with_room(pairs: np.ndarray, count: int) -> np.ndarray:
+    """Return `pairs` if it has a row for one more, else a copy of twice the length."""
+    if count < pairs.shape[0]:
+        return pairs
+    longer = np.empty((2 * count, 2), np.int64)
+    longer[:count] = pairs
+    return longer
+
+
+@jit
+def _sorted(pairs: np.ndarray, bodies: int) -> np.ndarray:
+    """Return pairs (p, 2) by their first and then second body, in a time that grows as bodies + p."""
+    start = np.zeros(bodies + 1, np.int64)
+    for k in range(pairs.shape[0]):
+        start[pairs[k, 0] + 1] += 1
+    for a in range(bodies):
+        start[a + 1] += start[a]
+    filled = start[:bodies].copy()
+    result = np.empty_like(pairs)
+    for k in range(pairs.shape[0]):
+        a = pairs[k, 0]
+        place = filled[a]
+        filled[a] += 1
+        while place > start[a] and result[place - 1, 1] > pairs[k, 1]:
+            result[place, 1] = result[place - 1, 1]
+            place -= 1
+        result[place, 1] = pairs[k, 1]
+    for a in range(bodies):
+        result[start[a] : start[a + 1], 0] = a
+    return result
