@@ -6,7 +6,7 @@ from math import isfinite
 
 import numpy as np
 
-from softbody.geometry.orientation import side_of_line, side_of_plane
+from softbody.geometry.orientation import LINE_ROUNDING, side_of_line, side_of_plane
 from softbody.geometry.triangle import area_vector, triangle_area
 from softbody.jit import jit
 from softbody.vec import Vec, add, cross, dot, load, norm, scale, sub
@@ -101,13 +101,34 @@ def _crossing(p: Vec, a: Vec, b: Vec) -> int:
 
 
 @jit
+def _is_clear(left: float, right: float) -> bool:
+    """Tell whether the sign of left − right is beyond what rounding can do to it; see `side_of_line`."""
+    return abs(left - right) >= LINE_ROUNDING * (abs(left) + abs(right))
+
+
+@jit
 def ray_hits_triangle(p: Vec, a: Vec, b: Vec, c: Vec) -> bool:
     """Tell whether the ray from `p` along +z goes through the triangle (a, b, c) [m]; paper §4.6.
 
     Exact: a ray through an edge or vertex shared by two triangles counts for one of them only, even if the two have
     copies of that vertex of their own, and a triangle without area, or on its edge seen from above, is never hit.
     """
-    facing = _crossing(p, a, b) + _crossing(p, b, c) + _crossing(p, c, a)
+    a_low, b_low, c_low = a[1] <= p[1], b[1] <= p[1], c[1] <= p[1]
+    if a_low == b_low and b_low == c_low:
+        return False
+    # All three edges at once, as `_crossing` does one by one, but without a branch that the processor could mispredict.
+    ax, ay, az = sub(a, p)
+    bx, by, bz = sub(b, p)
+    cx, cy, cz = sub(c, p)
+    ab, ba = ax * by, ay * bx
+    bc, cb = bx * cy, by * cx
+    ca, ac = cx * ay, cy * ax
+    if _is_clear(ab, ba) & _is_clear(bc, cb) & _is_clear(ca, ac):
+        up = (a_low & (not b_low) & (ab > ba)) + (b_low & (not c_low) & (bc > cb)) + (c_low & (not a_low) & (ca > ac))
+        down = (b_low & (not a_low) & (ab < ba)) + (c_low & (not b_low) & (bc < cb)) + (a_low & (not c_low) & (ca < ac))
+        facing = up - down
+    else:
+        facing = _crossing(p, a, b) + _crossing(p, b, c) + _crossing(p, c, a)
     if facing == 0 or p[2] >= max(a[2], b[2], c[2]):
         return False
     if p[2] < min(a[2], b[2], c[2]):
