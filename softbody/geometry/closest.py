@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softbody.geometry.triangle import nearest_on_triangle, weighted_point
+from softbody.geometry.triangle import closest_weights_on_triangle, squared_distance_to_triangle, weighted_point
 from softbody.jit import jit
 from softbody.vec import Vec, load, store
 
@@ -36,7 +36,7 @@ def closest_triangle(p: Vec, vertices: np.ndarray, triangles: np.ndarray) -> tup
         a = load(vertices, triangles[t, 0])
         b = load(vertices, triangles[t, 1])
         c = load(vertices, triangles[t, 2])
-        square = nearest_on_triangle(p, a, b, c)[0]
+        square = squared_distance_to_triangle(p, a, b, c)
         if square < best:
             best = square
             closest = t
@@ -51,8 +51,8 @@ def with_weights(p: Vec, vertices: np.ndarray, triangles: np.ndarray, t: int) ->
     a = load(vertices, triangles[t, 0])
     b = load(vertices, triangles[t, 1])
     c = load(vertices, triangles[t, 2])
-    square, u, v, w, _ = nearest_on_triangle(p, a, b, c)
-    return t, (u, v, w), sqrt(square)
+    weights, square = closest_weights_on_triangle(p, a, b, c)
+    return t, weights, sqrt(square)
 
 
 @jit

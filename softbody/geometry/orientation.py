@@ -1,8 +1,9 @@
 """On which side of a line, or of a plane, is a point? Exactly, and fast where that is clear.
 
 A determinant of differences is computed in float64 first. If it is larger than its rounding can be, its sign is right;
-else the sign is decided by exact arithmetic on sums of floats that do not overlap (Shewchuk 1997). So the sign is that of
-the very numbers given, for coordinates between 1e-60 and 1e60 m: beyond, a product of three under- or overflows.
+else the sign is decided by exact arithmetic on sums of floats that do not overlap (Shewchuk 1997). So the sign is
+that of the very numbers given, for coordinates between 1e-60 and 1e60 m: beyond, a product of three under- or
+overflows.
 """
 
 from __future__ import annotations

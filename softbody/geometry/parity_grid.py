@@ -26,8 +26,8 @@ from softbody.vec import Vec, load
 LEVELS = 64
 LOWEST, HIGHEST = 1, LEVELS - 2
 
-# Fewer columns are listed faster, more leave fewer triangles in each. For one point a triangle 1/4 is best in sum (twice
-# or half as many cost 10 to 20 % more, from 1e3 to 1e6 triangles); for a hundred points a triangle 4 is.
+# Fewer columns are listed faster, more leave fewer triangles in each. For one point a triangle 1/4 is best in sum
+# (twice or half as many cost 10 to 20 % more, from 1e3 to 1e6 triangles); for a hundred points a triangle 4 is.
 COLUMNS_PER_TRIANGLE = 0.25
 
 STEP_BITS = 4
@@ -77,7 +77,8 @@ def parity_grid(
     count = len(triangles)
     columns = max(1.0, columns_per_triangle * count)
     room = int(1.3 * columns) + 8192  # the grid's sides are rounded to whole numbers, and it may be one column thin
-    # Of equal-sided triangles each meets 1 + 1.9 √c columns in either direction. A mesh that has more gets fewer columns.
+    # Of equal-sided triangles each meets 1 + 1.9 √c columns in either direction. A mesh that has more gets fewer
+    # columns.
     capacity = int(1.6 * (1.0 + 1.9 * sqrt(columns_per_triangle)) ** 2 * count) + 1000
     grid = ParityGrid(
         triangles=triangles.astype(np.int32),
@@ -216,7 +217,8 @@ def _list_triangles(grid: ParityGrid, vertices: np.ndarray, low: Vec, high: Vec,
         if count > room:
             return -1
         if last_x - first_x <= 1 and last_y - first_y <= 1:
-            # Up to 2 × 2 columns, as most triangles: all four are written, without a branch, and counted if they differ.
+            # Up to 2 × 2 columns, as most triangles: all four are written, without a branch, and counted if they
+            # differ.
             wide, deep = last_x - first_x, last_y - first_y
             a = first_y * along_x + first_x
             b = a + wide
@@ -373,7 +375,8 @@ def _place(p: Vec, f: Frame) -> tuple[int, int, int, int]:
 def _wanted(x: int, y: int, from_level: int, to_level: int) -> np.uint64:
     """Return the word that an entry, its guards set, can be subtracted by without a borrow if its box is met.
 
-    That is, if it covers the fine step (x, y) of the column and reaches from `to_level` or below to `from_level` or above.
+    That is, if it covers the fine step (x, y) of the column and reaches from `to_level` or below to `from_level` or
+    above.
     """
     return (
         np.uint64(x) << _RIGHT

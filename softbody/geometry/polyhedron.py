@@ -117,9 +117,9 @@ def ray_hits_triangle(p: Vec, a: Vec, b: Vec, c: Vec) -> bool:
     if a_low == b_low and b_low == c_low:
         return False
     # All three edges at once, as `_crossing` does one by one, but without a branch that the processor could mispredict.
-    ax, ay, az = sub(a, p)
-    bx, by, bz = sub(b, p)
-    cx, cy, cz = sub(c, p)
+    ax, ay, _ = sub(a, p)
+    bx, by, _ = sub(b, p)
+    cx, cy, _ = sub(c, p)
     ab, ba = ax * by, ay * bx
     bc, cb = bx * cy, by * cx
     ca, ac = cx * ay, cy * ax
@@ -141,9 +141,9 @@ def ray_hits_triangle(p: Vec, a: Vec, b: Vec, c: Vec) -> bool:
 def point_in_polyhedron(p: Vec, vertices: np.ndarray, triangles: np.ndarray) -> bool:
     """Tell whether `p` [m] is inside a closed mesh, convex or not, by parity of the hits of a ray; paper §4.6.
 
-    `vertices` (n, 3) [m], `triangles` (t, 3). Exhaustive: every triangle is tried; `softbody.geometry.parity_grid` gives
-    the same answers faster. Exact: no rounding, and each crossing of the surface counts once, also where the ray meets an
-    edge or a vertex. On the surface itself the answer is one of the two, and always the same.
+    `vertices` (n, 3) [m], `triangles` (t, 3). Exhaustive: every triangle is tried; `softbody.geometry.parity_grid`
+    gives the same answers faster. Exact: no rounding, and each crossing of the surface counts once, also where the
+    ray meets an edge or a vertex. On the surface itself the answer is one of the two, and always the same.
 
     What is answered, whatever the mesh: whether the ray from `p` along +z meets an odd number of triangles. So a point
     is inside where the surfaces around it are odd in number: inside one sheet of a mesh that passes through itself,
@@ -190,3 +190,16 @@ def point_in_convex(p: Vec, vertices: np.ndarray, triangles: np.ndarray) -> tupl
                 depth = behind
                 face = t
     return face >= 0 and depth >= 0.0, face, depth
+
+
+@jit
+def points_in_convex(
+    points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return (inside (m,) of bool, face (m,), depth (m,) [m]) for `points` (m, 3) [m]: see `point_in_convex`."""
+    inside = np.empty(points.shape[0], np.bool_)
+    faces = np.empty(points.shape[0], np.int64)
+    depths = np.empty(points.shape[0])
+    for q in range(points.shape[0]):
+        inside[q], faces[q], depths[q] = point_in_convex(load(points, q), vertices, triangles)
+    return inside, faces, depths

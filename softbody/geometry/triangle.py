@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-from softbody.jit import jit
-from softbody.vec import Vec, add, cross, dot, norm, scale, sub
+from math import inf
+
+import numpy as np
+
+from softbody.jit import jit, jit_inlined
+from softbody.vec import Vec, add, cross, dot, load, norm, scale, store, sub
 
 
 @jit
@@ -42,52 +46,66 @@ def _along_edge(start: Vec, edge: Vec) -> tuple[float, float]:
     `start` is where the edge starts. An edge without length is its start.
     """
     square = dot(edge, edge)
-    forward = -dot(start, edge)
-    t = forward / square if square > 0.0 else 0.0
-    t = t if t > 0.0 else 0.0
+    t = -dot(start, edge) / square
+    t = t if t > 0.0 else 0.0  # not if NaN: no length
     t = t if t < 1.0 else 1.0
     foot = add(start, scale(t, edge))
     return t, dot(foot, foot)
 
 
 @jit
-def nearest_on_triangle(p: Vec, a: Vec, b: Vec, c: Vec) -> tuple[float, float, float, float, int]:
-    """Return (d² [m²], u, v, w, feature): the squared distance of `p` and the weights of the closest point; see below.
+def _foot_on_face(pa: Vec, pb: Vec, pc: Vec, ab: Vec, ca: Vec) -> tuple[float, float, float, float]:
+    """Return (u, v, w, d² [m²]) of the foot of the perpendicular from the origin; d² is inf if it is not inside."""
+    n = cross(ca, ab)
+    square = dot(n, n)
+    v = dot(cross(pc, pa), n) / square  # weights are as the areas that the foot spans with the edges
+    w = dot(cross(pa, pb), n) / square
+    u = 1.0 - v - w
+    foot = add(pa, sub(scale(v, ab), scale(w, ca)))
+    least = u if u < v else v
+    least = least if least < w else w
+    square = dot(foot, foot)
+    return u, v, w, (square if least > 0.0 else inf)  # inf if NaN: no area
 
-    `feature` is 0, 1, 2 for a point of the edge ab, bc, ca and 3 for one of the face. The best of four candidates: the
-    closest point of each edge, and the foot of the perpendicular if that falls inside. So a triangle without area is its
-    edges, and one without length a point; nothing is ever closer than some point of the triangle. Of equals the first.
 
-    Without a branch, so that eight triangles can be tried at once: both the exhaustive search and the tree call this,
+@jit_inlined
+def squared_distance_to_triangle(p: Vec, a: Vec, b: Vec, c: Vec) -> float:
+    """Return the squared distance [m²] of `p` and the triangle (a, b, c); see `closest_point_on_triangle`.
+
+    Without a branch, so that eight triangles can be tried at once: the exhaustive search and the tree both call this,
     and get the same bits.
     """
     pa, pb, pc = sub(a, p), sub(b, p), sub(c, p)
     ab, bc, ca = sub(b, a), sub(c, b), sub(a, c)
-    t, square = _along_edge(pa, ab)
-    u, v, w, feature = 1.0 - t, t, 0.0, 0
-    t, next_square = _along_edge(pb, bc)
-    closer = next_square < square
-    square = next_square if closer else square
-    u, v, w = (0.0 if closer else u), (1.0 - t if closer else v), (t if closer else w)
-    feature = 1 if closer else feature
-    t, next_square = _along_edge(pc, ca)
-    closer = next_square < square
-    square = next_square if closer else square
-    u, v, w = (t if closer else u), (0.0 if closer else v), (1.0 - t if closer else w)
-    feature = 2 if closer else feature
-    # The foot of the perpendicular: its weights are as the areas that it spans with the edges.
-    n = cross(ca, ab)
-    whole = dot(n, n)
-    share_b = dot(cross(pc, pa), n) / whole
-    share_c = dot(cross(pa, pb), n) / whole
-    share_a = 1.0 - share_b - share_c
-    foot = add(pa, sub(scale(share_b, ab), scale(share_c, ca)))
-    next_square = dot(foot, foot)
-    closer = (share_a > 0.0) & (share_b > 0.0) & (share_c > 0.0) & (next_square < square)  # not if NaN: no area
-    square = next_square if closer else square
-    u, v, w = (share_a if closer else u), (share_b if closer else v), (share_c if closer else w)
-    feature = 3 if closer else feature
-    return square, u, v, w, feature
+    _, best = _along_edge(pa, ab)
+    _, square = _along_edge(pb, bc)
+    best = square if square < best else best
+    _, square = _along_edge(pc, ca)
+    best = square if square < best else best
+    _, _, _, square = _foot_on_face(pa, pb, pc, ab, ca)
+    return square if square < best else best
+
+
+@jit
+def closest_weights_on_triangle(p: Vec, a: Vec, b: Vec, c: Vec) -> tuple[Vec, float]:
+    """Return (weights, d² [m²]) of the point of the triangle (a, b, c) closest to `p`; as above, to the bit."""
+    pa, pb, pc = sub(a, p), sub(b, p), sub(c, p)
+    ab, bc, ca = sub(b, a), sub(c, b), sub(a, c)
+    t, best = _along_edge(pa, ab)
+    weights = (1.0 - t, t, 0.0)
+    t, square = _along_edge(pb, bc)
+    if square < best:
+        best = square
+        weights = (0.0, 1.0 - t, t)
+    t, square = _along_edge(pc, ca)
+    if square < best:
+        best = square
+        weights = (t, 0.0, 1.0 - t)
+    u, v, w, square = _foot_on_face(pa, pb, pc, ab, ca)
+    if square < best:
+        best = square
+        weights = (u, v, w)
+    return weights, best
 
 
 @jit
@@ -105,10 +123,35 @@ def weighted_point(u: float, v: float, w: float, a: Vec, b: Vec, c: Vec) -> Vec:
 
 @jit
 def closest_point_on_triangle(p: Vec, a: Vec, b: Vec, c: Vec) -> tuple[Vec, Vec]:
-    """Return (point [m], weights): the point of the triangle (a, b, c) closest to `p`; paper §4.3, Ericson 2005, §5.1.5.
+    """Return (point [m], weights): the point of a triangle (a, b, c) closest to `p`; paper §4.3, Ericson 2005, §5.1.5.
 
-    The barycentric weights, of a, b and c, are ≥ 0 and sum to 1 (to rounding). The triangle may be without area, or
-    without any extent: then the point is on its longest edge, or its corner.
+    The barycentric weights, of a, b and c, are ≥ 0 and sum to 1 (to rounding). The best of four candidates: the closest
+    point of each edge, and the foot of the perpendicular if that falls inside. So a triangle without area is its edges,
+    and one without extent a point; of equally close candidates the first. A distance is always one to some point of the
+    triangle, to rounding, however thin the triangle.
     """
-    _, u, v, w, _ = nearest_on_triangle(p, a, b, c)
-    return weighted_point(u, v, w, a, b, c), (u, v, w)
+    weights, _ = closest_weights_on_triangle(p, a, b, c)
+    return weighted_point(weights[0], weights[1], weights[2], a, b, c), weights
+
+
+@jit
+def points_in_triangles(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Tell of each of `points` (m, 3) [m] whether it is in its own triangle, `corners` (m, 3, 3) [m]: (m,) of bool."""
+    inside = np.empty(points.shape[0], np.bool_)
+    for q in range(points.shape[0]):
+        a, b, c = load(corners[q], 0), load(corners[q], 1), load(corners[q], 2)
+        inside[q] = point_in_triangle(load(points, q), a, b, c)
+    return inside
+
+
+@jit
+def closest_points_on_triangles(points: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return (points (m, 3) [m], weights (m, 3)) on a triangle for each of `points`, `corners` (m, 3, 3) [m]."""
+    closest = np.empty((points.shape[0], 3))
+    weights = np.empty((points.shape[0], 3))
+    for q in range(points.shape[0]):
+        a, b, c = load(corners[q], 0), load(corners[q], 1), load(corners[q], 2)
+        point, shares = closest_point_on_triangle(load(points, q), a, b, c)
+        store(closest, q, point)
+        store(weights, q, shares)
+    return closest, weights

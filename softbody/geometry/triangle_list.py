@@ -55,9 +55,9 @@ def _rows(rows: ArrayLike, name: str) -> np.ndarray:
 
 
 def edges_meet_evenly(triangles: np.ndarray) -> bool:
-    """Tell whether every edge belongs to an even number of `triangles` (t, 3): whether space has an inside and an outside.
+    """Tell whether every edge belongs to an even number of `triangles` (t, 3): only then is there an inside.
 
-    A triangle that repeats a vertex has one edge twice, or three times, and the other none: it counts like any other.
+    A triangle that repeats a vertex has one edge twice and no other: it changes nothing.
     """
     directed = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]).astype(np.int64)
     directed = directed[directed[:, 0] != directed[:, 1]]

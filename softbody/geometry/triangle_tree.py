@@ -1,9 +1,9 @@
 """Which triangle of a mesh that deforms is closest to a point? A tree of boxes, refitted every step.
 
 The same answers as `closest_triangle`, bit for bit. The tree's shape is fixed once: triangles in an order in which
-neighbours are near each other, eight to a leaf, eight leaves to a node, and so on. When the mesh moves only the boxes do. A
-box is passed over only if it is farther than the best triangle by more than any rounding, and of triangles equally close,
-to the last bit, the one with the lowest number is taken: so the order of the search does not show.
+neighbours are near each other, eight to a leaf, eight leaves to a node, and so on. When the mesh moves only the boxes
+do. A box is passed over only if it is farther than the best triangle by more than any rounding, and of triangles
+equally close, to the last bit, the one with the lowest number is taken: so the order of the search does not show.
 """
 
 from __future__ import annotations
@@ -14,24 +14,24 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softbody.geometry.closest import Closest, no_answers, with_weights, write_answer
+from softbody.geometry.closest import Closest, with_weights, write_answer
 from softbody.geometry.parity_grid import bounding_box
-from softbody.geometry.triangle import nearest_on_triangle
+from softbody.geometry.triangle import squared_distance_to_triangle
 from softbody.geometry.triangle_list import checked_triangles
-from softbody.jit import jit
+from softbody.jit import jit, jit_inlined
 from softbody.vec import Vec, load, scale, sub
 
 WIDTH = 8  # children of a node: what a processor with 256-bit registers compares at once in float32
 
-# Boxes are float32, in units of the mesh's half size, about its middle. This is by how much they are grown: a float32 is
-# rounded by 2⁻²⁴, a corner and a point that is next to it once each, and the float64 of the triangles by far less.
+# Boxes are float32, in units of the mesh's half size, about its middle. This is by how much they are grown: a float32
+# is rounded by 2⁻²⁴, a corner and a point that is next to it once each, and the float64 of the triangles by far less.
 GROWTH = np.float32(2.0**-22)
 
 # Squared distances to boxes are lessened by this part, more than what seven float32 operations on them round.
 SLACK = np.float32(1.0 - 2.0**-20)
 
 # Points are drawn in to this many half sizes from the mesh: its square is finite in float32, and a bound stays one.
-FARTHEST = np.float32(1e18)
+FARTHEST = 1e18
 
 
 class TriangleTree(NamedTuple):
@@ -49,8 +49,8 @@ class TriangleTree(NamedTuple):
 def triangle_tree(vertices: ArrayLike, triangles: ArrayLike) -> TriangleTree:
     """Return a tree for a mesh: `vertices` (n, 3) [m], `triangles` (t, 3), of any kind.
 
-    The more the mesh later deforms, the more boxes overlap and the slower (never the less right) it gets; make a new one
-    then. Raises MeshError if an index is out of range or a vertex not finite.
+    The more the mesh later deforms, the more boxes overlap and the slower (never the less right) it gets; make a new
+    one then. Raises MeshError if an index is out of range or a vertex not finite.
     """
     vertices, triangles = checked_triangles(vertices, triangles)
     order = near_order(vertices[triangles].mean(axis=1))
@@ -74,7 +74,7 @@ def triangle_tree(vertices: ArrayLike, triangles: ArrayLike) -> TriangleTree:
 
 @jit
 def near_order(points: np.ndarray) -> np.ndarray:
-    """Return an order (n,) of `points` (n, 3) [m] in which each aligned run of eight, sixty-four, … lies close together.
+    """Return an order (n,) of `points` (n, 3) [m] in which each aligned run of 8, 64, … lies close together.
 
     Halved again and again across the longest side, at a multiple of eight times a power of two.
     """
@@ -256,7 +256,7 @@ def _leaf_squares(corners: np.ndarray, leaf: int, p: Vec, square: np.ndarray) ->
         a = corners[leaf, 0, s], corners[leaf, 1, s], corners[leaf, 2, s]
         b = corners[leaf, 3, s], corners[leaf, 4, s], corners[leaf, 5, s]
         c = corners[leaf, 6, s], corners[leaf, 7, s], corners[leaf, 8, s]
-        square[s] = nearest_on_triangle(p, a, b, c)[0]
+        square[s] = squared_distance_to_triangle(p, a, b, c)
 
 
 @jit
@@ -268,7 +268,7 @@ def _to_float32(x: float) -> np.float32:
 LEVEL_SHIFT = 40
 
 
-@jit
+@jit_inlined
 def _search(
     p: Vec,
     order: np.ndarray,
@@ -301,15 +301,7 @@ def _search(
             continue
         level = node_stack[count] >> LEVEL_SHIFT
         number = node_stack[count] & ((1 << LEVEL_SHIFT) - 1)
-        if level < 0:
-            pass
-        _box_bounds(boxes, level_start[level] + number, x, y, z, near)
         if level == 0:
-            nearest_box = near[0]
-            for s in range(1, near.shape[0]):
-                nearest_box = near[s] if near[s] < nearest_box else nearest_box
-            if nearest_box > limit:
-                continue
             _leaf_squares(corners, number, p, square)
             for s in range(WIDTH):
                 if square[s] <= best:
@@ -319,17 +311,20 @@ def _search(
                         closest = t
             limit = best * to_half_sizes
         else:
+            _box_bounds(boxes, level_start[level] + number, x, y, z, near)
             # The nearest child last, so that it is taken first; the others as they come.
             nearest = 0
+            least = near[0]
             for s in range(1, WIDTH):
-                if near[s] < near[nearest]:
+                if near[s] < least:
+                    least = near[s]
                     nearest = s
             for s in range(WIDTH):
                 node_stack[count] = (level - 1) << LEVEL_SHIFT | (WIDTH * number + s)
                 bound_stack[count] = near[s]
                 count += (s != nearest) & (near[s] <= limit) & (near[s] < np.inf)
             node_stack[count] = (level - 1) << LEVEL_SHIFT | (WIDTH * number + nearest)
-            bound_stack[count] = near[nearest]
+            bound_stack[count] = least
             count += 1
     return closest
 
@@ -366,6 +361,15 @@ def closest_all_in_tree(
     The tree must have been fitted to `vertices` (n, 3) [m]. The range lets threads share the work.
     """
     search = search_space(tree)
+    nodes, bounds, near, square = search.node, search.bound, search.near, search.square
+    order, corners, level_start, boxes = tree.order, tree.corners, tree.level_start, tree.boxes
+    middle = tree.frame[0], tree.frame[1], tree.frame[2]
+    per_metre = tree.frame[3]
     for q in range(first, last):
-        t, weights, distance = closest_in_tree(load(points, q), tree, vertices, search)
-        write_answer(answers, q, vertices, tree.triangles, t, weights, distance)
+        answers.triangle[q] = _search(
+            load(points, q), order, corners, level_start, boxes, middle, per_metre, nodes, bounds, near, square
+        )
+    triangles = tree.triangles
+    for q in range(first, last):
+        t, weights, distance = with_weights(load(points, q), vertices, triangles, answers.triangle[q])
+        write_answer(answers, q, vertices, triangles, t, weights, distance)
