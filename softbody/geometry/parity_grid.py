@@ -376,7 +376,9 @@ def _wanted(x: int, y: int, from_level: int, to_level: int) -> np.uint64:
     """Return the word that an entry, its guards set, can be subtracted by without a borrow if its box is met.
 
     That is, if it covers the fine step (x, y) of the column and reaches from `to_level` or below to `from_level` or
-    above.
+    above. Levels are halved to fit: a triangle one level below `from_level` or above `to_level` may be met, too.
+    Below, it is not hit; above, there would be one hit too many: so nothing may start at the level next to
+    `to_level`.
     """
     return (
         np.uint64(x) << _RIGHT
@@ -438,7 +440,7 @@ def point_in_parity_grid(p: Vec, grid: ParityGrid, vertices: np.ndarray) -> bool
     x, y, k, level = _place(p, f)
     if ((grid.inside[k] | grid.outside[k]) >> np.uint64(level)) & _ONE == _NONE:
         known = _next_known(grid.inside[k], grid.outside[k], level)
-        wanted = _wanted(x, y, level, known)
+        wanted = _wanted(x, y, level, known - 1)
         odd = _odd_hits(grid.triangles, grid.start, grid.entries, vertices, p, wanted, k)
         return odd ^ ((grid.inside[k] >> np.uint64(known)) & _ONE != _NONE)
     return (grid.inside[k] >> np.uint64(level)) & _ONE != _NONE
@@ -473,5 +475,5 @@ def points_in_parity_grid(
             p = load(points, unclear[u])
             x, y, k, level = _place(p, f)
             known = _next_known(inside[k], outside[k], level)
-            odd = _odd_hits(triangles, start, entries, vertices, p, _wanted(x, y, level, known), k)
+            odd = _odd_hits(triangles, start, entries, vertices, p, _wanted(x, y, level, known - 1), k)
             answers[unclear[u]] = odd ^ ((inside[k] >> np.uint64(known)) & _ONE != _NONE)
