@@ -1,4 +1,4 @@
-"""Does the grid answer what the exhaustive test answers, bit for bit, on any mesh and any point, also after it moved?"""
+"""Does the grid answer what the exhaustive test answers, on any mesh and any point, also after it moved?"""
 
 import numpy as np
 import pytest
