@@ -15,7 +15,7 @@ from softbody.vec import Vec, cross, dot, load, norm, scale, store, sub
 
 # Directions whose angle has a smaller sine count as one: to leave one out then moves the end of a shadow by less than
 # the rounding of its corners. (Triangles of one flat face, the edges of a box.)
-SAME_DIRECTION = 1e-15
+SAME_DIRECTION = 4e-15
 
 # Edge pairs with a smaller sine give no axis: below √ε their cross product is rounding noise, and face axes do.
 PARALLEL_SINE = 1e-8
@@ -54,12 +54,23 @@ def convex(vertices: ArrayLike, triangles: ArrayLike) -> Convex:
                 f"vertex {used[heights.argmax()]} stands {heights.max():.3g} m out over triangle {face}: the mesh "
                 "is not convex, or inside out; take its convex hull"
             )
-    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    edges = np.unique(np.sort(edges, axis=1), axis=0)
+    edges = _sharp_edges(faces[solid], normals)
     spans = points[edges[:, 1]] - points[edges[:, 0]]
     lengths = np.linalg.norm(spans, axis=1)
     spans = spans[lengths > 0.0] / lengths[lengths > 0.0, None]
     return Convex(points[used], _distinct(normals), _distinct(spans))
+
+
+def _sharp_edges(faces: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    """Return every edge (e, 2) once, but for those between two triangles of one flat face."""
+    directed = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    edges, edge_of, meetings = np.unique(np.sort(directed, axis=1), axis=0, return_inverse=True, return_counts=True)
+    by_edge = np.argsort(edge_of.ravel(), kind="stable")
+    first = np.cumsum(meetings) - meetings
+    paired = np.flatnonzero(meetings == 2)
+    one, other = (normals[by_edge[first[paired] + k] % len(faces)] for k in (0, 1))
+    flat = np.linalg.norm(np.cross(one, other), axis=1) < SAME_DIRECTION
+    return np.delete(edges, paired[flat], axis=0)
 
 
 def _distinct(directions: np.ndarray) -> np.ndarray:

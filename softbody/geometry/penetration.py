@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import NamedTuple
 
 import numpy as np
@@ -52,11 +53,13 @@ def find_penetrations(
     """Find those of `points` (m, 3) [m] that are inside a closed mesh, and its triangle closest to each; paper §4.3.
 
     `vertices` (n, 3) [m] are where the mesh of `grid` and `tree` is now: both are rebuilt here, as far as the two
-    bodies overlap. Returns how many are inside; the first rows of `found` hold them. Rows past its capacity are not
-    written.
+    bodies overlap. Returns how many are inside; the first rows of `found` hold them. If there are more than it
+    has room for, the rest are counted only. If any number is not finite, nothing is inside.
     """
     low_a, high_a = bounding_box(points)
     low_b, high_b = bounding_box(vertices)
+    if not isfinite(low_a[0] + high_a[0] + low_b[0] + high_b[0]):
+        return 0
     low = max(low_a[0], low_b[0]), max(low_a[1], low_b[1]), max(low_a[2], low_b[2])
     high = min(high_a[0], high_b[0]), min(high_a[1], high_b[1]), min(high_a[2], high_b[2])
     if not (low[0] <= high[0] and low[1] <= high[1] and low[2] <= high[2]):
