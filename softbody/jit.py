@@ -42,7 +42,19 @@ class _CoreCache(FunctionCache):
 
 def jit(function: Kernel) -> Kernel:
     """Compile `function` in nopython mode: strict IEEE arithmetic, disk cache, no GIL, x/0 = inf."""
-    kernel: Any = numba.njit(error_model="numpy", nogil=True)(function)
+    return _compiled(function)
+
+
+def jit_inlined(function: Kernel) -> Kernel:
+    """Compile like `jit`, and paste the body into every kernel that calls it.
+
+    For a large function in the innermost loop: LLVM leaves a call there, and then does not vectorise the loop.
+    """
+    return _compiled(function, inline="always")
+
+
+def _compiled(function: Kernel, **options: Any) -> Kernel:
+    kernel: Any = numba.njit(error_model="numpy", nogil=True, **options)(function)
     if kernel is not function:  # as it is under NUMBA_DISABLE_JIT=1
         kernel._cache = _CoreCache(function)
     return kernel

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from math import isfinite
+
 import numpy as np
 
+from softbody.geometry.orientation import LINE_ROUNDING, side_of_line, side_of_plane
 from softbody.geometry.triangle import area_vector, triangle_area
 from softbody.jit import jit
 from softbody.vec import Vec, add, cross, dot, load, norm, scale, sub
@@ -83,57 +86,78 @@ def inertia_tensor(vertices: np.ndarray, triangles: np.ndarray, mass: float) -> 
 
 
 @jit
-def _edge_crosses_right_of(p: Vec, a: Vec, b: Vec) -> bool:
-    """Tell whether, seen from above, the edge ab crosses the half-line from `p` towards +x.
+def _crossing(p: Vec, a: Vec, b: Vec) -> int:
+    """Return ±1 if, seen from above, the edge ab crosses the half-line from `p` to +x, going up (+y) or down; else 0.
 
-    Half-open in y, so that a vertex on the line belongs to one of its two edges. The caller passes the ends
-    in the same order for both triangles of an edge: both then round alike, and no point falls between them.
+    Half-open in y, and a point on the edge counts as right of it: so a vertex on the line belongs to one of its two
+    edges, and an edge through `p` crosses for both its triangles or for none, whichever way round it is given.
     """
     if (a[1] <= p[1]) == (b[1] <= p[1]):
-        return False
-    turn = (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])
-    return (turn > 0.0) == (b[1] > a[1])
+        return 0
+    turn = side_of_line(a[0], a[1], b[0], b[1], p[0], p[1])
+    if b[1] > a[1]:
+        return 1 if turn > 0.0 else 0
+    return -1 if turn < 0.0 else 0
 
 
 @jit
-def _ray_hits_triangle(p: Vec, vertices: np.ndarray, i: int, j: int, k: int) -> bool:
-    """Tell whether the ray from `p` along +z goes through the triangle of vertices i, j, k.
+def _is_clear(left: float, right: float) -> bool:
+    """Tell whether the sign of left − right is beyond what rounding can do to it; see `side_of_line`."""
+    return abs(left - right) >= LINE_ROUNDING * (abs(left) + abs(right))
 
-    A ray through a shared edge or vertex is counted for one of its triangles only, without any tolerance.
+
+@jit
+def ray_hits_triangle(p: Vec, a: Vec, b: Vec, c: Vec) -> bool:
+    """Tell whether the ray from `p` along +z goes through the triangle (a, b, c) [m]; paper §4.6.
+
+    Exact: a ray through an edge or vertex shared by two triangles counts for one of them only, even if the two have
+    copies of that vertex of their own, and a triangle without area, or on its edge seen from above, is never hit.
     """
-    if i > j:
-        i, j = j, i
-    if j > k:
-        j, k = k, j
-    if i > j:
-        i, j = j, i
-    a = load(vertices, i)
-    b = load(vertices, j)
-    c = load(vertices, k)
-    if p[2] >= max(a[2], b[2], c[2]):
+    a_low, b_low, c_low = a[1] <= p[1], b[1] <= p[1], c[1] <= p[1]
+    if a_low == b_low and b_low == c_low:
         return False
-    crossings = 0
-    crossings += _edge_crosses_right_of(p, a, b)
-    crossings += _edge_crosses_right_of(p, b, c)
-    crossings += _edge_crosses_right_of(p, a, c)
-    if crossings != 1:
+    # All three edges at once, as `_crossing` does one by one, but without a branch that the processor could mispredict.
+    ax, ay, _ = sub(a, p)
+    bx, by, _ = sub(b, p)
+    cx, cy, _ = sub(c, p)
+    ab, ba = ax * by, ay * bx
+    bc, cb = bx * cy, by * cx
+    ca, ac = cx * ay, cy * ax
+    if _is_clear(ab, ba) & _is_clear(bc, cb) & _is_clear(ca, ac):
+        up = (a_low & (not b_low) & (ab > ba)) + (b_low & (not c_low) & (bc > cb)) + (c_low & (not a_low) & (ca > ac))
+        down = (b_low & (not a_low) & (ab < ba)) + (c_low & (not b_low) & (bc < cb)) + (a_low & (not c_low) & (ca < ac))
+        facing = up - down
+    else:
+        facing = _crossing(p, a, b) + _crossing(p, b, c) + _crossing(p, c, a)
+    if facing == 0 or p[2] >= max(a[2], b[2], c[2]):
         return False
     if p[2] < min(a[2], b[2], c[2]):
         return True
-    n = cross(sub(b, a), sub(c, a))
-    return (dot(sub(a, p), n) > 0.0) == (n[2] > 0.0)
+    side = side_of_plane(a, b, c, p)
+    return side > 0.0 if facing > 0 else side < 0.0
 
 
 @jit
 def point_in_polyhedron(p: Vec, vertices: np.ndarray, triangles: np.ndarray) -> bool:
     """Tell whether `p` [m] is inside a closed mesh, convex or not, by parity of the hits of a ray; paper §4.6.
 
-    `vertices` (n, 3) [m], `triangles` (t, 3). Each crossing of the surface counts once, also where the ray
-    meets an edge or a vertex. On the surface itself the answer is one of the two, and always the same.
+    `vertices` (n, 3) [m], `triangles` (t, 3). Exhaustive: every triangle is tried; `softbody.geometry.parity_grid`
+    gives the same answers faster. Exact: no rounding, and each crossing of the surface counts once, also where the
+    ray meets an edge or a vertex. On the surface itself the answer is one of the two, and always the same.
+
+    What is answered, whatever the mesh: whether the ray from `p` along +z meets an odd number of triangles. So a point
+    is inside where the surfaces around it are odd in number: inside one sheet of a mesh that passes through itself,
+    outside where two overlap; which way a triangle faces is nothing to it; under a hole of an open mesh all is wrong.
+    A point that is not finite is outside.
     """
+    if not (isfinite(p[0]) and isfinite(p[1]) and isfinite(p[2])):
+        return False
     inside = False
     for t in range(triangles.shape[0]):
-        if _ray_hits_triangle(p, vertices, triangles[t, 0], triangles[t, 1], triangles[t, 2]):
+        a = load(vertices, triangles[t, 0])
+        b = load(vertices, triangles[t, 1])
+        c = load(vertices, triangles[t, 2])
+        if ray_hits_triangle(p, a, b, c):
             inside = not inside
     return inside
 
@@ -166,3 +190,16 @@ def point_in_convex(p: Vec, vertices: np.ndarray, triangles: np.ndarray) -> tupl
                 depth = behind
                 face = t
     return face >= 0 and depth >= 0.0, face, depth
+
+
+@jit
+def points_in_convex(
+    points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return (inside (m,) of bool, face (m,), depth (m,) [m]) for `points` (m, 3) [m]: see `point_in_convex`."""
+    inside = np.empty(points.shape[0], np.bool_)
+    faces = np.empty(points.shape[0], np.int64)
+    depths = np.empty(points.shape[0])
+    for q in range(points.shape[0]):
+        inside[q], faces[q], depths[q] = point_in_convex(load(points, q), vertices, triangles)
+    return inside, faces, depths

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from softbody.jit import jit
-from softbody.vec import Vec, cross, dot, sub
+from softbody.vec import Vec, cross, dot, load, sub
 
 
 @jit
@@ -39,3 +41,19 @@ def point_in_tetrahedron(p: Vec, a: Vec, b: Vec, c: Vec, d: Vec) -> bool:
         and sign * tetrahedron_volume(a, b, p, d) >= 0.0
         and sign * tetrahedron_volume(a, b, c, p) >= 0.0
     )
+
+
+@jit
+def points_in_tetrahedra(points: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return (inside (m,) of bool, weights (m, 4)) of each of `points` (m, 3) [m] in its own tetrahedron; paper §10.10.
+
+    `corners` (m, 4, 3) [m]. The weights, of the four corners, are NaN for a flat one.
+    """
+    inside = np.empty(points.shape[0], np.bool_)
+    weights = np.empty((points.shape[0], 4))
+    for q in range(points.shape[0]):
+        p = load(points, q)
+        a, b, c, d = load(corners[q], 0), load(corners[q], 1), load(corners[q], 2), load(corners[q], 3)
+        inside[q] = point_in_tetrahedron(p, a, b, c, d)
+        weights[q, 0], weights[q, 1], weights[q, 2], weights[q, 3] = barycentric_in_tetrahedron(p, a, b, c, d)
+    return inside, weights

@@ -1,0 +1,138 @@
+"""On which side of a line, or of a plane, is a point? Exactly, and fast where that is clear.
+
+A determinant of differences is computed in float64 first. If it is larger than its rounding can be, its sign is right;
+else the sign is decided by exact arithmetic on sums of floats that do not overlap (Shewchuk 1997). So the sign is
+that of the very numbers given, for coordinates between 1e-60 and 1e60 m: beyond, a product of three under- or
+overflows.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softbody.jit import jit
+from softbody.vec import Vec, sub
+
+HALF_ULP = 2.0**-53
+
+# What rounding can make of the two determinants, as a part of the sum of their terms' sizes (Shewchuk 1997, §4.2–4.3).
+LINE_ROUNDING = (3.0 + 16.0 * HALF_ULP) * HALF_ULP
+PLANE_ROUNDING = (7.0 + 56.0 * HALF_ULP) * HALF_ULP
+
+SPLITTER = 2.0**27 + 1.0  # halves the 53 bits of a float64
+
+LINE_TERMS = 12  # of the exact determinant of three points: six products of two floats each
+PLANE_TERMS = 4 * 2 * LINE_TERMS
+
+
+@jit
+def _split(a: float) -> tuple[float, float]:
+    """Return two floats of 26 bits that sum to `a` (Dekker 1971)."""
+    c = SPLITTER * a
+    high = c - (c - a)
+    return high, a - high
+
+
+@jit
+def _product(a: float, b: float) -> tuple[float, float]:
+    """Return a b and its rounding error: together, the product exactly (Dekker 1971)."""
+    product = a * b
+    a_high, a_low = _split(a)
+    b_high, b_low = _split(b)
+    return product, a_low * b_low - (((product - a_high * b_high) - a_low * b_high) - a_high * b_low)
+
+
+@jit
+def _grow(terms: np.ndarray, count: int, x: float) -> int:
+    """Add `x` to the exact sum in terms[:count], of growing size, none overlapping; return the new count."""
+    kept = 0
+    carry = x
+    for i in range(count):
+        total = carry + terms[i]
+        virtual = total - carry
+        rest = (carry - (total - virtual)) + (terms[i] - virtual)
+        carry = total
+        if rest != 0.0:
+            terms[kept] = rest
+            kept += 1
+    if carry != 0.0:
+        terms[kept] = carry
+        kept += 1
+    return kept
+
+
+@jit
+def _grow_by_product(terms: np.ndarray, count: int, a: float, b: float) -> int:
+    product, rest = _product(a, b)
+    return _grow(terms, _grow(terms, count, rest), product)
+
+
+@jit
+def _exact_turn(terms: np.ndarray, ax: float, ay: float, bx: float, by: float, cx: float, cy: float) -> int:
+    """Put det(a, b, c with a row of ones) into `terms` (12,), exactly; return the number of terms."""
+    n = _grow_by_product(terms, 0, ax, by)
+    n = _grow_by_product(terms, n, -ay, bx)
+    n = _grow_by_product(terms, n, bx, cy)
+    n = _grow_by_product(terms, n, -by, cx)
+    n = _grow_by_product(terms, n, cx, ay)
+    return _grow_by_product(terms, n, -cy, ax)
+
+
+@jit
+def _exact_side_of_line(ax: float, ay: float, bx: float, by: float, px: float, py: float) -> float:
+    terms = np.empty(LINE_TERMS)
+    count = _exact_turn(terms, ax, ay, bx, by, px, py)
+    return terms[count - 1] if count > 0 else 0.0
+
+
+@jit
+def side_of_line(ax: float, ay: float, bx: float, by: float, px: float, py: float) -> float:
+    """Return a number whose sign tells where (px, py) is, seen along the line from a to b: + left, 0 on it, − right.
+
+    Twice the area of the triangle (a, b, p) [m²], to rounding; the sign is exact.
+    """
+    left = (ax - px) * (by - py)
+    right = (ay - py) * (bx - px)
+    turn = left - right
+    if abs(turn) >= LINE_ROUNDING * (abs(left) + abs(right)):
+        return turn
+    return _exact_side_of_line(ax, ay, bx, by, px, py)
+
+
+@jit
+def _grow_by_scaled_turn(terms: np.ndarray, count: int, z: float, a: Vec, b: Vec, c: Vec) -> int:
+    """Add z det(a, b, c with a row of ones), seen from above, to the exact sum in `terms`."""
+    turn = np.empty(LINE_TERMS)
+    for i in range(_exact_turn(turn, a[0], a[1], b[0], b[1], c[0], c[1])):
+        count = _grow_by_product(terms, count, z, turn[i])
+    return count
+
+
+@jit
+def _exact_side_of_plane(a: Vec, b: Vec, c: Vec, p: Vec) -> float:
+    terms = np.empty(PLANE_TERMS)
+    n = _grow_by_scaled_turn(terms, 0, a[2], b, c, p)
+    n = _grow_by_scaled_turn(terms, n, -b[2], a, c, p)
+    n = _grow_by_scaled_turn(terms, n, c[2], a, b, p)
+    n = _grow_by_scaled_turn(terms, n, -p[2], a, b, c)
+    return terms[n - 1] if n > 0 else 0.0
+
+
+@jit
+def side_of_plane(a: Vec, b: Vec, c: Vec, p: Vec) -> float:
+    """Return a number whose sign tells where `p` is: + behind the triangle (a, b, c), 0 in its plane, − in front.
+
+    The front is where the triangle turns counter-clockwise. Six volumes of the tetrahedron [m³], to rounding; the sign
+    is exact.
+    """
+    ax, ay, az = sub(a, p)
+    bx, by, bz = sub(b, p)
+    cx, cy, cz = sub(c, p)
+    bc, cb = bx * cy, cx * by
+    ca, ac = cx * ay, ax * cy
+    ab, ba = ax * by, bx * ay
+    six_volumes = az * (bc - cb) + bz * (ca - ac) + cz * (ab - ba)
+    size = (abs(bc) + abs(cb)) * abs(az) + (abs(ca) + abs(ac)) * abs(bz) + (abs(ab) + abs(ba)) * abs(cz)
+    if abs(six_volumes) >= PLANE_ROUNDING * size:
+        return six_volumes
+    return _exact_side_of_plane(a, b, c, p)

@@ -1,0 +1,117 @@
+"""Which points are in a mesh, and which of its triangles are closest? For use from Python, with arrays checked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from softbody.errors import MeshError, ParameterError
+from softbody.geometry.closest import Closest
+from softbody.geometry.parity_grid import (
+    COLUMNS_PER_TRIANGLE,
+    ParityGrid,
+    parity_grid,
+    points_in_parity_grid,
+    rebuild_parity_grid,
+)
+from softbody.geometry.triangle_list import checked_points, checked_triangles
+from softbody.geometry.triangle_tree import TriangleTree, closest_all_in_tree, refit_triangle_tree, triangle_tree
+
+
+class MeshQuery:
+    """A triangle mesh that may move, to ask about many points at once.
+
+    `vertices` (n, 3) [m], `triangles` (t, 3). Whether points are inside needs a closed mesh; see
+    `point_in_polyhedron` for what is answered otherwise. `columns_per_triangle`: 4 is faster than 1/4 for a hundred
+    points a triangle and a mesh that does not move. Raises MeshError for arrays that are not triangles.
+    """
+
+    def __init__(
+        self, vertices: ArrayLike, triangles: ArrayLike, columns_per_triangle: float = COLUMNS_PER_TRIANGLE
+    ) -> None:
+        """Check and copy the arrays. The structures are made when they are first needed."""
+        if not 0.0 < columns_per_triangle <= 64.0:
+            raise ParameterError(
+                f"columns_per_triangle is {columns_per_triangle!r}; give a number up to 64, such as 0.25"
+            )
+        checked, self.triangles = checked_triangles(vertices, triangles)
+        self.vertices = checked.copy()
+        self._columns_per_triangle = columns_per_triangle
+        self._grid: ParityGrid | None = None
+        self._tree: TriangleTree | None = None
+        self._grid_is_old = self._tree_is_old = False
+
+    def move(self, vertices: ArrayLike) -> None:
+        """Move the mesh: new `vertices` (n, 3) [m] for the same triangles. All must be finite."""
+        moved = checked_points(vertices, "vertices")
+        if moved.shape != self.vertices.shape:
+            raise MeshError(f"vertices have shape {moved.shape}; the mesh has {len(self.vertices)} of them")
+        if not np.isfinite(moved).all():
+            i = int(np.argmin(np.isfinite(moved).all(axis=1)))
+            raise MeshError(f"vertex {i} is at {moved[i]}: not finite; repair its coordinates")
+        self.vertices[:] = moved
+        self._grid_is_old = self._tree_is_old = True
+
+    def contains(self, points: ArrayLike, threads: int = 1) -> np.ndarray:
+        """Tell for each of `points` (m, 3) [m] whether it is inside: (m,) of bool, the same for any `threads`."""
+        if self._grid is None:
+            self._grid = parity_grid(self.vertices, self.triangles, self._columns_per_triangle)
+        elif self._grid_is_old:
+            rebuild_parity_grid(self._grid, self.vertices)
+        self._grid_is_old = False
+        rows, grid = checked_points(points), self._grid
+        answers = np.empty(len(rows), bool)
+        _share(
+            lambda first, last: points_in_parity_grid(rows, grid, self.vertices, answers, first, last),
+            len(rows),
+            threads,
+        )
+        return answers
+
+    def closest(self, points: ArrayLike, threads: int = 1) -> Closest:
+        """Return the triangle closest to each of `points` (m, 3) [m], with weights, point and distance."""
+        if self._tree is None:
+            self._tree = triangle_tree(self.vertices, self.triangles)
+        elif self._tree_is_old:
+            refit_triangle_tree(self._tree, self.vertices)
+        self._tree_is_old = False
+        rows, tree = checked_points(points), self._tree
+        count = len(rows)
+        answers = Closest(np.empty(count, np.int64), np.empty((count, 3)), np.empty((count, 3)), np.empty(count))
+        _share(lambda first, last: closest_all_in_tree(rows, tree, self.vertices, answers, first, last), count, threads)
+        return answers
+
+
+def points_in_mesh(points: ArrayLike, vertices: ArrayLike, triangles: ArrayLike, threads: int = 1) -> np.ndarray:
+    """Tell for each of `points` (m, 3) [m] whether it is inside a closed mesh, convex or not: (m,) of bool; paper §4.6.
+
+    `vertices` (n, 3) [m], `triangles` (t, 3). For a mesh that moves, `MeshQuery` saves checking it anew.
+    """
+    rows = checked_points(points)
+    # More columns where more points pay for them.
+    columns = min(4.0, max(COLUMNS_PER_TRIANGLE, 0.04 * len(rows) / max(1, len(np.asarray(triangles)))))
+    return MeshQuery(vertices, triangles, columns).contains(rows, threads)
+
+
+def closest_on_mesh(points: ArrayLike, vertices: ArrayLike, triangles: ArrayLike, threads: int = 1) -> Closest:
+    """Return the triangle of a mesh closest to each of `points` (m, 3) [m], with weights, point and distance.
+
+    `vertices` (n, 3) [m], `triangles` (t, 3), of any kind. For a mesh that moves, `MeshQuery` saves making its tree
+    anew.
+    """
+    return MeshQuery(vertices, triangles).closest(points, threads)
+
+
+def _share(work: Callable[[int, int], object], count: int, threads: int) -> None:
+    """Call work(first, last) for equal parts of `count` on as many threads; the kernels let go of the GIL."""
+    if not isinstance(threads, (int, np.integer)) or threads < 1:
+        raise ParameterError(f"threads is {threads!r}; give a whole number from 1 on")
+    if threads == 1:
+        work(0, count)
+        return
+    edges = [count * k // threads for k in range(threads + 1)]
+    with ThreadPoolExecutor(threads) as pool:
+        list(pool.map(work, edges[:-1], edges[1:]))

@@ -1,0 +1,66 @@
+"""Are these arrays triangles at all? What every structure on them asks before it is made."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from softbody.errors import MeshError
+
+MOST = 2**31 - 1  # triangles and vertices: structures hold their numbers as int32
+
+
+def checked_triangles(vertices: ArrayLike, triangles: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    """Return both as contiguous float64 (n, 3) and int64 (t, 3) arrays, neither of them empty.
+
+    Raises MeshError if they are not, if a vertex is not finite or an index out of range. Nothing else is asked: the
+    triangles may be degenerate, overlap, or leave holes; `softbody.Mesh` asks for a closed solid.
+    """
+    points, faces = checked_points(vertices, "vertices"), _rows(triangles, "triangles")
+    if len(points) == 0 or len(faces) == 0:
+        raise MeshError("the mesh is empty; give at least one triangle")
+    if max(len(points), len(faces)) > MOST:
+        raise MeshError(f"the mesh has more than {MOST} vertices or triangles; split it")
+    if faces.dtype.kind not in "iu":
+        raise MeshError(f"triangles are {faces.dtype}; give vertex indices, as integers")
+    wrong = ((faces < 0) | (faces >= len(points))).any(axis=1)
+    if wrong.any():
+        t = int(np.argmax(wrong))
+        raise MeshError(f"triangle {t} is {faces[t]}, but vertices run from 0 to {len(points) - 1}; repair its indices")
+    spoiled = ~np.isfinite(points).all(axis=1)
+    if spoiled.any():
+        i = int(np.argmax(spoiled))
+        raise MeshError(f"vertex {i} is at {points[i]}: not finite; repair its coordinates")
+    return points, np.ascontiguousarray(faces, np.int64)
+
+
+def checked_points(points: ArrayLike, name: str = "points") -> np.ndarray:
+    """Return `points` as a contiguous float64 (m, 3) array, or raise MeshError; they may be none, or not finite."""
+    rows = _rows(points, name)
+    return np.ascontiguousarray(rows, np.float64)
+
+
+def _rows(rows: ArrayLike, name: str) -> np.ndarray:
+    try:
+        array = np.asarray(rows)
+        if array.dtype.kind not in "iuf":
+            raise TypeError(f"{array.dtype} is not a type of real numbers")
+    except (TypeError, ValueError) as error:
+        raise MeshError(f"{name} are not numbers in rows of three; give an (n, 3) array") from error
+    if array.size == 0 and array.ndim == 1:
+        return np.empty((0, 3))
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise MeshError(f"{name} have shape {array.shape}; give an (n, 3) array")
+    return array
+
+
+def edges_meet_evenly(triangles: np.ndarray) -> bool:
+    """Tell whether every edge belongs to an even number of `triangles` (t, 3): only then is there an inside.
+
+    A triangle that repeats a vertex has one edge twice and no other: it changes nothing.
+    """
+    directed = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]).astype(np.int64)
+    directed = directed[directed[:, 0] != directed[:, 1]]
+    low, high = directed.min(axis=1), directed.max(axis=1)
+    _, meetings = np.unique(low * (int(triangles.max()) + 1) + high, return_counts=True)
+    return bool((meetings % 2 == 0).all())

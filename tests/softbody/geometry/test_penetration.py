@@ -1,0 +1,75 @@
+"""Does the narrow phase find the points of one body in another, and the triangles, as trying everything does?"""
+
+import numpy as np
+import pytest
+
+import softbody
+from softbody.geometry import (
+    find_penetrations,
+    find_penetrations_exhaustively,
+    parity_grid,
+    room_for_penetrations,
+    triangle_tree,
+)
+from tests.softbody.geometry.shapes import BALL, TORUS, T, V, turned
+
+
+def both(points, vertices, triangles, capacity=None):
+    """Rows found by the structures and by trying everything."""
+    found = []
+    grid, tree = parity_grid(vertices, triangles), triangle_tree(vertices, triangles)
+    for find in (
+        lambda rows: find_penetrations(points, vertices, grid, tree, rows),
+        lambda rows: find_penetrations_exhaustively(points, vertices, triangles, rows),
+    ):
+        rows = room_for_penetrations(len(points) if capacity is None else capacity)
+        count = find(rows)
+        found.append((count, [a[: min(count, len(a))].tolist() for a in rows]))
+    return found
+
+
+@pytest.mark.parametrize("shift", np.random.default_rng(0).uniform(-1.5, 1.5, (12, 3)).tolist())
+@pytest.mark.parametrize("mesh", [BALL, TORUS], ids=["ball", "torus"])
+def test_the_structures_find_what_trying_everything_finds(mesh, shift):
+    accelerated, exhaustive = both(turned(TORUS.vertices) + shift, mesh.vertices, mesh.triangles)
+    assert accelerated == exhaustive
+
+
+def test_a_stack_of_equal_bodies_is_judged_right():
+    points = V + [0.0, 0.0, 1.5]
+    (count, rows), exhaustive = both(points, V, T)
+    assert (count, rows) == exhaustive
+    assert count > 0
+    assert rows[0] == [i for i, p in enumerate(points) if np.linalg.norm(p) < 0.99]
+
+
+def test_a_point_in_a_cube_is_as_deep_as_its_next_face():
+    cube = softbody.box((2.0, 2.0, 2.0))
+    (count, (number, triangle, weights, depth)), _ = both(
+        np.array([[5.0, 0.0, 0.0], [0.75, 0.2, 0.1]]), cube.vertices, cube.triangles
+    )
+    assert (count, number, depth) == (1, [1], [0.25])
+    foot = weights[0] @ cube.vertices[cube.triangles[triangle[0]]]
+    assert foot == pytest.approx([1.0, 0.2, 0.1], abs=1e-15)
+
+
+def test_bodies_apart_or_nested_are_answered():
+    assert both(V + 5.0, V, T)[0] == both(V + 5.0, V, T)[1]
+    assert both(V + 5.0, V, T)[0][0] == 0
+    assert both(0.3 * V, V, T)[0] == both(0.3 * V, V, T)[1]
+    assert both(0.3 * V, V, T)[0][0] == len(V)
+
+
+def test_more_points_than_there_is_room_for_are_counted():
+    accelerated, exhaustive = both(0.3 * V, V, T, capacity=10)
+    assert accelerated == exhaustive
+    assert accelerated[0] == len(V)
+    assert len(accelerated[1][0]) == 10
+
+
+def test_points_or_vertices_that_are_not_finite_are_inside_nothing():
+    spoiled = 0.3 * V
+    spoiled[5] = np.nan
+    for points, vertices in ((spoiled, V), (0.3 * V, np.where(np.arange(len(V))[:, None] == 3, np.nan, V))):
+        rows = room_for_penetrations(len(V))
+        assert find_penetrations(points, vertices, parity_grid(V, T), triangle_tree(V, T), rows) == 0
