@@ -11,7 +11,7 @@ the same impacts differ by a quarter of their speed. Defaults that are switched 
 - deterministicOverlappingPairs 1: the same bits twice;
 - linearDamping, angularDamping 0 (0.04 by default); lateral, rolling, spinning friction 0 (0.5 lateral by default);
 - restitution e on a and 1 on b: Bullet multiplies them, and its default is 0;
-- collisionMargin 0: the default rounds the boxes' corners; maxJointVelocity 1e9: the default clamps to ±100;
+- collisionMargin 0: no effect was seen on these contacts; maxJointVelocity 1e9: the default clamps to ±100;
 - bodies are created anew for every trial, at their pose: one that is moved keeps its old world inertia until it steps.
 
 An overlap of depth 0 mostly gives no contact: ask for 1e-12 m or more.

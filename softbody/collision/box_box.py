@@ -60,7 +60,8 @@ def _deepest_point(
     """Return the mean of the corners that lie farthest along `direction`, each moved over the other box's face.
 
     The corners of a wide box lie outside the face of a narrow one that rests on it: without the move the point
-    would be the middle of the wide face, and the narrow box would be struck where it is not.
+    would be the middle of the wide face, and the narrow box would be struck where it is not. For faces that lie
+    twisted on each other the mean is near their common part only, not always within it.
     """
     farthest = -np.inf
     for k in range(8):

@@ -99,7 +99,7 @@ def test_vertices_shifted_along_z_are_no_trouble(cases):
 
 
 def test_a_direction_that_meets_a_corner_or_an_edge_is_thrown_away(cases):
-    # the first direction drawn, from inside the unit cube straight to a corner, and to the middle of an edge
+    # the first one drawn leads from inside the unit cube straight to a corner, or to the middle of an edge
     direction = np.random.default_rng(0).integers(-(2**20), 2**20, 3)
     corner = (direction > 0).astype(float)
     for k in range(3):
@@ -108,7 +108,6 @@ def test_a_direction_that_meets_a_corner_or_an_edge_is_thrown_away(cases):
             start = target - direction / 2.0**22
             assert exact.point_in_mesh(start, *cases.cube()) == 1
             assert exact.point_in_mesh(2 * target - start, *cases.cube()) == -1
-            assert exact.point_in_mesh(start + 4 * (start - target), *cases.cube()) == 1
 
 
 def test_the_hole_of_a_torus_is_outside(cases):
@@ -121,8 +120,8 @@ def test_triangles_without_area_change_nothing_but_count_as_surface(cases):
     vertices = np.concatenate([vertices, [(0.5, 0.5, 1.5)]])
     # the needle 7 – 8 – 7 sticks out of the corner (1, 1, 1)
     needle = np.concatenate([triangles, [(7, 8, 7), (8, 7, 7)]])
-    points = [(0.5, 0.5, 0.5), (0.75, 0.75, 1.25), (0.75, 0.75, 1.5), (0.5, 0.5, 1.25)]
-    assert exact.points_in_mesh(points, vertices, needle).tolist() == [1, 0, -1, -1]
+    points = [(0.5, 0.5, 0.5), (0.75, 0.75, 1.25), (0.5, 0.5, 1.5), (0.75, 0.75, 1.5), (0.25, 0.25, 1.75)]
+    assert exact.points_in_mesh(points, vertices, needle).tolist() == [1, 0, 0, -1, -1]
 
 
 def test_the_turning_of_the_triangles_does_not_matter(cases, rng):

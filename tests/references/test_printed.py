@@ -207,6 +207,16 @@ def test_e20_is_right_at_random_points_and_wrong_above_and_below_vertices(cases,
     assert missed.mean() > 0.8
 
 
+def test_e20_counts_an_edge_twice_and_an_apex_of_three_triangles_three_times():
+    vertices = np.array([(1, 0, 0), (-1, 1, 0), (-1, -1, 0), (0, 0, 1)], float)
+    triangles = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
+    points = [(0, 0, 0.25), (0.5, 0, 0.1), (-0.1, 0.05, 0.25)]  # below the apex, an edge, a face: all inside
+    assert printed.parity_counting_every_hit(points, vertices, triangles).tolist() == [True, False, True]
+    upside_down = vertices * [1, 1, -1], triangles[:, ::-1]
+    points = [(0, 0, -2), (0.5, 0, -2), (-0.1, 0.05, -2)]  # two hits each, if edges and vertices count once
+    assert printed.parity_counting_every_hit(points, *upside_down).tolist() == [False, True, False]
+
+
 def test_no_points_give_no_answers(cases):
     assert printed.parity_by_z_difference(np.empty((0, 3)), *cases.cube()).shape == (0,)
     assert printed.parity_counting_every_hit(np.empty((0, 3)), *cases.cube()).shape == (0,)

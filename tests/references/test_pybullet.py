@@ -94,6 +94,12 @@ def test_a_static_box_stays_and_slow_impacts_bounce_too():
     assert np.array_equal(got.velocity_b, [[0, 0, 0]])
 
 
+def test_fast_boxes_are_not_clamped():
+    a = [[1.0, 1.0, 1.0]], [2.0], [[0.0, 0.0, 1.0 - 1e-6]], [UPRIGHT], [[150.0, 0.0, -400.0]], [[0.0, 0.0, 0.0]]
+    b = [[4.0, 4.0, 1.0]], [np.inf], [[0.0, 0.0, 0.0]], [UPRIGHT], [[0.0, 0.0, 0.0]], [[0.0, 0.0, 0.0]]
+    assert_allclose(pybullet.one_impact(*a, *b, 0.5).velocity_a, [[150, 0, 200]], rtol=1e-12)
+
+
 def test_nothing_is_left_from_one_trial_to_the_next(cases, rng):
     case, _ = cases.impacts(rng, 10, "corner")
     e = np.linspace(0, 1, 10)

@@ -27,6 +27,18 @@ def test_a_cube_measures_what_a_cube_measures(cases):
     assert_allclose(trimesh.inertia(vertices, triangles, 12.0), np.diag([13.0, 10.0, 5.0]), atol=1e-12)
 
 
+def test_the_centroid_is_that_of_the_solid_not_of_its_surface_or_vertices():
+    corner = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, 0.5)], float)
+    triangles = np.array([(0, 2, 1), (0, 1, 4), (4, 1, 3), (0, 4, 2), (4, 3, 2), (1, 2, 3)])
+    assert_allclose(trimesh.centroid(corner, triangles), [0.25, 0.25, 0.25], rtol=1e-14)
+
+
+def test_a_tiny_mesh_is_not_merged_away(cases):
+    vertices, triangles = cases.torus(1.0, 0.4, 12, 8)
+    tiny = trimesh.volume(1e-9 * vertices, triangles)
+    assert tiny == pytest.approx(1e-27 * trimesh.volume(vertices, triangles), rel=1e-12)
+
+
 def test_a_mesh_far_away_measures_the_same(cases):
     vertices, triangles = cases.torus(1.0, 0.4, 12, 8)
     away = np.array([1e6, -2e6, 3e6])
@@ -55,6 +67,14 @@ def test_points_are_inside_where_integers_say_so(cases, rng):
     inside = exact.points_in_mesh(points, *mesh) > 0
     assert 20 < inside.sum() < 200
     assert np.array_equal(trimesh.points_in_mesh(points, *mesh), inside)
+
+
+def test_points_in_a_mesh_far_away_are_found(cases):
+    vertices, triangles = cases.cube()
+    assert trimesh.points_in_mesh([(100.5, 0.5, 0.5), (0.5, 0.5, 0.5)], vertices + [100, 0, 0], triangles).tolist() == [
+        True,
+        False,
+    ]
 
 
 def test_points_are_judged_rightly_down_to_the_margin(cases):

@@ -99,12 +99,21 @@ def barely_touching(a, b, depth=1e-6):
     return a[0], add(a[1], scale(deep - depth, normal)), a[2]
 
 
+def lies_flat(box, direction):
+    """Whether an edge or a face of a box, and not one corner, lies farthest along `direction`."""
+    size, _, q = box
+    reach = sorted(abs(s * c) for s, c in zip(size, rotate_inverse(q, direction)))
+    return reach[0] < 1e-4
+
+
 @given(boxes, boxes)
-def test_the_point_lies_on_the_surface_of_both_boxes_that_barely_touch(a, b):
+def test_the_point_lies_on_the_surface_of_both_boxes_that_barely_touch_at_a_corner_or_edge(a, b):
+    """Where faces lie flat but twisted, the point is only near both: there the contact is a polygon."""
     assume(box_box_contact(*a, *b)[0] > 0.0)
     a = barely_touching(a, b)
     depth, point, normal = box_box_contact(*a, *b)
     assume(0.5e-6 < depth < 2e-6)
+    assume(not (lies_flat(a, normal) and lies_flat(b, normal)))
     assert abs(outside(point, a)) < 1e-5
     assert abs(outside(point, b)) < 1e-5
 

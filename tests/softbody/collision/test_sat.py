@@ -81,6 +81,19 @@ def test_two_edges_that_cross_part_along_their_cross_product():
     assert axis == 6 + 3 * 0 + 1
 
 
+@pytest.mark.parametrize("i", range(3))
+@pytest.mark.parametrize("j", range(3))
+def test_each_edge_of_a_is_tried_across_each_edge_of_b(i, j):
+    """The same picture with the cubes turned about (1, 1, 1), so that edge i of a lies along x and j of b along y."""
+    size, place, upper, _, _, lower = crossing_edges(1.45)
+    upper = product(upper, about((1, 1, 1), -2 * pi / 3 * i))
+    lower = product(lower, about((1, 1, 1), 2 * pi / 3 * (1 - j)))
+    separation, normal, axis = box_box_separation(size, place, upper, size, ORIGIN, lower)
+    assert separation == pytest.approx(1.45 - sqrt(2), abs=1e-14)
+    assert normal == pytest.approx((0.0, 0.0, 1.0), abs=1e-14)
+    assert axis == 6 + 3 * i + j
+
+
 def test_the_papers_axes_see_a_hit_where_two_edges_pass_each_other():
     assert box_box_separation(*crossing_edges(1.45))[0] == pytest.approx(1.45 - sqrt(2), abs=1e-14)
     assert box_box_separation(*crossing_edges(1.45), True)[0] < 0.0

@@ -50,6 +50,16 @@ def test_the_estimate_bounds_the_true_frequency_and_is_at_most_three_times_too_h
     assert bound < 3.0 * true
 
 
+def test_a_skin_without_springs_is_bounded_by_the_bending_of_its_gas():
+    """On a fine mesh neighbours slip past each other faster than the whole breathes."""
+    world = softbody.World()
+    ball = softbody.icosphere(2)
+    world.add_soft_body(ball, 2.0, 0.0, 5.0)
+    bound = highest_frequency(world.model, ball.vertices, 0)
+    true = true_highest_frequency(world.model, ball.vertices)
+    assert true <= bound < 3.0 * true
+
+
 def test_each_body_is_asked_for_by_its_index():
     world = softbody.World()
     world.add_soft_body(softbody.tetrahedron(), 1.0, 10.0, 1.0)

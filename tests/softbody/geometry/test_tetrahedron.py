@@ -10,15 +10,15 @@ from hypothesis import strategies as st
 from softbody.geometry.tetrahedron import barycentric_in_tetrahedron, point_in_tetrahedron, tetrahedron_volume
 from softbody.vec import scale
 
-O, X, Y, Z = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+ORIGIN, X, Y, Z = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
 coordinate = st.floats(-5.0, 5.0)
 vectors = st.tuples(coordinate, coordinate, coordinate)
 
 
 def test_the_corner_of_a_unit_cube_has_a_sixth_of_its_volume():
-    assert tetrahedron_volume(O, X, Y, Z) == pytest.approx(1 / 6, rel=1e-15)
-    assert tetrahedron_volume(O, Y, X, Z) == pytest.approx(-1 / 6, rel=1e-15)
+    assert tetrahedron_volume(ORIGIN, X, Y, Z) == pytest.approx(1 / 6, rel=1e-15)
+    assert tetrahedron_volume(ORIGIN, Y, X, Z) == pytest.approx(-1 / 6, rel=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -30,7 +30,7 @@ def test_the_corner_of_a_unit_cube_has_a_sixth_of_its_volume():
         ((-0.1, 0.1, 0.1), False),
         ((0.1, -0.1, 0.1), False),
         ((0.1, 0.1, -0.1), False),
-        (O, True),
+        (ORIGIN, True),
         (X, True),
         (Y, True),
         (Z, True),
@@ -43,13 +43,15 @@ def test_the_corner_of_a_unit_cube_has_a_sixth_of_its_volume():
     ],
 )
 def test_a_point_is_in_it_in_every_order_of_the_corners(p, inside):
-    for corners in permutations((O, X, Y, Z)):
+    for corners in permutations((ORIGIN, X, Y, Z)):
         assert point_in_tetrahedron(p, *corners) is inside
 
 
-@pytest.mark.parametrize("corners", [(O, X, Y, (1.0, 1.0, 0.0)), (O, X, (2.0, 0.0, 0.0), Z), (O, O, X, Y), (O,) * 4])
+@pytest.mark.parametrize(
+    "corners", [(ORIGIN, X, Y, (1.0, 1.0, 0.0)), (ORIGIN, X, (2.0, 0.0, 0.0), Z), (ORIGIN, ORIGIN, X, Y), (ORIGIN,) * 4]
+)
 def test_a_flat_one_contains_nothing(corners):
-    for p in (O, X, (0.25, 0.25, 0.0), (0.2, 0.2, 0.2)):
+    for p in (ORIGIN, X, (0.25, 0.25, 0.0), (0.2, 0.2, 0.2)):
         assert not point_in_tetrahedron(p, *corners)
 
 
@@ -70,8 +72,8 @@ def test_a_point_is_inside_where_no_weight_is_negative(p, a, b, c, d):
 
 
 def test_the_weights_at_the_corners_are_one_and_zero():
-    for k, p in enumerate((O, X, Y, Z)):
-        assert barycentric_in_tetrahedron(p, O, X, Y, Z) == tuple(float(k == i) for i in range(4))
+    for k, p in enumerate((ORIGIN, X, Y, Z)):
+        assert barycentric_in_tetrahedron(p, ORIGIN, X, Y, Z) == tuple(float(k == i) for i in range(4))
 
 
 @given(vectors, vectors, vectors, vectors)
