@@ -62,12 +62,25 @@ def _vector_attributes() -> list[str]:
     return attributes
 
 
-if numba.config.DISABLE_JIT:
+if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
 
     def arrays_do_not_overlap() -> None:
         """Promise that no array that the calling kernel writes to overlaps another of its arguments."""
 
+    def compile_apart() -> None:
+        """Keep the calling kernel out of its callers' machine code."""
+
 else:
+
+    @intrinsic
+    def compile_apart(typing_context: Any) -> Any:  # type: ignore[misc]
+        """Keep the calling kernel out of its callers' machine code: else each of them takes as long to compile."""
+
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            builder.function.attributes.add("noinline")
+            return context.get_dummy_value()
+
+        return numba.types.void(), generate
 
     @intrinsic
     def arrays_do_not_overlap(typing_context: Any) -> Any:  # type: ignore[misc]
@@ -82,6 +95,7 @@ else:
             for argument in builder.function.args:
                 if isinstance(argument.type, ir.PointerType):
                     argument.add_attribute("noalias")
+            builder.function.attributes.add("noinline")  # as for compile_apart
             for attribute in _vector_attributes():
                 set.add(builder.function.attributes, attribute)  # llvmlite's own `add` knows plain names only
             return context.get_dummy_value()

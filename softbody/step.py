@@ -8,75 +8,56 @@ from softbody.collision.box_box import box_box_contact
 from softbody.collision.ground import ground_boxes, ground_soft_bodies
 from softbody.collision.impulse import resolve_contact
 from softbody.collision.material import combined_friction, combined_restitution
-from softbody.dynamics.integrators import WORK_ROWS, integrate
+from softbody.dynamics.motion import move_soft_bodies, work_array
 from softbody.dynamics.rigid import move_boxes
-from softbody.geometry.polyhedron import signed_volume
 from softbody.jit import jit
 from softbody.quaternion import load_quaternion
 from softbody.state import Model, RigidBodies, State, boxes_of
-from softbody.vec import Vec, accumulate, load, scale
-
-# What `run` says of the soft body that stopped it.
-DIVERGED = 1
-COLLAPSED = 2
+from softbody.vec import Vec, accumulate, load, scale, store
 
 
 @jit
-def run(model: Model, state: State, h: float, steps: int, integrator: int, paper_axes: bool) -> tuple[int, int, int]:
+def run(
+    model: Model, state: State, h: float, steps: int, integrator: int, paper_axes: bool, substeps: int
+) -> tuple[int, int, int]:
     """Advance a world by `steps` steps of `h` [s]; return (steps done, fault, soft body).
 
-    On a fault (DIVERGED or COLLAPSED, else 0) the state is that of the last good step.
+    Soft bodies take each step in `substeps` equal parts; boxes and contacts take it as one. On a fault (DIVERGED or
+    COLLAPSED, else 0) the state is that of the last good step.
     """
     next_position = np.empty_like(state.position)
     next_velocity = np.empty_like(state.velocity)
-    work = np.empty((WORK_ROWS, state.position.shape[0], 3))
+    work = work_array(model)
     bodies = boxes_of(model, state)
-    for done in range(steps):
-        integrate(integrator, model, state.position, state.velocity, h, next_position, next_velocity, work)
-        fault, body = find_fault(model, next_position, next_velocity, h)
+    stretch = 1 if soft_bodies_touch(model) else steps
+    done = 0
+    while done < steps:
+        count = min(stretch, steps - done)
+        part = h / substeps
+        moved, fault, body = move_soft_bodies(
+            model, state, part, count * substeps, integrator, next_position, next_velocity, work
+        )
+        if fault:
+            count = moved // substeps
+            move_soft_bodies(model, state, part, count * substeps, integrator, next_position, next_velocity, work)
+        for i in range(state.position.shape[0]):
+            store(state.position, i, load(next_position, i))
+            store(state.velocity, i, load(next_velocity, i))
+        for _ in range(count):
+            move_boxes(model, state, h)
+            collide_boxes(model, state, bodies, paper_axes)
+            ground_boxes(model, state, bodies)
+        done += count
         if fault:
             return done, fault, body
-        state.position[:] = next_position
-        state.velocity[:] = next_velocity
-        move_boxes(model, state, h)
-        collide_boxes(model, state, bodies, paper_axes)
-        ground_boxes(model, state, bodies)
         ground_soft_bodies(model, state)
     return steps, 0, -1
 
 
 @jit
-def find_fault(model: Model, position: np.ndarray, velocity: np.ndarray, h: float) -> tuple[int, int]:
-    """Return (fault, soft body) of the first soft body that diverged or collapsed, or (0, −1).
-
-    Diverged: some particle is not finite, or would cross its whole body in one more step, as seen from the
-    body's mean velocity. Collapsed: the gas has no volume left, and its pressure no meaning.
-    """
-    for body in range(model.gas.shape[0]):
-        first = model.particle_start[body]
-        end = model.particle_start[body + 1]
-        mean = (0.0, 0.0, 0.0)
-        low = load(position, first)
-        high = low
-        for i in range(first, end):
-            mean = (mean[0] + velocity[i, 0], mean[1] + velocity[i, 1], mean[2] + velocity[i, 2])
-            p = load(position, i)
-            low = (min(low[0], p[0]), min(low[1], p[1]), min(low[2], p[2]))
-            high = (max(high[0], p[0]), max(high[1], p[1]), max(high[2], p[2]))
-        mean = scale(1.0 / (end - first), mean)
-        extent = max(high[0] - low[0], high[1] - low[1], high[2] - low[2])
-        for i in range(first, end):
-            for c in range(3):
-                # Written so that NaN, for which every comparison is false, counts as diverged.
-                if not h * abs(velocity[i, c] - mean[c]) < extent:
-                    return DIVERGED, body
-        triangles = model.triangles[model.triangle_start[body] : model.triangle_start[body + 1]]
-        volume = signed_volume(position, triangles)
-        if not volume < np.inf:
-            return DIVERGED, body
-        if volume <= 0.0:
-            return COLLAPSED, body
-    return 0, -1
+def soft_bodies_touch(model: Model) -> bool:
+    """Tell whether soft bodies can touch anything, so that they must stop for contacts after every step."""
+    return model.ground_height > -np.inf
 
 
 @jit

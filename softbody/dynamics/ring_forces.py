@@ -11,22 +11,21 @@ from math import sqrt
 
 import numpy as np
 
-from softbody.jit import arrays_do_not_overlap, jit
+from softbody.jit import arrays_do_not_overlap, compile_apart, jit
 from softbody.state import Model
 
 # Rows of the work array in which one body moves, by place: three each for x, y and z.
-POSITION = 0  # [m]
+POSITION = 0  # [m]; velocities follow positions
 VELOCITY = 3  # [m/s]
 NEXT_POSITION = 6  # [m] of a stage, in the end of the step
 NEXT_VELOCITY = 9  # [m/s²] a weighted sum of accelerations, in the end the velocity [m/s]
 PULL = 12  # [N] of the springs, and of everything else but gas and gravity
 AREA = 15  # G [m²]
 MOMENT = 18  # x · G [m³], one row
-STAGE_VELOCITY = 19  # [m/s], kept only where something damps
-LAST = 22  # [m/s²] the stage before, for rk4
-SHIFT = 25  # [m/s²] sum over the stages, for rk4
-SAVED = 28  # position and velocity of the last good step, six rows
-WORK_ROWS = 34
+STAGE_VELOCITY = 19  # [m/s] for rk4, and where something damps
+SHIFT = 22  # [m/s²] sum over the stages, for rk4
+SAVED = 25  # position and velocity of the last good step, six rows
+WORK_ROWS = 31
 
 LANES = 8  # partial sums of a long sum
 
@@ -96,11 +95,13 @@ def ring_sums(
 
 
 @jit
-def any_ring_sums(model: Model, block: int, rows: np.ndarray, work: np.ndarray) -> None:
+def any_ring_sums(model: Model, block: int, at: int, work: np.ndarray) -> None:
     """Do the same for a block of any degree, where a particle's entries may be several cycles.
 
-    `rows` (3, n) positions [m]; the sums go to the rows PULL, AREA and MOMENT of `work`.
+    Positions [m] are the rows `at` … `at` + 2 of `work`; the sums go to its rows PULL, AREA and MOMENT.
     """
+    compile_apart()
+    rows = work[at : at + 3]
     first, end, degree, entry, behind = model.rings.block[block]
     count = end - first
     for q in range(count):
@@ -129,19 +130,23 @@ def any_ring_sums(model: Model, block: int, rows: np.ndarray, work: np.ndarray) 
 
 
 @jit
-def ring_forces(model: Model, body: int, rows: np.ndarray, work: np.ndarray) -> float:
-    """Overwrite the rows PULL and AREA of `work` for one body at `rows` (3, n) [m]; return its volume [m³]."""
+def ring_forces(model: Model, body: int, at: int, work: np.ndarray) -> float:
+    """Overwrite the rows PULL and AREA of `work` for one body; return its volume [m³].
+
+    Its positions [m] by place are the rows `at` … `at` + 2 of `work`.
+    """
+    compile_apart()
     rings = model.rings
     common = rings.common_stiffness[body]
-    x, y, z = rows[0], rows[1], rows[2]
+    x, y, z = work[at], work[at + 1], work[at + 2]
     px, py, pz = work[PULL], work[PULL + 1], work[PULL + 2]
     gx, gy, gz, m = work[AREA], work[AREA + 1], work[AREA + 2], work[MOMENT]
     nb, ks, rest = rings.neighbour, rings.stiffness, rings.rest_pull
     for c in range(rings.block_start[body], rings.block_start[body + 1]):
         first, end, degree, entry, behind = rings.block[c]
         if behind >= 0:
-            any_ring_sums(model, c, rows, work)
-        elif common == common:  # noqa: PLR0124 — NaN, of a body whose springs differ, is not
+            any_ring_sums(model, c, at, work)
+        elif common == common:
             if degree == 6:
                 ring_sums(SIX, (), first, end, entry, nb, common, ks, rest, x, y, z, px, py, pz, gx, gy, gz, m)
             elif degree == 5:
@@ -188,11 +193,14 @@ def sum_in_lanes(values: np.ndarray, count: int) -> float:
 
 
 @jit
-def add_other_forces(model: Model, body: int, rows: np.ndarray, velocity: np.ndarray, work: np.ndarray) -> None:
-    """Add to the rows PULL what springs damp, drag and external forces; `rows`, `velocity` (3, n) [m], [m/s].
+def add_other_forces(model: Model, body: int, at: int, velocity_at: int, work: np.ndarray) -> None:
+    """Add damping, drag and external forces to the rows PULL of `work`.
 
-    A damped spring resists by `damping` [N s/m] times the speed at which its ends part; drag is −`drag` m v.
+    Positions [m] are its rows from `at` on, velocities [m/s] from `velocity_at` on. A damped spring
+    resists by `damping` [N s/m] times the speed at which its ends part; drag is −`drag` m v.
     """
+    compile_apart()
+    rows, velocity = work[at : at + 3], work[velocity_at : velocity_at + 3]
     start = model.particle_start[body]
     rings = model.rings
     if model.external_force.shape[0] > 0:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from softbody.jit import jit
@@ -88,7 +90,7 @@ UNROLLED = (4, 5, 6, 7, 8)
 
 def with_springs(rings: Rings, rest_length: np.ndarray, stiffness: np.ndarray, edge_start: np.ndarray) -> Rings:
     """Return `rings` with other springs: `rest_length` (e,) [m], `stiffness` (e,) [N/m], `edge_start` (b + 1,)."""
-    bodies = zip(edge_start[:-1], edge_start[1:])
+    bodies = pairwise(edge_start)
     common = [stiffness[a] if (stiffness[a:b] == stiffness[a]).all() else np.nan for a, b in bodies]
     return rings._replace(
         stiffness=stiffness[rings.edge],
