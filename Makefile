@@ -11,7 +11,7 @@ report: .venv/ready  ## judge every claim, time the step, make build/report/inde
 	$(RUN) -m validation $(ARGS)
 
 test: .venv/ready  ## run the project's own tests
-	$(RUN) -m pytest -n auto --dist loadfile $(ARGS)
+	$(RUN) -m pytest -n auto --dist worksteal $(ARGS)
 
 lint: .venv/ready  ## formatting, lint, types and the walls between the packages
 	.venv/bin/ruff format --check .

@@ -269,9 +269,10 @@ def box(size: ArrayLike = (1.0, 1.0, 1.0), segments: int = 1) -> Mesh:
     except (TypeError, ValueError) as error:
         raise ParameterError(f"size is {size!r}; give three positive lengths [m]") from error
     if extent.shape != (3,) or not (np.isfinite(extent) & (extent > 0.0)).all():
-        raise ParameterError(f"size is {size}; give three positive lengths [m]")
+        raise ParameterError(f"size is {size!r}; give three positive lengths [m]")
     _require_whole(segments, "segments", 1)
-    corners, faces = [], []
+    corners: list[np.ndarray] = []
+    faces: list[np.ndarray] = []
     line = np.arange(segments + 1)
     for axis in range(3):
         right, up = (axis + 1) % 3, (axis + 2) % 3

@@ -36,7 +36,7 @@ def test_the_centroid_is_that_of_the_solid_not_of_its_surface_or_vertices():
 def test_a_tiny_mesh_is_not_merged_away(cases):
     vertices, triangles = cases.torus(1.0, 0.4, 12, 8)
     tiny = trimesh.volume(1e-9 * vertices, triangles)
-    assert tiny == pytest.approx(1e-27 * trimesh.volume(vertices, triangles), rel=1e-12)
+    assert tiny == pytest.approx(1e-27 * trimesh.volume(vertices, triangles), rel=1e-12, abs=0.0)
 
 
 def test_a_mesh_far_away_measures_the_same(cases):
