@@ -9,10 +9,29 @@ import numpy as np
 from softbody.jit import jit
 
 
+class Rings(NamedTuple):
+    """The soft bodies once more, in the order and the form in which the fast kernels read them.
+
+    A place is a particle's number within its body in that order. Every particle has its neighbours in cyclic order
+    (its one-ring), so that springs and the triangles between them come from the same coordinates. Particles of the
+    same number of neighbours lie in blocks. See softbody/dynamics/rings.py, which makes them.
+    """
+
+    order: np.ndarray  # (n,) row in State.position of the particle at each place, body by body
+    block: np.ndarray  # (c, 5) first place, end place, degree, first entry, first entry of `following` or −1
+    block_start: np.ndarray  # (b + 1,)
+    edge: np.ndarray  # (r,) row in Model.edges of the spring of each entry
+    neighbour: np.ndarray  # (r,) place; entry first + d m + q: neighbour d of particle q of the m of a block
+    stiffness: np.ndarray  # (r,) [N/m]
+    rest_pull: np.ndarray  # (r,) stiffness × rest length [N]
+    following: np.ndarray  # (f,) next place around the ring, for blocks whose entries are not all one cycle
+    common_stiffness: np.ndarray  # (b,) [N/m], NaN for a body whose springs differ
+
+
 class Model(NamedTuple):
     """What the bodies are. Soft body i owns rows start[i] … start[i + 1] of the arrays of its kind."""
 
-    inverse_mass: np.ndarray  # (n,) [1/kg] of each particle
+    inverse_mass: np.ndarray  # (n,) [1/kg] of each particle; 0 for one that is pinned
     edges: np.ndarray  # (e, 2) particles that a spring joins, numbered over all bodies
     rest_length: np.ndarray  # (e,) [m]
     stiffness: np.ndarray  # (e,) [N/m]
@@ -21,6 +40,11 @@ class Model(NamedTuple):
     edge_start: np.ndarray  # (b + 1,)
     triangle_start: np.ndarray  # (b + 1,)
     gas: np.ndarray  # (b,) nRT [J]; may change between steps
+    least_volume: np.ndarray  # (b,) [m³]; at or below it the body counts as collapsed
+    damping: np.ndarray  # (b,) of the springs, along their edges [N s/m]
+    drag: np.ndarray  # (b,) rate at which velocities fade [1/s]
+    external_force: np.ndarray  # (n, 3) [N] on each particle, or (0, 3) where there is none
+    rings: Rings
     soft_restitution: np.ndarray  # (b,) 0 … 1
     soft_friction: np.ndarray  # (b,) Coulomb coefficient, ≥ 0
     box_size: np.ndarray  # (m, 3) full extent [m]

@@ -18,87 +18,76 @@ from softbody.collision.impulse import NOBODY, resolve_contact
 from softbody.collision.manifold import new_scratch
 from softbody.collision.material import combined_friction, combined_restitution
 from softbody.collision.solver import inverse_masses, prepare_contacts, solve_displacements, solve_velocities
-from softbody.dynamics.integrators import WORK_ROWS, integrate
+from softbody.dynamics.motion import move_soft_bodies, work_array
 from softbody.dynamics.rigid import accelerate_boxes, advance_boxes, limit_boxes, shift_boxes
-from softbody.geometry.polyhedron import signed_volume
 from softbody.jit import jit
 from softbody.quaternion import load_quaternion
 from softbody.state import Model, RigidBodies, Rules, State, boxes_of
-from softbody.vec import Vec, accumulate, load, scale
+from softbody.vec import Vec, accumulate, load, scale, store
 
-# What stopped `run`: a soft body, or more contacts than there is room for.
-DIVERGED = 1
-COLLAPSED = 2
+# What stopped `run`, besides a soft body that DIVERGED or COLLAPSED: more contacts than there is room for.
 OVERFLOW = 3
 
 
 @jit
 def run(
-    model: Model, state: State, h: float, steps: int, integrator: int, rules: Rules, contacts: Contacts
+    model: Model,
+    state: State,
+    h: float,
+    steps: int,
+    integrator: int,
+    rules: Rules,
+    substeps: int,
+    contacts: Contacts,
 ) -> tuple[int, int, int]:
     """Advance a world by `steps` steps of `h` [s]; return (steps done, fault, soft body).
 
-    On a fault (DIVERGED or COLLAPSED, else 0) the state is that of the last good step; so it is on OVERFLOW, when
-    `contacts` must grow before the run can go on.
+    Soft bodies take each step in `substeps` equal parts; boxes and contacts take it as one. On a fault (DIVERGED or
+    COLLAPSED, else 0) the state is that of the last good step; so it is on OVERFLOW, when `contacts` must grow before
+    the run can go on.
     """
     next_position = np.empty_like(state.position)
     next_velocity = np.empty_like(state.velocity)
-    work = np.empty((WORK_ROWS, state.position.shape[0], 3))
+    work = work_array(model)
     bodies = boxes_of(model, state)
     grounded = np.zeros(state.box_position.shape[0], np.bool_)
     scratch = new_scratch()
-    for done in range(steps):
+    stretch = steps if soft_bodies_are_alone(model) else 1
+    done = 0
+    while done < steps:
         if not rules.single_contact:
             find_contacts(model, state, h, rules, contacts, scratch)
             if contacts.count[0] > contacts.depth.shape[0]:
                 return done, OVERFLOW, -1
-        integrate(integrator, model, state.position, state.velocity, h, next_position, next_velocity, work)
-        fault, body = find_fault(model, next_position, next_velocity, h)
+        count = min(stretch, steps - done)
+        part = h / substeps
+        moved, fault, body = move_soft_bodies(
+            model, state, part, count * substeps, integrator, next_position, next_velocity, work
+        )
         if fault:
-            return done, fault, body
-        state.position[:] = next_position
-        state.velocity[:] = next_velocity
+            count = moved // substeps
+            if count == 0:
+                return done, fault, body
+            move_soft_bodies(model, state, part, count * substeps, integrator, next_position, next_velocity, work)
+        for i in range(state.position.shape[0]):
+            store(state.position, i, load(next_position, i))
+            store(state.velocity, i, load(next_velocity, i))
         if rules.single_contact:
             step_boxes_singly(model, state, bodies, h, rules, grounded)
         else:
             step_boxes(model, state, bodies, h, rules, contacts, grounded)
         limit_boxes(model, state, rules, grounded)
         ground_soft_bodies(model, state)
+        done += count
+        if fault:
+            return done, fault, body
     return steps, 0, -1
 
 
 @jit
-def find_fault(model: Model, position: np.ndarray, velocity: np.ndarray, h: float) -> tuple[int, int]:
-    """Return (fault, soft body) of the first soft body that diverged or collapsed, or (0, −1).
-
-    Diverged: some particle is not finite, or would cross its whole body in one more step, as seen from the
-    body's mean velocity. Collapsed: the gas has no volume left, and its pressure no meaning.
-    """
-    for body in range(model.gas.shape[0]):
-        first = model.particle_start[body]
-        end = model.particle_start[body + 1]
-        mean = (0.0, 0.0, 0.0)
-        low = load(position, first)
-        high = low
-        for i in range(first, end):
-            mean = (mean[0] + velocity[i, 0], mean[1] + velocity[i, 1], mean[2] + velocity[i, 2])
-            p = load(position, i)
-            low = (min(low[0], p[0]), min(low[1], p[1]), min(low[2], p[2]))
-            high = (max(high[0], p[0]), max(high[1], p[1]), max(high[2], p[2]))
-        mean = scale(1.0 / (end - first), mean)
-        extent = max(high[0] - low[0], high[1] - low[1], high[2] - low[2])
-        for i in range(first, end):
-            for c in range(3):
-                # Written so that NaN, for which every comparison is false, counts as diverged.
-                if not h * abs(velocity[i, c] - mean[c]) < extent:
-                    return DIVERGED, body
-        triangles = model.triangles[model.triangle_start[body] : model.triangle_start[body + 1]]
-        volume = signed_volume(position, triangles)
-        if not volume < np.inf:
-            return DIVERGED, body
-        if volume <= 0.0:
-            return COLLAPSED, body
-    return 0, -1
+def soft_bodies_are_alone(model: Model) -> bool:
+    """Tell whether there is nothing in the world but soft bodies: they need not stop for contacts after every step."""
+    return model.ground_height == -np.inf and model.box_size.shape[0] == 0
 
 
 @jit

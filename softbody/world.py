@@ -10,19 +10,25 @@ from numpy.typing import ArrayLike
 
 from softbody.collision.contacts import grown, new_contacts
 from softbody.dynamics.energy import angular_momentum, linear_momentum, total_energy
+from softbody.dynamics.equilibrium import relax
 from softbody.dynamics.integrators import INTEGRATORS, STABILITY_LIMIT
+from softbody.dynamics.motion import COLLAPSED
 from softbody.dynamics.pressure import gas_pressure
+from softbody.dynamics.rings import append_rings, build_rings, no_rings, with_springs
 from softbody.dynamics.soft import body_volume
-from softbody.dynamics.stability import highest_frequency
+from softbody.dynamics.stability import highest_damping, highest_frequency, longest_stable_step
 from softbody.errors import ParameterError, SimulationError
 from softbody.geometry.box import box_inertia
 from softbody.mesh import Mesh
 from softbody.state import Model, Rules, State
-from softbody.step import COLLAPSED, OVERFLOW, run
+from softbody.step import OVERFLOW, run
 
 AXES = ("complete", "paper")
 CONTACTS = ("manifold", "single")
 PAIRS = ("grid", "exhaustive")
+
+STABLE_FOR = 100  # steps for which an estimate of the stable step is trusted; making one costs about a step
+RELAX_ROUND = 500  # steps of relaxation between two looks at the forces left and at the stable step
 
 
 class World:
@@ -82,6 +88,9 @@ class World:
         self.state = State(*(np.empty((0, columns)) for columns in (3, 3, 3, 4, 3, 3)))
         self.steps = 0
         self.time = 0.0
+        self._stable_key: tuple[str, int, bytes] | None = None
+        self._stable_at = 0
+        self._stable_step = np.inf
 
     def add_soft_body(
         self,
@@ -93,12 +102,21 @@ class World:
         velocity: ArrayLike = (0.0, 0.0, 0.0),
         restitution: float = 0.0,
         friction: float = 0.5,
+        *,
+        rest_length: ArrayLike | None = None,
+        damping: float = 0.0,
+        drag: float = 0.0,
+        pinned: ArrayLike = (),
+        deflated_below: float = 0.0,
     ) -> SoftBody:
         """Add a soft body whose springs are at rest in the shape of `mesh`, moved by `position` [m].
 
         `mass` [kg] of the whole body, shared equally by its particles. `stiffness` [N/m] of every spring, or
         (e,) in the order of `mesh.edges`. `gas` is nRT [J] ≥ 0; 0 for an empty skin. `restitution` 0 … 1 and
-        `friction` ≥ 0 in contacts.
+        `friction` ≥ 0 in contacts. `rest_length` [m] of every spring, or (e,), if not as in the mesh. `damping`
+        [N s/m] of the springs, against the speed at which their ends part; `drag` [1/s], the rate at which all
+        velocities fade. `pinned`: indices of vertices that stay in place. The body counts as collapsed, which
+        ends a run with a SimulationError, at the fraction `deflated_below` of the mesh's volume (0: at none left).
         """
         if not isinstance(mesh, Mesh):
             raise ParameterError(f"mesh is a {type(mesh).__name__}; make a softbody.Mesh(vertices, triangles)")
@@ -116,10 +134,20 @@ class World:
                 f"position is {position!r}: so far away that edge {edge} is lost in rounding; come closer"
             )
         speed = _vector(velocity, "velocity")
+        if rest_length is not None:
+            lengths = _rest_length_of(rest_length, len(edges))
+        _check_range(damping, "damping", "N s/m", least=0.0)
+        _check_range(drag, "drag", "1/s", least=0.0)
+        _check_range(deflated_below, "deflated_below", least=0.0, most=1.0)
+        pins = _pins_of(pinned, len(points))
+        speeds = np.tile(speed, (len(points), 1))
+        speeds[pins] = 0.0
+        inverse_masses = np.full(len(points), len(points) / mass)
+        inverse_masses[pins] = 0.0
 
         model, first, count = self.model, len(self.state.position), len(points)
         self.model = model._replace(
-            inverse_mass=np.append(model.inverse_mass, np.full(count, count / mass)),
+            inverse_mass=np.append(model.inverse_mass, inverse_masses),
             edges=np.concatenate([model.edges, edges + first]),
             rest_length=np.append(model.rest_length, lengths),
             stiffness=np.append(model.stiffness, spring_stiffness),
@@ -128,12 +156,25 @@ class World:
             edge_start=np.append(model.edge_start, len(model.edges) + len(edges)),
             triangle_start=np.append(model.triangle_start, len(model.triangles) + len(mesh.triangles)),
             gas=np.append(model.gas, float(gas)),
+            least_volume=np.append(model.least_volume, deflated_below * mesh.volume),
+            damping=np.append(model.damping, float(damping)),
+            drag=np.append(model.drag, float(drag)),
+            external_force=(
+                np.concatenate([model.external_force, np.zeros((count, 3))])
+                if len(model.external_force)
+                else model.external_force
+            ),
+            rings=append_rings(
+                model.rings,
+                build_rings(count, edges, mesh.triangles, lengths, spring_stiffness),
+                len(model.edges),
+            ),
             soft_restitution=np.append(model.soft_restitution, float(restitution)),
             soft_friction=np.append(model.soft_friction, float(friction)),
         )
         self.state = self.state._replace(
             position=np.concatenate([self.state.position, points]),
-            velocity=np.concatenate([self.state.velocity, np.tile(speed, (count, 1))]),
+            velocity=np.concatenate([self.state.velocity, speeds]),
         )
         return SoftBody(self, len(self.model.gas) - 1)
 
@@ -204,14 +245,18 @@ class World:
             ground_friction=float(friction),
         )
 
-    def step(self, time_step: float, steps: int = 1) -> None:
-        """Advance by `steps` steps of `time_step` [s].
+    def step(self, time_step: float, steps: int = 1, *, substeps: int = 1, allow_unstable: bool = False) -> None:
+        """Advance by `steps` steps of `time_step` [s]; soft bodies take each in `substeps` equal parts.
 
-        Raises SimulationError if a soft body diverges or collapses; the state is then that of the last good step.
+        Raises ParameterError for a step that is too long to be stable, unless told to allow it, and
+        SimulationError if a soft body diverges or collapses; the state is then that of the last good step.
         """
         _check_range(time_step, "time_step", "s", above=0.0)
-        if not isinstance(steps, (int, np.integer)) or not 0 <= steps < 2**63:
-            raise ParameterError(f"steps is {steps!r}; give a whole number ≥ 0")
+        _check_whole(steps, "steps", 0)
+        _check_whole(substeps, "substeps", 1)
+        _check_range(float(steps) * float(substeps), "steps × substeps", most=2.0**62)
+        if not allow_unstable:
+            self._check_stable(time_step, int(substeps))
         self._warn_of_missing_contacts()
         left, fault = int(steps), OVERFLOW
         while fault == OVERFLOW:
@@ -222,6 +267,7 @@ class World:
                 left,
                 INTEGRATORS[self.integrator],
                 self.rules,
+                int(substeps),
                 self.contacts,
             )
             left -= done
@@ -231,10 +277,13 @@ class World:
                 self.contacts = grown(self.contacts)
         if fault:
             stable = self.stable_time_step()
-            what = "collapsed (no volume left)" if fault == COLLAPSED else "diverged"
+            what = "diverged"
+            if fault == COLLAPSED:
+                least = self.model.least_volume[body]
+                what = f"collapsed (deflated to {least:.3g} m³ or less)" if least else "collapsed (no volume left)"
             cure = (
-                f"a stable time step here is {stable:.3g} s, not {time_step:.3g} s"
-                if time_step > stable
+                f"a stable time step here is {stable:.3g} s, not {time_step / substeps:.3g} s"
+                if time_step / substeps > stable
                 else "its gas is too weak or its load too strong for its springs; raise gas or stiffness"
             )
             raise SimulationError(
@@ -244,12 +293,12 @@ class World:
                 stable,
             )
 
-    def run(self, seconds: float, time_step: float) -> None:
-        """Advance by `seconds` [s] in steps of `time_step` [s], rounded to a whole number of steps."""
+    def run(self, seconds: float, time_step: float, *, substeps: int = 1, allow_unstable: bool = False) -> None:
+        """Advance by `seconds` [s] in steps of `time_step` [s], rounded to a whole number of steps; see `step`."""
         _check_range(seconds, "seconds", "s", least=0.0)
         _check_range(time_step, "time_step", "s", above=0.0)
         _check_range(seconds / time_step, "seconds / time_step", most=2.0**62)
-        self.step(time_step, round(seconds / time_step))
+        self.step(time_step, round(seconds / time_step), substeps=substeps, allow_unstable=allow_unstable)
 
     def stable_time_step(self) -> float:
         """Return a time step [s] that is stable for every soft body as it is now; inf if there is none.
@@ -257,9 +306,62 @@ class World:
         From an upper bound of the highest frequency, so often a little shorter than need be. Contacts and motion
         that stretches the body further can ask for a shorter one.
         """
-        bodies = range(len(self.model.gas))
-        highest = max((highest_frequency(self.model, self.state.position, b) for b in bodies), default=0.0)
-        return STABILITY_LIMIT[self.integrator] / highest if highest > 0.0 else np.inf
+        limit = STABILITY_LIMIT[self.integrator]
+        return min(
+            (
+                longest_stable_step(
+                    highest_frequency(self.model, self.state.position, body), highest_damping(self.model, body), limit
+                )
+                for body in range(len(self.model.gas))
+            ),
+            default=np.inf,
+        )
+
+    def equilibrium(self, tolerance: float = 1e-12, steps: int = 200_000) -> None:
+        """Move every soft body to its shape at rest, where it hangs on its pins, or floats without weight.
+
+        The largest force left on a particle is at most `tolerance` times the body's stiffness and size. Velocities
+        become zero; boxes, the ground and contacts play no part. Raises SimulationError after `steps` steps.
+        """
+        _check_range(tolerance, "tolerance", above=0.0)
+        _check_whole(steps, "steps", 1)
+        bodies = [SoftBody(self, body) for body in range(len(self.model.gas))]
+        alone = self.state.position.copy()
+        for body in bodies:
+            rows, model = body._rows(), body._alone()
+            points = np.ascontiguousarray(alone[rows])
+            springs = model.stiffness.max() * np.ptp(points, axis=0).max()
+            enough = tolerance * springs * model.inverse_mass.max()
+            for _ in range(0, steps, RELAX_ROUND):
+                # Half of the stable step of symplectic Euler: where the steering adds, less is more.
+                longest = 1.0 / highest_frequency(model, points, 0)
+                left = relax(model, points, longest, min(steps, RELAX_ROUND))
+                if not left > enough:
+                    break
+            if not left <= enough:
+                raise SimulationError(
+                    f"soft body {body.index} is not at rest after {steps} steps: a force of {left / enough:.3g} × the "
+                    "tolerance is left; allow more steps, or see that external forces cancel or pins hold them",
+                    self.steps,
+                    f"soft body {body.index}",
+                    self.stable_time_step(),
+                )
+            alone[rows] = points
+        self.state.position[:] = alone
+        self.state.velocity[:] = 0.0
+
+    def _check_stable(self, time_step: float, substeps: int) -> None:
+        """Raise ParameterError if a sub-step is too long, by an estimate that is at most STABLE_FOR steps old."""
+        key = self.integrator, id(self.model), self.model.gas.tobytes()
+        if key != self._stable_key or not self._stable_at <= self.steps < self._stable_at + STABLE_FOR:
+            self._stable_key, self._stable_at, self._stable_step = key, self.steps, self.stable_time_step()
+        if time_step / substeps > self._stable_step:
+            enough = int(np.ceil(time_step / self._stable_step))
+            raise ParameterError(
+                f"time_step / substeps is {time_step / substeps:.6g} s, and a stable time step here is "
+                f"{self._stable_step:.6g} s with {self.integrator}: take that, or substeps={enough}, or say "
+                "allow_unstable=True"
+            )
 
     def energy(self) -> float:
         """Return kinetic + spring + gas + gravity energy [J] of every body that can move."""
@@ -328,6 +430,75 @@ class SoftBody:
         _check_range(value, "gas", "J", least=0.0)
         self.world.model.gas[self.index] = value
 
+    @property
+    def external_force(self) -> np.ndarray:
+        """Force on each particle (n, 3) [N] besides springs, gas and gravity; assign an (n, 3) array, or (3,) for all.
+
+        It stays until it is changed.
+        """
+        force = self.world.model.external_force
+        return force[self._rows()] if len(force) else np.zeros_like(self.positions)
+
+    @external_force.setter
+    def external_force(self, value: ArrayLike) -> None:
+        try:
+            force = np.broadcast_to(np.asarray(value, dtype=np.float64), self.positions.shape)
+        except (TypeError, ValueError) as error:
+            raise ParameterError(
+                f"external_force does not fit; give (3,) or {self.positions.shape} numbers [N]"
+            ) from error
+        if not np.isfinite(force).all():
+            raise ParameterError("external_force is not finite; give finite numbers [N]")
+        if not len(self.world.model.external_force):
+            self.world.model = self.world.model._replace(external_force=np.zeros_like(self.world.state.position))
+        self.world.model.external_force[self._rows()] = force
+
+    def set_springs(self, stiffness: ArrayLike | None = None, rest_length: ArrayLike | None = None) -> None:
+        """Change `stiffness` [N/m] or `rest_length` [m] of all springs: one number, or (e,) as in add_soft_body."""
+        model = self.world.model
+        edges = slice(model.edge_start[self.index], model.edge_start[self.index + 1])
+        count = edges.stop - edges.start
+        stiffnesses, lengths = model.stiffness.copy(), model.rest_length.copy()
+        if stiffness is not None:
+            stiffnesses[edges] = _stiffness_of(stiffness, count)
+        if rest_length is not None:
+            lengths[edges] = _rest_length_of(rest_length, count)
+        self.world.model = model._replace(
+            stiffness=stiffnesses,
+            rest_length=lengths,
+            rings=with_springs(model.rings, lengths, stiffnesses, model.edge_start),
+        )
+
+    def _alone(self) -> Model:
+        """Return the model of this body alone, without weight unless it is pinned."""
+        model, b = self.world.model, self.index
+        rows = self._rows()
+        edges = slice(model.edge_start[b], model.edge_start[b + 1])
+        triangles = slice(model.triangle_start[b], model.triangle_start[b + 1])
+        one = slice(b, b + 1)
+        pinned = (model.inverse_mass[rows] == 0.0).any()
+        own_edges, own_triangles = model.edges[edges] - rows.start, model.triangles[triangles] - rows.start
+        return _empty_model(model.gravity if pinned else np.zeros(3))._replace(
+            inverse_mass=model.inverse_mass[rows],
+            edges=own_edges,
+            rest_length=model.rest_length[edges],
+            stiffness=model.stiffness[edges],
+            triangles=own_triangles,
+            particle_start=np.array([0, rows.stop - rows.start]),
+            edge_start=np.array([0, len(own_edges)]),
+            triangle_start=np.array([0, len(own_triangles)]),
+            gas=model.gas[one],
+            least_volume=model.least_volume[one],
+            damping=np.zeros(1),
+            drag=np.zeros(1),
+            external_force=model.external_force[rows],
+            rings=build_rings(
+                rows.stop - rows.start, own_edges, own_triangles, model.rest_length[edges], model.stiffness[edges]
+            ),
+            soft_restitution=model.soft_restitution[one],
+            soft_friction=model.soft_friction[one],
+        )
+
 
 class Box:
     """A rigid box in a World: its arrays are views of the world's, good until the next body is added."""
@@ -390,6 +561,11 @@ def _empty_model(gravity: np.ndarray) -> Model:
         edge_start=start,
         triangle_start=start,
         gas=none,
+        least_volume=none,
+        damping=none,
+        drag=none,
+        external_force=np.empty((0, 3)),
+        rings=no_rings(),
         soft_restitution=none,
         soft_friction=none,
         box_size=np.empty((0, 3)),
@@ -447,6 +623,43 @@ def _stiffness_of(stiffness: ArrayLike, count: int) -> np.ndarray:
         edge = int(np.argmax(bad))
         raise ParameterError(f"stiffness of edge {edge} is {array[edge]}; give a finite number ≥ 0 [N/m]")
     return array
+
+
+def _rest_length_of(rest_length: ArrayLike, count: int) -> np.ndarray:
+    try:
+        array = np.broadcast_to(np.asarray(rest_length, dtype=np.float64), count).copy()
+    except (TypeError, ValueError) as error:
+        raise ParameterError(
+            f"rest_length does not fit; give one number or one for each of the {count} edges [m]"
+        ) from error
+    bad = ~(np.isfinite(array) & (array > 0.0))
+    if bad.any():
+        edge = int(np.argmax(bad))
+        raise ParameterError(f"rest_length of edge {edge} is {array[edge]}; give a finite length > 0 [m]")
+    return array
+
+
+def _pins_of(pinned: ArrayLike, count: int) -> np.ndarray:
+    try:
+        array = np.asarray(pinned)
+        if array.size == 0:
+            return np.empty(0, np.int64)
+        if array.dtype.kind not in "iu" or array.ndim != 1:
+            raise TypeError(f"{array.dtype} of shape {array.shape} are no indices")
+    except (TypeError, ValueError) as error:
+        raise ParameterError(f"pinned is {pinned!r}; give the indices of vertices") from error
+    bad = (array < 0) | (array >= count)
+    if bad.any():
+        raise ParameterError(f"pinned vertex {array[np.argmax(bad)]} does not exist: there are 0 … {count - 1}")
+    pins = np.unique(array)
+    if len(pins) == count:
+        raise ParameterError("every vertex is pinned, so that nothing can move; leave one free")
+    return pins
+
+
+def _check_whole(value: int, name: str, least: int) -> None:
+    if not isinstance(value, (int, np.integer)) or not least <= value < 2**63:
+        raise ParameterError(f"{name} is {value!r}; give a whole number ≥ {least}")
 
 
 def _check_range(

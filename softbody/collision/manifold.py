@@ -134,9 +134,7 @@ def least_overlap(
     best_axis = -1
     for i in range(3):
         for j in range(3):
-            cosine[i, j] = (
-                axes[a, i, 0] * axes[b, j, 0] + axes[a, i, 1] * axes[b, j, 1] + axes[a, i, 2] * axes[b, j, 2]
-            )
+            cosine[i, j] = axes[a, i, 0] * axes[b, j, 0] + axes[a, i, 1] * axes[b, j, 1] + axes[a, i, 2] * axes[b, j, 2]
         t = x * axes[a, i, 0] + y * axes[a, i, 1] + z * axes[a, i, 2]
         apart[0, i] = t
         reach = size[a, i]

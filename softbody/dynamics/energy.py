@@ -16,8 +16,9 @@ def kinetic_energy(model: Model, state: State) -> float:
     """Return ½ Σ m v² + ½ Σ ω·Iω [J] of every body that can move."""
     energy = 0.0
     for i in range(state.position.shape[0]):
-        v = load(state.velocity, i)
-        energy += 0.5 * dot(v, v) / model.inverse_mass[i]
+        if model.inverse_mass[i] > 0.0:
+            v = load(state.velocity, i)
+            energy += 0.5 * dot(v, v) / model.inverse_mass[i]
     for i in range(state.box_position.shape[0]):
         if model.box_inverse_mass[i] > 0.0:
             v = load(state.box_velocity, i)
@@ -28,7 +29,7 @@ def kinetic_energy(model: Model, state: State) -> float:
 
 @jit
 def potential_energy(model: Model, state: State) -> float:
-    """Return ½ Σ k (l − l0)² − Σ nRT ln V − Σ m g·x [J] of every body that can move."""
+    """Return ½ Σ k (l − l0)² − Σ nRT ln V − Σ m g·x − Σ f·x [J] of all that can move; f are external forces."""
     energy = 0.0
     for body in range(model.gas.shape[0]):
         edges = slice(model.edge_start[body], model.edge_start[body + 1])
@@ -37,7 +38,10 @@ def potential_energy(model: Model, state: State) -> float:
             energy += gas_energy(model.gas[body], body_volume(model, state.position, body))
     g = load(model.gravity.reshape(1, 3), 0)
     for i in range(state.position.shape[0]):
-        energy -= dot(g, load(state.position, i)) / model.inverse_mass[i]
+        if model.inverse_mass[i] > 0.0:
+            energy -= dot(g, load(state.position, i)) / model.inverse_mass[i]
+            if model.external_force.shape[0] > 0:
+                energy -= dot(load(model.external_force, i), load(state.position, i))
     for i in range(state.box_position.shape[0]):
         if model.box_inverse_mass[i] > 0.0:
             energy -= dot(g, load(state.box_position, i)) / model.box_inverse_mass[i]
@@ -55,7 +59,8 @@ def linear_momentum(model: Model, state: State) -> Vec:
     """Return Σ m v [kg m/s] of every body that can move."""
     momentum = (0.0, 0.0, 0.0)
     for i in range(state.position.shape[0]):
-        momentum = add(momentum, scale(1.0 / model.inverse_mass[i], load(state.velocity, i)))
+        if model.inverse_mass[i] > 0.0:
+            momentum = add(momentum, scale(1.0 / model.inverse_mass[i], load(state.velocity, i)))
     for i in range(state.box_position.shape[0]):
         if model.box_inverse_mass[i] > 0.0:
             momentum = add(momentum, scale(1.0 / model.box_inverse_mass[i], load(state.box_velocity, i)))
@@ -67,8 +72,9 @@ def angular_momentum(model: Model, state: State) -> Vec:
     """Return Σ x × m v + Σ I ω [kg m²/s] about the origin, of every body that can move."""
     momentum = (0.0, 0.0, 0.0)
     for i in range(state.position.shape[0]):
-        orbit = cross(load(state.position, i), load(state.velocity, i))
-        momentum = add(momentum, scale(1.0 / model.inverse_mass[i], orbit))
+        if model.inverse_mass[i] > 0.0:
+            orbit = cross(load(state.position, i), load(state.velocity, i))
+            momentum = add(momentum, scale(1.0 / model.inverse_mass[i], orbit))
     for i in range(state.box_position.shape[0]):
         if model.box_inverse_mass[i] > 0.0:
             orbit = cross(load(state.box_position, i), load(state.box_velocity, i))

@@ -20,7 +20,11 @@ def body_volume(model: Model, position: np.ndarray, body: int) -> float:
 
 @jit
 def soft_accelerations(model: Model, position: np.ndarray, acceleration: np.ndarray) -> None:
-    """Overwrite `acceleration` (n, 3) [m/s²] with (springs + gas)/m + gravity at `position` (n, 3) [m]; §5.1."""
+    """Overwrite `acceleration` (n, 3) [m/s²] with (springs + gas)/m + gravity at `position` (n, 3) [m]; §5.1.
+
+    The obvious form, edge by edge and triangle by triangle, which the fast one (softbody/dynamics/ring_forces.py) is
+    tested against. External forces and pins count; damping and drag, which need velocities, do not.
+    """
     acceleration[:] = 0.0
     for body in range(model.gas.shape[0]):
         edges = slice(model.edge_start[body], model.edge_start[body + 1])
@@ -28,6 +32,9 @@ def soft_accelerations(model: Model, position: np.ndarray, acceleration: np.ndar
         add_spring_forces(position, model.edges[edges], model.rest_length[edges], model.stiffness[edges], acceleration)
         pressure = gas_pressure(model.gas[body], signed_volume(position, triangles))
         add_pressure_forces(position, triangles, pressure, acceleration)
+    pushed = model.external_force.shape[0] > 0
     for i in range(position.shape[0]):
         for c in range(3):
-            acceleration[i, c] = acceleration[i, c] * model.inverse_mass[i] + model.gravity[c]
+            force = acceleration[i, c] + (model.external_force[i, c] if pushed else 0.0)
+            fall = model.gravity[c] if model.inverse_mass[i] > 0.0 else 0.0
+            acceleration[i, c] = force * model.inverse_mass[i] + fall

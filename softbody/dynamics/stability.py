@@ -59,3 +59,38 @@ def highest_frequency(model: Model, position: np.ndarray, body: int) -> float:
         rank_one += dot(g, g) * model.inverse_mass[first + i]
         rows = max(rows, bend[i] * model.inverse_mass[first + i])
     return sqrt(springs + abs(pressure) * (rank_one / abs(volume) + rows))
+
+
+@jit
+def highest_damping(model: Model, body: int) -> float:
+    """Return an upper bound of the fastest rate γ [1/s] at which damping and drag of a soft body act: v' = −γ v.
+
+    By the graph Laplacian's bound again, with the damping of the springs in place of their stiffness.
+    """
+    first = model.particle_start[body]
+    neighbours = np.zeros(model.particle_start[body + 1] - first)
+    edge_range = range(model.edge_start[body], model.edge_start[body + 1])
+    for e in edge_range:
+        for end in range(2):
+            neighbours[model.edges[e, end] - first] += 1.0
+    springs = 0.0
+    for e in edge_range:
+        i = model.edges[e, 0]
+        j = model.edges[e, 1]
+        both = neighbours[i - first] * model.inverse_mass[i] + neighbours[j - first] * model.inverse_mass[j]
+        springs = max(springs, both)
+    return model.damping[body] * springs + model.drag[body]
+
+
+@jit
+def longest_stable_step(frequency: float, damping: float, limit: float) -> float:
+    """Return h [s] with (ω h / limit)² + γ h / 2 = 1: stable for every ω ≤ `frequency` and γ ≤ `damping` [1/s].
+
+    `limit` is that of the integrator without damping. Exact for symplectic Euler, where (ω h)² + 2 γ h ≤ 4; for the
+    two others it lies within their regions of stability, which the tests scan.
+    """
+    a = (frequency / limit) ** 2
+    b = 0.25 * damping
+    if a == 0.0 and b == 0.0:
+        return np.inf
+    return 1.0 / (b + sqrt(b * b + a))
