@@ -21,7 +21,7 @@ from softbody.errors import ParameterError, SimulationError
 from softbody.geometry.box import box_inertia
 from softbody.mesh import Mesh
 from softbody.state import Model, Rules, State
-from softbody.step import OVERFLOW, run
+from softbody.step import OVERFLOW, run, run_soft_bodies
 
 AXES = ("complete", "paper")
 CONTACTS = ("manifold", "single")
@@ -258,23 +258,7 @@ class World:
         if not allow_unstable:
             self._check_stable(time_step, int(substeps))
         self._warn_of_missing_contacts()
-        left, fault = int(steps), OVERFLOW
-        while fault == OVERFLOW:
-            done, fault, body = run(
-                self.model,
-                self.state,
-                float(time_step),
-                left,
-                INTEGRATORS[self.integrator],
-                self.rules,
-                int(substeps),
-                self.contacts,
-            )
-            left -= done
-            self.steps += done
-            self.time += done * time_step
-            if fault == OVERFLOW:
-                self.contacts = grown(self.contacts)
+        fault, body = self._run(float(time_step), int(steps), int(substeps))
         if fault:
             stable = self.stable_time_step()
             what = "diverged"
@@ -292,6 +276,23 @@ class World:
                 f"soft body {body}",
                 stable,
             )
+
+    def _run(self, time_step: float, steps: int, substeps: int) -> tuple[int, int]:
+        """Do the steps, make room for contacts where it is needed, count them; return (fault, soft body)."""
+        integrator = INTEGRATORS[self.integrator]
+        left, fault, body = steps, OVERFLOW, -1
+        while fault == OVERFLOW:
+            if len(self.model.box_size):
+                arguments = self.model, self.state, time_step, left, integrator, self.rules, substeps, self.contacts
+                done, fault, body = run(*arguments)
+            else:
+                done, fault, body = run_soft_bodies(self.model, self.state, time_step, left, integrator, substeps)
+            left -= done
+            self.steps += done
+            self.time += done * time_step
+            if fault == OVERFLOW:
+                self.contacts = grown(self.contacts)
+        return fault, body
 
     def run(self, seconds: float, time_step: float, *, substeps: int = 1, allow_unstable: bool = False) -> None:
         """Advance by `seconds` [s] in steps of `time_step` [s], rounded to a whole number of steps; see `step`."""
