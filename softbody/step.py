@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from softbody.collision.box_box import box_box_contact
@@ -17,6 +19,7 @@ from softbody.collision.ground import ground_boxes, ground_soft_bodies
 from softbody.collision.impulse import NOBODY, resolve_contact
 from softbody.collision.manifold import new_scratch
 from softbody.collision.material import combined_friction, combined_restitution
+from softbody.collision.soft_contacts import collide_soft_bodies
 from softbody.collision.solver import inverse_masses, prepare_contacts, solve_displacements, solve_velocities
 from softbody.dynamics.motion import move_soft_bodies, work_array
 from softbody.dynamics.rigid import accelerate_boxes, advance_boxes, limit_boxes, shift_boxes
@@ -33,7 +36,7 @@ OVERFLOW = 3
 def run_soft_bodies(
     model: Model, state: State, h: float, steps: int, integrator: int, substeps: int
 ) -> tuple[int, int, int]:
-    """Advance a world without boxes by `steps` steps of `h` [s]; return (steps done, fault, soft body).
+    """Advance a world of one soft body by `steps` steps of `h` [s]; return (steps done, fault, soft body).
 
     Soft bodies take each step in `substeps` equal parts, contacts take it as one. On a fault (DIVERGED or COLLAPSED,
     else 0) the state is that of the last good step. The same as `run`, but compiled in a third of the time.
@@ -64,6 +67,7 @@ def run(
     rules: Rules,
     substeps: int,
     contacts: Contacts,
+    skins: Any,
 ) -> tuple[int, int, int]:
     """Advance any world by `steps` steps of `h` [s]; return (steps done, fault, soft body).
 
@@ -88,6 +92,7 @@ def run(
         else:
             step_boxes(model, state, bodies, h, rules, contacts, grounded)
         limit_boxes(model, state, rules, grounded)
+        collide_soft_bodies(model, state, bodies, skins)
         ground_soft_bodies(model, state)
     return steps, 0, -1
 

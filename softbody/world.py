@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
 from math import isfinite
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from softbody.collision.contacts import grown, new_contacts
+from softbody.collision.soft_contacts import make_skin, no_skins
 from softbody.dynamics.energy import angular_momentum, linear_momentum, total_energy
 from softbody.dynamics.equilibrium import relax
 from softbody.dynamics.integrators import INTEGRATORS, STABILITY_LIMIT
@@ -84,6 +84,7 @@ class World:
             float(angular_speed_floor),
         )
         self.contacts = new_contacts(0)
+        self.skins = no_skins()
         self.model = _empty_model(_vector(gravity, "gravity"))
         self.state = State(*(np.empty((0, columns)) for columns in (3, 3, 3, 4, 3, 3)))
         self.steps = 0
@@ -176,6 +177,7 @@ class World:
             position=np.concatenate([self.state.position, points]),
             velocity=np.concatenate([self.state.velocity, speeds]),
         )
+        self.skins.append(make_skin(points, mesh.triangles))
         return SoftBody(self, len(self.model.gas) - 1)
 
     def add_box(
@@ -257,7 +259,6 @@ class World:
         _check_range(float(steps) * float(substeps), "steps × substeps", most=2.0**62)
         if not allow_unstable:
             self._check_stable(time_step, int(substeps))
-        self._warn_of_missing_contacts()
         fault, body = self._run(float(time_step), int(steps), int(substeps))
         if fault:
             stable = self.stable_time_step()
@@ -282,9 +283,9 @@ class World:
         integrator = INTEGRATORS[self.integrator]
         left, fault, body = steps, OVERFLOW, -1
         while fault == OVERFLOW:
-            if len(self.model.box_size):
-                arguments = self.model, self.state, time_step, left, integrator, self.rules, substeps, self.contacts
-                done, fault, body = run(*arguments)
+            if len(self.model.box_size) or len(self.skins) > 1:
+                arguments = self.model, self.state, time_step, left, integrator, self.rules, substeps
+                done, fault, body = run(*arguments, self.contacts, self.skins)
             else:
                 done, fault, body = run_soft_bodies(self.model, self.state, time_step, left, integrator, substeps)
             left -= done
@@ -375,14 +376,6 @@ class World:
     def angular_momentum(self) -> np.ndarray:
         """Return Σ x × m v + Σ I ω (3,) [kg m²/s] about the origin."""
         return np.array(angular_momentum(self.model, self.state))
-
-    def _warn_of_missing_contacts(self) -> None:
-        soft, boxes = len(self.model.gas), len(self.model.box_size)
-        if soft > 1 or (soft and boxes):
-            warnings.warn(
-                "soft bodies collide with the ground only, in this version: they pass through boxes and each other",
-                stacklevel=3,
-            )
 
 
 class SoftBody:

@@ -1,0 +1,192 @@
+"""Where do soft bodies touch each other and the boxes, and how are they parted? Paper §4.2, §4.3.
+
+Body by body and pair by pair, in a fixed order; within a pair, particle by particle. Each contact parts what is there
+when its turn comes, so that later ones meet the bodies as the earlier ones left them.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba.typed import List
+
+from softbody.collision.box_soft import part_patch_and_box, point_in_box
+from softbody.collision.broad_phase import near_pairs
+from softbody.collision.material import combined_friction, combined_restitution
+from softbody.collision.patch import WHOLE, Corners, patch_point
+from softbody.collision.soft_soft import part_particle_and_patch
+from softbody.geometry.box import box_corner
+from softbody.geometry.parity_grid import ParityGrid, bounding_box, parity_grid
+from softbody.geometry.penetration import Penetrations, find_penetrations, room_for_penetrations
+from softbody.geometry.triangle import area_vector
+from softbody.geometry.triangle_tree import TriangleTree, triangle_tree
+from softbody.jit import jit
+from softbody.quaternion import load_quaternion
+from softbody.state import Model, RigidBodies, State
+from softbody.vec import Vec, add, dot, load, norm, normalize, scale, store, sub
+
+
+class Skin(NamedTuple):
+    """What it takes to find what is inside one soft body: filled anew each time that it is asked."""
+
+    grid: ParityGrid
+    tree: TriangleTree
+
+
+def make_skin(vertices: np.ndarray, triangles: np.ndarray) -> Skin:
+    """Return the skin of a mesh: `vertices` (n, 3) [m], `triangles` (t, 3)."""
+    return Skin(parity_grid(vertices, triangles), triangle_tree(vertices, triangles))
+
+
+def no_skins() -> Any:
+    """Return an empty list of skins, of the type that the kernels take."""
+    corner = np.eye(4, 3)
+    faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+    skins = List([make_skin(corner, faces)])
+    skins.pop()
+    return skins
+
+
+@jit
+def collide_soft_bodies(model: Model, state: State, bodies: RigidBodies, skins: Any) -> None:
+    """Part all soft bodies from each other, then from the boxes; velocities and positions are changed."""
+    soft, boxes = model.gas.shape[0], model.box_size.shape[0]
+    centre = np.empty((soft + boxes, 3))
+    radius = np.empty(soft + boxes)
+    movable = np.ones(soft + boxes, np.bool_)
+    most = 0
+    for body in range(soft):
+        low, high = bounding_box(state.position[model.particle_start[body] : model.particle_start[body + 1]])
+        store(centre, body, scale(0.5, add(low, high)))
+        radius[body] = 0.5 * norm(sub(high, low))
+        most = max(most, model.particle_start[body + 1] - model.particle_start[body])
+    for box in range(boxes):
+        store(centre, soft + box, load(state.box_position, box))
+        radius[soft + box] = 0.5 * norm(load(model.box_size, box))
+        movable[soft + box] = False  # boxes part from each other elsewhere
+    found = room_for_penetrations(max(8, most))
+    pairs = near_pairs(centre, radius, movable)
+    for k in range(pairs.shape[0]):
+        a, b = min(pairs[k, 0], pairs[k, 1]), max(pairs[k, 0], pairs[k, 1])
+        if b < soft:
+            _part_soft_bodies(model, state, a, b, skins[b], found)
+            _part_soft_bodies(model, state, b, a, skins[a], found)
+        else:
+            _part_particles_from_box(model, state, bodies, a, b - soft)
+            _part_corners_from_skin(model, state, bodies, a, b - soft, skins[a], found)
+
+
+@jit
+def _part_soft_bodies(model: Model, state: State, a: int, b: int, skin: Skin, found: Penetrations) -> None:
+    """Part the particles of a that are inside b from the nearest triangle of b's `skin`."""
+    first_a, first_b = model.particle_start[a], model.particle_start[b]
+    points = state.position[first_a : model.particle_start[a + 1]]
+    vertices = state.position[first_b : model.particle_start[b + 1]]
+    count = find_penetrations(points, vertices, skin.grid, skin.tree, found)
+    if count == 0:
+        return
+    restitution = combined_restitution(model.soft_restitution[a], model.soft_restitution[b])
+    friction = combined_friction(model.soft_friction[a], model.soft_friction[b])
+    for row in range(count):
+        corners = _corners(skin.tree, found.triangle[row], first_b)
+        weights = load(found.weights, row)
+        particle = first_a + found.point[row]
+        depth, normal = _way_out(load(state.position, particle), state.position, corners, weights)
+        if depth > 0.0:
+            part_particle_and_patch(
+                particle,
+                corners,
+                weights,
+                normal,
+                depth,
+                restitution,
+                friction,
+                model.inverse_mass,
+                state.position,
+                state.velocity,
+            )
+
+
+@jit
+def _part_particles_from_box(model: Model, state: State, bodies: RigidBodies, body: int, box: int) -> None:
+    """Part the particles of a soft body that are inside a box from its closest face."""
+    size = load(model.box_size, box)
+    orientation = load_quaternion(state.box_orientation, box)
+    reach = 0.5 * norm(size)
+    restitution = combined_restitution(model.soft_restitution[body], model.box_restitution[box])
+    friction = combined_friction(model.soft_friction[body], model.box_friction[box])
+    for i in range(model.particle_start[body], model.particle_start[body + 1]):
+        p, position = load(state.position, i), load(state.box_position, box)
+        if abs(p[0] - position[0]) < reach and abs(p[1] - position[1]) < reach and abs(p[2] - position[2]) < reach:
+            depth, normal = point_in_box(p, size, position, orientation)
+            if depth > 0.0:
+                part_patch_and_box(
+                    (i, i, i),
+                    WHOLE,
+                    box,
+                    normal,
+                    depth,
+                    restitution,
+                    friction,
+                    model.inverse_mass,
+                    state.position,
+                    state.velocity,
+                    bodies,
+                )
+
+
+@jit
+def _part_corners_from_skin(
+    model: Model, state: State, bodies: RigidBodies, body: int, box: int, skin: Skin, found: Penetrations
+) -> None:
+    """Part the corners of a box that are inside a soft body from the nearest triangle of its `skin`."""
+    first = model.particle_start[body]
+    vertices = state.position[first : model.particle_start[body + 1]]
+    size = load(model.box_size, box)
+    orientation = load_quaternion(state.box_orientation, box)
+    points = np.empty((8, 3))
+    for k in range(8):
+        store(points, k, box_corner(size, load(state.box_position, box), orientation, k))
+    count = find_penetrations(points, vertices, skin.grid, skin.tree, found)
+    restitution = combined_restitution(model.soft_restitution[body], model.box_restitution[box])
+    friction = combined_friction(model.soft_friction[body], model.box_friction[box])
+    for row in range(count):
+        corners = _corners(skin.tree, found.triangle[row], first)
+        weights = load(found.weights, row)
+        corner = box_corner(size, load(state.box_position, box), orientation, found.point[row])
+        depth, normal = _way_out(corner, state.position, corners, weights)
+        if depth > 0.0:
+            part_patch_and_box(
+                corners,
+                weights,
+                box,
+                scale(-1.0, normal),
+                depth,
+                restitution,
+                friction,
+                model.inverse_mass,
+                state.position,
+                state.velocity,
+                bodies,
+            )
+
+
+@jit
+def _corners(tree: TriangleTree, t: int, first: int) -> Corners:
+    """Return the particles of triangle `t`, numbered over all bodies; the body's own start at `first`."""
+    return first + tree.triangles[t, 0], first + tree.triangles[t, 1], first + tree.triangles[t, 2]
+
+
+@jit
+def _way_out(p: Vec, position: np.ndarray, corners: Corners, weights: Vec) -> tuple[float, Vec]:
+    """Return (depth [m], unit normal): from `p` to the point of the patch where it now is, or depth 0 if it is out.
+
+    The way to the closest point is along the triangle's normal, but where that point is on a reentrant edge.
+    """
+    way = sub(patch_point(position, corners, weights), p)
+    depth = norm(way)
+    face = area_vector(load(position, corners[0]), load(position, corners[1]), load(position, corners[2]))
+    if depth == 0.0 or dot(way, face) <= 0.0:
+        return 0.0, normalize(face)
+    return depth, scale(1.0 / depth, way)
