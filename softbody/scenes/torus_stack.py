@@ -1,0 +1,16 @@
+"""Scene 4: a stack of equal soft bodies; paper §9."""
+
+from __future__ import annotations
+
+from softbody.mesh import torus
+from softbody.world import World
+
+
+def build(bodies: int = 4) -> World:
+    """Return the world: `bodies` tori, copies of one mesh, one above the other."""
+    world = World()
+    world.add_ground()
+    ring = torus(1.0, 0.4, 24, 12)
+    for k in range(bodies):
+        world.add_soft_body(ring, mass=1.0, stiffness=400.0, gas=120.0, position=(0.0, 0.0, 0.45 + 0.85 * k))
+    return world
