@@ -395,6 +395,13 @@ class SoftBody:
         return self.world.state.position[self._rows()]
 
     @property
+    def triangles(self) -> np.ndarray:
+        """Triangles (t, 3), as rows of `positions`."""
+        model = self.world.model
+        rows = slice(model.triangle_start[self.index], model.triangle_start[self.index + 1])
+        return model.triangles[rows] - model.particle_start[self.index]
+
+    @property
     def velocities(self) -> np.ndarray:
         """Velocities of the particles (n, 3) [m/s]."""
         return self.world.state.velocity[self._rows()]

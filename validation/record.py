@@ -100,6 +100,16 @@ class Timing:
 
 
 @dataclass
+class Picture:
+    """A scene that was run and filmed; paths are relative to the report."""
+
+    name: str
+    caption: str
+    animation: str
+    still: str
+
+
+@dataclass
 class Report:
     """A whole validation run."""
 
@@ -114,6 +124,7 @@ class Report:
     claims: list[ClaimRecord]
     timings: list[Timing] = field(default_factory=list)
     timings_why: str | None = None  # why there are no timings, if there are none
+    pictures: list[Picture] = field(default_factory=list)
     schema: str = SCHEMA
 
 
@@ -133,6 +144,7 @@ def read_report(path: Path) -> Report:
         raise ValueError(f"{path} has schema {found!r}, not {SCHEMA!r}; run the validation again")
     data["claims"] = [_claim(claim) for claim in data["claims"]]
     data["timings"] = [Timing(**timing) for timing in data["timings"]]
+    data["pictures"] = [Picture(**picture) for picture in data.get("pictures", [])]
     return Report(**data)
 
 

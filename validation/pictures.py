@@ -1,0 +1,103 @@
+"""What do the paper's scenes look like? Runs each and leaves a still and a looping animation."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+import softbody
+from softbody import Box, SoftBody, World
+from softbody.quaternion import rotate
+from softbody.scenes import boxes_on_torus, rolling_torus, sphere_on_torus, torus_stack
+from validation.record import Picture
+from validation.render import Camera, Thing, render
+
+FRAMES_A_SECOND = 20
+STEP = 0.8  # of the stable time step
+
+COLOURS = [(0.86, 0.44, 0.24), (0.24, 0.50, 0.80), (0.38, 0.64, 0.36), (0.75, 0.60, 0.22), (0.58, 0.40, 0.70)]
+
+
+@dataclass
+class Scene:
+    """A world to film: for how long, from where, and whether the camera follows the first body along x."""
+
+    name: str
+    caption: str
+    world: World
+    seconds: float
+    camera: Camera
+    follow: bool = False
+
+
+def scenes() -> list[Scene]:
+    """Return the paper's scenes (§9)."""
+    near, high = Camera((3.6, -5.2, 3.0), (0.0, 0.0, 0.7)), Camera((5.2, -7.5, 4.2), (0.0, 0.0, 1.4))
+    return [
+        Scene("sphere-on-torus", "A soft sphere comes to rest on a soft torus", sphere_on_torus.build(), 2.5, near),
+        Scene(
+            "rolling-torus",
+            "A torus on end rolls under a constant force of half its weight",
+            rolling_torus.build(),
+            2.5,
+            Camera((1.0, -8.5, 3.0), (0.0, 0.0, 1.2)),
+            follow=True,
+        ),
+        Scene("boxes-on-torus", "Rigid planks fall on a soft torus", boxes_on_torus.build(), 2.5, near),
+        Scene("torus-stack", "A stack of four equal soft bodies", torus_stack.build(), 2.5, high),
+    ]
+
+
+def make_pictures(folder: Path) -> Iterator[Picture]:
+    """Film each scene; write NAME.png (the last frame) and NAME.webp (looping) to `folder`, and yield what they are."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for scene in scenes():
+        frames = list(film(scene))
+        _write(folder / f"{scene.name}.png", frames[-1:])
+        _write(folder / f"{scene.name}.webp", frames)
+        yield Picture(scene.name, scene.caption, f"{folder.name}/{scene.name}.webp", f"{folder.name}/{scene.name}.png")
+
+
+def film(scene: Scene) -> Iterator[np.ndarray]:
+    """Run a scene and yield its frames (height, width, 3)."""
+    world = scene.world
+    step = STEP * world.stable_time_step()
+    steps = max(1, round(1.0 / FRAMES_A_SECOND / step))
+    for _ in range(round(scene.seconds * FRAMES_A_SECOND)):
+        world.step(1.0 / FRAMES_A_SECOND / steps, steps)
+        camera = scene.camera
+        if scene.follow:
+            along = np.array([SoftBody(world, 0).centre[0], 0.0, 0.0])
+            camera = Camera(tuple(camera.eye + along), tuple(camera.target + along))
+        yield render(list(things(world)), camera, world.model.ground_height)
+
+
+def things(world: World) -> Iterator[Thing]:
+    """Yield everything in a world, as meshes to draw."""
+    soft = len(world.model.gas)
+    for i in range(soft):
+        body = SoftBody(world, i)
+        yield Thing(body.positions, body.triangles, COLOURS[i % len(COLOURS)])
+    for i in range(len(world.model.box_size)):
+        box, mesh = Box(world, i), softbody.box(world.model.box_size[i])
+        corners = [rotate(tuple(box.orientation), tuple(corner)) for corner in mesh.vertices]
+        colour = COLOURS[(soft + i) % len(COLOURS)]
+        yield Thing(np.array(corners) + box.position, mesh.triangles, colour, smooth=False)
+
+
+def _write(path: Path, frames: list[np.ndarray]) -> None:
+    """Write one frame, or a loop of many, whole or not at all."""
+    from PIL import Image
+
+    images = [Image.fromarray(frame) for frame in frames]
+    buffer = io.BytesIO()
+    options = {"save_all": True, "append_images": images[1:], "loop": 0, "duration": 1000 // FRAMES_A_SECOND}
+    kind = path.suffix[1:].upper()
+    images[0].save(buffer, kind, **(options | {"quality": 60, "method": 4} if kind == "WEBP" else {}))
+    temporary = path.with_name(f".{path.name}")
+    temporary.write_bytes(buffer.getvalue())
+    temporary.replace(path)
