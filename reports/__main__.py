@@ -35,7 +35,7 @@ def main(folder: Path) -> None:
     from reports.page import page
 
     target = folder / "index.html"
-    write_whole(target, page(report))
+    write_whole(target, page(report, folder))
     click.echo(target)
 
 

@@ -6,14 +6,14 @@ import base64
 import hashlib
 import re
 import shlex
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from reports import notation, overview, plots, verdicts
-from validation.record import ClaimRecord, Report, Timing
+from validation.record import ClaimRecord, Picture, Report, Timing
 
 HERE = Path(__file__).parent
 
@@ -56,8 +56,8 @@ class ErratumRow:
     printed: overview.Strip | None
 
 
-def page(report: Report) -> str:
-    """Return the whole page; the same record gives the same text."""
+def page(report: Report, folder: Path | None = None) -> str:
+    """Return the whole page; the same record, and pictures in `folder`, give the same text."""
     ratios = [overview.ratios(claim) for claim in report.claims]
     axis = overview.axis_of(value for three in ratios if three for value in three)
     rows = [row_of(report, claim, number, axis) for number, claim in enumerate(report.claims, 1)]
@@ -83,6 +83,7 @@ def page(report: Report) -> str:
         tally=verdicts.tally(report.claims),
         command=f"python -m validation --seed {report.seed} --level {shlex.quote(report.level)}",
         tables=tables_of(report.timings),
+        pictures=pictures_of(report, folder),
         style=Markup((HERE / "page.css").read_text(encoding="utf-8")),
         script=Markup(script),
         script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
@@ -136,6 +137,24 @@ def families_of(rows: list[Row]) -> dict[str, list[Row]]:
     for row in rows:
         families.setdefault(row.claim.family, []).append(row)
     return families
+
+
+def pictures_of(report: Report, folder: Path | None) -> list[Picture]:
+    """Return the pictures with the files themselves in place of their names; those that are not there are left out."""
+    if folder is None:
+        return []
+    found = []
+    for picture in report.pictures:
+        files = [folder / name for name in (picture.animation, picture.still)]
+        if all(file.is_file() for file in files):
+            animation, still = (data_address(file) for file in files)
+            found.append(replace(picture, animation=animation, still=still))
+    return found
+
+
+def data_address(file: Path) -> str:
+    """Return a file's contents as an address that asks no network."""
+    return f"data:image/{file.suffix[1:]};base64,{base64.b64encode(file.read_bytes()).decode()}"
 
 
 def tables_of(timings: list[Timing]) -> list[Table]:

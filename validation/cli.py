@@ -14,8 +14,10 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from validation.check import Check
-    from validation.record import ClaimRecord, Report, Timing
+    from validation.record import ClaimRecord, Picture, Report, Timing
 
 ALL_HOLD, A_CLAIM_FAILS, WRONG_USAGE, ENGINE_MISSING, INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -44,6 +46,7 @@ LEVEL, SEED = "standard", 20080101
 @click.option("--require", "required", multiple=True, metavar="ENGINE", help="Exit with 3 if ENGINE is missing.")
 @click.option("--require-all", is_flag=True, help="Exit with 3 if any engine that a claim needs is missing.")
 @click.option("--timings/--no-timings", default=None, help="Measure step costs too. Default: yes, but not with -k.")
+@click.option("--pictures/--no-pictures", default=None, help="Run and film the scenes too. Default: as --timings.")
 @click.option("--jobs", type=click.IntRange(min=1), default=min(os.cpu_count() or 1, 4), show_default=True)
 def main(
     level: str,
@@ -54,6 +57,7 @@ def main(
     required: tuple[str, ...],
     require_all: bool,
     timings: bool | None,
+    pictures: bool | None,
     jobs: int,
 ) -> None:
     """Check every claim about the core against its judge, and write a report.
@@ -72,7 +76,11 @@ def main(
         raise click.UsageError(f"cannot write to {out}: {error.strerror}; choose another folder with --out") from error
     if timings is None:
         timings = not patterns
+    if pictures is None:
+        pictures = timings
     report, interrupted = run_report(checks, level, seed, jobs, timings)
+    if pictures and not interrupted:
+        report.pictures = film_scenes(out)
     write_outputs(report, out)
     summarize(report, out)
     if interrupted:
@@ -156,6 +164,21 @@ def run_report(checks: list[Check], level: str, seed: int, jobs: int, timings: b
     return report, interrupted
 
 
+def film_scenes(out: Path) -> list[Picture]:
+    """Run and film the scenes; a scene that fails is left out, and said."""
+    from rich.progress import track
+
+    from validation.pictures import SCENES, make_picture
+
+    filmed = []
+    for scene in track(SCENES, "scenes", console=progress_console()):
+        try:
+            filmed.append(make_picture(scene, out / "pictures"))
+        except Exception as error:
+            click.echo(f"{scene.name} could not be filmed: {error}", err=True)
+    return filmed
+
+
 def core_version() -> str:
     """Return the version of the core under test."""
     import softbody
@@ -165,7 +188,6 @@ def core_version() -> str:
 
 def judge_with_progress(checks: list[Check], level: str, seed: int, jobs: int, records: dict[str, ClaimRecord]) -> None:
     """Fill `records` while a bar shows what is running, what is done and the time left."""
-    from rich.console import Console
     from rich.progress import (
         BarColumn,
         MofNCompleteColumn,
@@ -177,7 +199,6 @@ def judge_with_progress(checks: list[Check], level: str, seed: int, jobs: int, r
 
     from validation.runner import run_checks
 
-    console = Console(stderr=True)
     bar = Progress(
         TextColumn("{task.description}"),
         BarColumn(),
@@ -185,7 +206,7 @@ def judge_with_progress(checks: list[Check], level: str, seed: int, jobs: int, r
         TimeElapsedColumn(),
         TextColumn("left:"),
         TimeRemainingColumn(),
-        console=console,
+        console=progress_console(),
     )
     with bar:
         task = bar.add_task("claims", total=len(checks))
@@ -196,6 +217,13 @@ def judge_with_progress(checks: list[Check], level: str, seed: int, jobs: int, r
                 line_of(record), style=STYLES[record.verdict], highlight=False, markup=False, soft_wrap=True
             )
             bar.advance(task)
+
+
+def progress_console() -> Console:
+    """Return where progress is shown: standard error, so that standard output holds the summary alone."""
+    from rich.console import Console
+
+    return Console(stderr=True)
 
 
 STYLES = {"holds": "green", "fails": "bold red", "not run": "yellow"}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,49 +22,43 @@ STEP = 0.8  # of the stable time step
 COLOURS = [(0.86, 0.44, 0.24), (0.24, 0.50, 0.80), (0.38, 0.64, 0.36), (0.75, 0.60, 0.22), (0.58, 0.40, 0.70)]
 
 
-@dataclass
+NEAR, HIGH = Camera((3.6, -5.2, 3.0), (0.0, 0.0, 0.7)), Camera((5.2, -7.5, 4.2), (0.0, 0.0, 1.4))
+LOW = Camera((1.0, -8.5, 3.0), (0.0, 0.0, 1.2))
+
+
+@dataclass(frozen=True)
 class Scene:
     """A world to film: for how long, from where, and whether the camera follows the first body along x."""
 
     name: str
     caption: str
-    world: World
-    seconds: float
+    build: Callable[[], World]
     camera: Camera
     follow: bool = False
+    seconds: float = 2.5
 
 
-def scenes() -> list[Scene]:
-    """Return the paper's scenes (§9)."""
-    near, high = Camera((3.6, -5.2, 3.0), (0.0, 0.0, 0.7)), Camera((5.2, -7.5, 4.2), (0.0, 0.0, 1.4))
-    return [
-        Scene("sphere-on-torus", "A soft sphere comes to rest on a soft torus", sphere_on_torus.build(), 2.5, near),
-        Scene(
-            "rolling-torus",
-            "A torus on end rolls under a constant force of half its weight",
-            rolling_torus.build(),
-            2.5,
-            Camera((1.0, -8.5, 3.0), (0.0, 0.0, 1.2)),
-            follow=True,
-        ),
-        Scene("boxes-on-torus", "Rigid planks fall on a soft torus", boxes_on_torus.build(), 2.5, near),
-        Scene("torus-stack", "A stack of four equal soft bodies", torus_stack.build(), 2.5, high),
-    ]
+# The paper's (§9).
+SCENES = [
+    Scene("sphere-on-torus", "A soft sphere comes to rest on a soft torus.", sphere_on_torus.build, NEAR),
+    Scene("rolling-torus", "A soft torus rolls, pushed by half its weight.", rolling_torus.build, LOW, follow=True),
+    Scene("boxes-on-torus", "Rigid planks fall on a soft torus.", boxes_on_torus.build, NEAR),
+    Scene("torus-stack", "A stack of four equal soft bodies.", torus_stack.build, HIGH),
+]
 
 
-def make_pictures(folder: Path) -> Iterator[Picture]:
-    """Film each scene; write NAME.png (the last frame) and NAME.webp (looping) to `folder`, and yield what they are."""
+def make_picture(scene: Scene, folder: Path) -> Picture:
+    """Film a scene; write NAME.png (its last frame) and NAME.webp (looping) to `folder`."""
     folder.mkdir(parents=True, exist_ok=True)
-    for scene in scenes():
-        frames = list(film(scene))
-        _write(folder / f"{scene.name}.png", frames[-1:])
-        _write(folder / f"{scene.name}.webp", frames)
-        yield Picture(scene.name, scene.caption, f"{folder.name}/{scene.name}.webp", f"{folder.name}/{scene.name}.png")
+    frames = list(film(scene))
+    _write(folder / f"{scene.name}.png", frames[-1:])
+    _write(folder / f"{scene.name}.webp", frames)
+    return Picture(scene.name, scene.caption, f"{folder.name}/{scene.name}.webp", f"{folder.name}/{scene.name}.png")
 
 
 def film(scene: Scene) -> Iterator[np.ndarray]:
     """Run a scene and yield its frames (height, width, 3)."""
-    world = scene.world
+    world = scene.build()
     step = STEP * world.stable_time_step()
     steps = max(1, round(1.0 / FRAMES_A_SECOND / step))
     for _ in range(round(scene.seconds * FRAMES_A_SECOND)):
