@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
 from time import perf_counter
 from typing import Any
 
 import pytest
+
+os.environ.setdefault("IGL_NUM_THREADS", "1")  # libigl takes all cores otherwise; ours and the others take one
 
 ROUNDS = {"quick": 5, "standard": 11, "full": 41}
 

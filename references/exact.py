@@ -66,6 +66,30 @@ def box_separations(
     return _separations_of_pairs(size_a, position_a, orientation_a, size_b, position_b, orientation_b)
 
 
+def convex_overlap(vertices_a: ArrayLike, triangles_a: ArrayLike, vertices_b: ArrayLike, triangles_b: ArrayLike) -> int:
+    """Return +1 where the interiors of two convex meshes meet, 0 where they exactly touch, −1 where they are apart.
+
+    Vertices (n, 3) [m], triangles (t, 3). Along the normals of all triangles and all edges of a across all of b.
+    """
+    points_a, points_b = np.asarray(vertices_a, float), np.asarray(vertices_b, float)
+    lengths, _ = _integers(np.concatenate([points_a, points_b]).ravel())
+    rows = np.array(lengths, dtype=object).reshape(-1, 3)
+    solids = (rows[: len(points_a)], np.asarray(triangles_a)), (rows[len(points_a) :], np.asarray(triangles_b))
+    normals, edges = [], []
+    for points, faces in solids:
+        a, b, c = (points[faces[:, k]] for k in range(3))
+        normals.append(_crosses(b - a, c - a))
+        ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+        ends = np.unique(np.sort(ends, axis=1), axis=0)
+        edges.append(points[ends[:, 1]] - points[ends[:, 0]])
+    pairs = [np.repeat(edges[0], len(edges[1]), axis=0), np.tile(edges[1], (len(edges[0]), 1))]
+    axes = np.concatenate([*normals, _crosses(*pairs)])
+    axes = axes[np.any(axes != 0, axis=1)]
+    shadow_a, shadow_b = (axes @ points.T for points, _ in solids)
+    gap = max(max(shadow_a.min(axis=1) - shadow_b.max(axis=1)), max(shadow_b.min(axis=1) - shadow_a.max(axis=1)))
+    return int(gap < 0) - int(gap > 0)
+
+
 def _one_overlap(*boxes: np.ndarray) -> int:
     numerators = [numerator for numerator, _, _, _ in _separating_axes(*boxes) if numerator is not None]
     largest = max(numerators)

@@ -57,6 +57,43 @@ def box_distance(
     return np.array([fcl.distance(a, b, request, fcl.DistanceResult()) for a, b in pairs], dtype=float)
 
 
+def box_contacts(
+    size_a: np.ndarray,
+    position_a: np.ndarray,
+    orientation_a: np.ndarray,
+    size_b: np.ndarray,
+    position_b: np.ndarray,
+    orientation_b: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the depth (m,) [m] and the normal (m, 3), from a to b, of FCL's contacts of m pairs of boxes; 0 if none.
+
+    From ODE's code, which takes a face unless an edge pair is shallower by a factor of 1.05: so the depth can be up to
+    1.05 times the least one, along another axis. The deepest of up to 8 contacts.
+    """
+    depths, normals = [], []
+    for a, b in _pairs(size_a, position_a, orientation_a, size_b, position_b, orientation_b):
+        result = fcl.CollisionResult()
+        fcl.collide(a, b, fcl.CollisionRequest(enable_contact=True, num_max_contacts=8), result)
+        deepest = max(result.contacts, key=lambda contact: contact.penetration_depth, default=None)
+        depths.append(0.0 if deepest is None else deepest.penetration_depth)
+        normals.append(np.zeros(3) if deepest is None else deepest.normal)
+    return np.array(depths, dtype=float), np.array(normals, dtype=float)
+
+
+def convex_overlap(
+    vertices_a: np.ndarray, triangles_a: np.ndarray, vertices_b: np.ndarray, triangles_b: np.ndarray
+) -> bool:
+    """Tell whether two convex meshes overlap: vertices (n, 3) [m], triangles (t, 3), outward.
+
+    By libccd and as yes or no only: FCL's other solver misses overlaps, and libccd's depth is wrong in a third of them.
+    """
+    a, b = (
+        fcl.CollisionObject(fcl.Convex(np.asarray(v, float), len(t), np.insert(t, 0, 3, axis=1).ravel()))
+        for v, t in ((vertices_a, triangles_a), (vertices_b, triangles_b))
+    )
+    return fcl.collide(a, b, fcl.CollisionRequest(), fcl.CollisionResult()) > 0
+
+
 def _pairs(*arrays: np.ndarray) -> Iterator[tuple[fcl.CollisionObject, fcl.CollisionObject]]:
     for size_a, position_a, orientation_a, size_b, position_b, orientation_b in zip(*map(np.atleast_2d, arrays)):
         yield _box(size_a, position_a, orientation_a), _box(size_b, position_b, orientation_b)

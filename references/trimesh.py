@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
+import trimesh.proximity
 from trimesh.ray.ray_triangle import RayMeshIntersector
 
 # [m], absolute, at mesh sizes near 1 m. Points nearer to the surface may be judged either way. Leave them out.
@@ -53,6 +54,26 @@ def points_in_mesh(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarr
     """
     mesh, origin = _mesh(vertices, triangles)
     return np.asarray(RayMeshIntersector(mesh).contains_points(np.asarray(points, float) - origin), dtype=bool)
+
+
+def points_in_mesh_by_embree(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Tell the same by embree, which is float32: beyond about 1e-5 of the size and of the distance from the origin."""
+    from trimesh.ray.ray_pyembree import RayMeshIntersector as EmbreeIntersector
+
+    mesh, origin = _mesh(vertices, triangles)
+    return np.asarray(EmbreeIntersector(mesh).contains_points(np.asarray(points, float) - origin), dtype=bool)
+
+
+def closest_points(
+    points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return (distance (m,) [m], triangle (m,), point (m, 3) [m]) of the surface closest to each of `points` (m, 3).
+
+    Not always the closest: among triangles whose distances differ by less than about 1e-5 it may take the wrong one.
+    """
+    mesh, origin = _mesh(vertices, triangles)
+    point, distance, triangle = trimesh.proximity.closest_point(mesh, np.asarray(points, float) - origin)
+    return np.asarray(distance), np.asarray(triangle), np.asarray(point) + origin
 
 
 def load_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:

@@ -52,6 +52,28 @@ def lumpy_sphere(rng: np.random.Generator, subdivisions: int = 3, height: float 
     return Mesh(ball.vertices * (1.0 + height * np.tanh(lumps))[:, None], ball.triangles)
 
 
+def knotted_tube(rng: np.random.Generator, around: int = 96, across: int = 8, radius: float = 0.25) -> Mesh:
+    """Return a tube along a trefoil knot, in a random orientation: a ray meets it many times."""
+    t = 2.0 * np.pi * np.arange(around) / around
+    line = np.stack([np.sin(t) + 2.0 * np.sin(2.0 * t), np.cos(t) - 2.0 * np.cos(2.0 * t), -np.sin(3.0 * t)], axis=1)
+    along = np.roll(line, -1, axis=0) - np.roll(line, 1, axis=0)
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    side = np.cross(along, [0.0, 0.0, 1.0])
+    side /= np.linalg.norm(side, axis=1, keepdims=True)
+    up = np.cross(side, along)
+    grid = softbody.torus(1.0, 0.4, around, across).triangles
+    angle = 2.0 * np.pi * np.arange(across) / across
+    ring = np.cos(angle)[None, :, None] * side[:, None] + np.sin(angle)[None, :, None] * up[:, None]
+    vertices = (line[:, None] + radius * ring).reshape(-1, 3) / 3.0
+    return rotated(Mesh(vertices, grid), rng)
+
+
+def scanned_sphere(rng: np.random.Generator, subdivisions: int = 3, noise: float = 0.02) -> Mesh:
+    """Return a lumpy sphere whose vertices are noisy and on a grid of millimetres, as those of a scan are."""
+    mesh = lumpy_sphere(rng, subdivisions)
+    return Mesh(np.round(mesh.vertices + noise * rng.normal(size=mesh.vertices.shape), 3), mesh.triangles)
+
+
 def random_mesh(kind: str, rng: np.random.Generator) -> Mesh:
     """Return a mesh of one of MESH_KINDS, of random proportions and orientation, about the origin."""
     if kind == "sphere":
@@ -90,6 +112,26 @@ def edge_points(mesh: Mesh, rng: np.random.Generator, count: int) -> np.ndarray:
     middles = 0.5 * (mesh.vertices[edges[:, 0]] + mesh.vertices[edges[:, 1]])
     middles[:, 2] += rng.uniform(-1.0, 1.0, count) * np.ptp(mesh.vertices[:, 2])
     return middles
+
+
+def transformed(
+    mesh: Mesh, points: np.ndarray, rng: np.random.Generator
+) -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Return vertices, triangles and points moved together, or renumbered, so that answers about them stay."""
+    matrix = rotation_matrix(random_orientations(rng, 1)[0])
+    offset = 1e6 * rng.uniform(-1.0, 1.0, 3)
+    number = rng.permutation(len(mesh.vertices))
+    shuffled = np.empty_like(mesh.vertices)
+    shuffled[number] = mesh.vertices
+    turned = [np.roll(number[t], turn) for t, turn in zip(mesh.triangles, rng.integers(0, 3, len(mesh.triangles)))]
+    renumbered = np.array(turned)[rng.permutation(len(turned))]
+    return {
+        "turned": (mesh.vertices @ matrix.T, mesh.triangles, points @ matrix.T),
+        "moved 1 000 km": (mesh.vertices + offset, mesh.triangles, points + offset),
+        "scaled by 1e6": (1e6 * mesh.vertices, mesh.triangles, 1e6 * points),
+        "scaled by 1e-6": (1e-6 * mesh.vertices, mesh.triangles, 1e-6 * points),
+        "renumbered": (shuffled, renumbered, points),
+    }
 
 
 SixTuples = tuple[Any, Any, Any, Any, Any, Any]

@@ -7,7 +7,7 @@ single points: the functions of the modules, on tuples and plain arrays.
 from softbody.geometry.closest import Closest, closest_triangle, closest_triangles
 from softbody.geometry.parity_grid import (
     ParityGrid,
-    parity_grid,
+    build_parity_grid,
     point_in_parity_grid,
     points_in_parity_grid,
     rebuild_parity_grid,
@@ -45,11 +45,11 @@ from softbody.geometry.triangle import (
 )
 from softbody.geometry.triangle_tree import (
     TriangleTree,
+    build_triangle_tree,
     closest_all_in_tree,
     closest_in_tree,
     refit_triangle_tree,
     search_space,
-    triangle_tree,
 )
 
 __all__ = [
@@ -61,6 +61,8 @@ __all__ = [
     "barycentric_in_tetrahedron",
     "bounding_sphere",
     "bounding_spheres",
+    "build_parity_grid",
+    "build_triangle_tree",
     "centroid",
     "closest_all_in_tree",
     "closest_in_tree",
@@ -72,7 +74,6 @@ __all__ = [
     "find_penetrations",
     "find_penetrations_exhaustively",
     "inertia_tensor",
-    "parity_grid",
     "point_in_convex",
     "point_in_parity_grid",
     "point_in_polyhedron",
@@ -92,5 +93,4 @@ __all__ = [
     "surface_area",
     "tetrahedron_volume",
     "triangle_area",
-    "triangle_tree",
 ]

@@ -45,7 +45,7 @@ BLOCK = 2048  # points answered at a time: those in unmarked blocks first, witho
 
 
 class ParityGrid(NamedTuple):
-    """The grid of one mesh; made by `parity_grid` once, filled by `rebuild_parity_grid` when the mesh has moved."""
+    """The grid of one mesh; made by `build_parity_grid` once, by `rebuild_parity_grid` each time the mesh has moved."""
 
     triangles: np.ndarray  # (t, 3) int32
     closed: bool  # does every edge belong to an even number of triangles?
@@ -65,7 +65,7 @@ class ParityGrid(NamedTuple):
 Frame = tuple[float, float, float, float, float, float, float, float, float, float, int, int]
 
 
-def parity_grid(
+def build_parity_grid(
     vertices: ArrayLike, triangles: ArrayLike, columns_per_triangle: float = COLUMNS_PER_TRIANGLE
 ) -> ParityGrid:
     """Return a grid for a mesh: `vertices` (n, 3) [m], `triangles` (t, 3), which may be open or meet itself.

@@ -13,12 +13,12 @@ from softbody.geometry.closest import Closest
 from softbody.geometry.parity_grid import (
     COLUMNS_PER_TRIANGLE,
     ParityGrid,
-    parity_grid,
+    build_parity_grid,
     points_in_parity_grid,
     rebuild_parity_grid,
 )
 from softbody.geometry.triangle_list import checked_points, checked_triangles
-from softbody.geometry.triangle_tree import TriangleTree, closest_all_in_tree, refit_triangle_tree, triangle_tree
+from softbody.geometry.triangle_tree import TriangleTree, build_triangle_tree, closest_all_in_tree, refit_triangle_tree
 
 
 class MeshQuery:
@@ -58,7 +58,7 @@ class MeshQuery:
     def contains(self, points: ArrayLike, threads: int = 1) -> np.ndarray:
         """Tell for each of `points` (m, 3) [m] whether it is inside: (m,) of bool, the same for any `threads`."""
         if self._grid is None:
-            self._grid = parity_grid(self.vertices, self.triangles, self._columns_per_triangle)
+            self._grid = build_parity_grid(self.vertices, self.triangles, self._columns_per_triangle)
         elif self._grid_is_old:
             rebuild_parity_grid(self._grid, self.vertices)
         self._grid_is_old = False
@@ -74,7 +74,7 @@ class MeshQuery:
     def closest(self, points: ArrayLike, threads: int = 1) -> Closest:
         """Return the triangle closest to each of `points` (m, 3) [m], with weights, point and distance."""
         if self._tree is None:
-            self._tree = triangle_tree(self.vertices, self.triangles)
+            self._tree = build_triangle_tree(self.vertices, self.triangles)
         elif self._tree_is_old:
             refit_triangle_tree(self._tree, self.vertices)
         self._tree_is_old = False

@@ -35,7 +35,7 @@ FARTHEST = 1e18
 
 
 class TriangleTree(NamedTuple):
-    """The tree of one mesh; made by `triangle_tree` once, filled by `refit_triangle_tree` when the mesh has moved."""
+    """The tree of one mesh; made by `build_triangle_tree` once, `refit_triangle_tree` follows the mesh as it moves."""
 
     triangles: np.ndarray  # (t, 3) int64
     order: np.ndarray  # (8 leaves,) int32: which triangle is where; the last one again where there are no more
@@ -46,7 +46,7 @@ class TriangleTree(NamedTuple):
     frame: np.ndarray  # (4,) middle of the mesh [m], and 1 / half size [1/m]
 
 
-def triangle_tree(vertices: ArrayLike, triangles: ArrayLike) -> TriangleTree:
+def build_triangle_tree(vertices: ArrayLike, triangles: ArrayLike) -> TriangleTree:
     """Return a tree for a mesh: `vertices` (n, 3) [m], `triangles` (t, 3), of any kind.
 
     The more the mesh later deforms, the more boxes overlap and the slower (never the less right) it gets; make a new

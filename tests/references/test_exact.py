@@ -130,3 +130,21 @@ def test_the_turning_of_the_triangles_does_not_matter(cases, rng):
     assert np.array_equal(
         exact.points_in_mesh(points, vertices, triangles), exact.points_in_mesh(points, vertices, triangles[:, ::-1])
     )
+
+
+@pytest.mark.parametrize(("gap", "sign"), [(-1e-15, 1), (0.0, 0), (2.5e-16, -1), (-0.5, 1), (2.0, -1)])
+def test_convex_meshes_overlap_touch_or_are_apart_to_the_last_bit(cases, gap, sign):
+    vertices, triangles = cases.cube()
+    moved = vertices + [0.0, 0.0, 1.0]
+    moved[:, 2] = np.where(moved[:, 2] == 1.0, 1.0 + gap, 3.0)
+    assert exact.convex_overlap(vertices, triangles, moved, triangles) == sign
+    assert exact.convex_overlap(moved, triangles, vertices, triangles) == sign
+
+
+def test_convex_meshes_that_only_an_edge_axis_parts_are_apart(cases):
+    """Two wedges of tetrahedra, edge across edge."""
+    lower = np.array([[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, -1.0, -1.0], [0.0, 1.0, -1.0]])
+    upper = np.array([[0.0, -1.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 1.0], [1.0, 0.0, 1.0]])
+    triangles = np.array([[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]])
+    for gap, sign in ((1e-9, -1), (0.0, 0), (-1e-9, 1)):
+        assert exact.convex_overlap(lower, triangles, upper + [0.0, 0.0, gap], triangles) == sign

@@ -61,3 +61,27 @@ def test_no_pairs_give_no_answers():
     none = [np.empty((0, k)) for k in (3, 3, 4, 3, 3, 4)]
     assert fcl.boxes_overlap(*none).shape == (0,)
     assert fcl.box_distance(*none).shape == (0,)
+
+
+def test_the_contact_of_two_boxes_is_as_deep_as_they_overlap_and_points_from_a_to_b():
+    boxes = pair((1, 1, 1), (0, 0, 0), UPRIGHT, (1, 1, 1), (0.2, 0.1, 0.75), UPRIGHT)
+    depth, normal = fcl.box_contacts(*boxes)
+    assert_allclose(depth, [0.25], rtol=1e-14)
+    assert_allclose(normal, [[0, 0, 1]], atol=1e-15)
+
+
+def test_boxes_that_are_apart_have_no_contact():
+    depth, normal = fcl.box_contacts(*pair((1, 1, 1), (0, 0, 0), UPRIGHT, (1, 1, 1), (0, 0, 3), UPRIGHT))
+    assert depth.tolist() == [0.0]
+    assert normal.tolist() == [[0.0, 0.0, 0.0]]
+
+
+def test_convex_meshes_overlap_where_integers_say_so(cases, rng):
+    vertices, triangles = cases.cube()
+    answers = []
+    for offset in rng.uniform(-1.5, 1.5, (200, 3)):
+        moved = vertices + offset
+        found = fcl.convex_overlap(vertices, triangles, moved, triangles)
+        assert found == (exact.convex_overlap(vertices, triangles, moved, triangles) > 0)
+        answers.append(found)
+    assert 30 < sum(answers) < 170

@@ -160,3 +160,17 @@ def test_the_bodies_of_a_scene_keep_their_places(tmp_path, cases):
     assert len(vertices) == 16
     assert trimesh.volume(vertices, triangles) == pytest.approx(2.0, rel=1e-6)
     assert_allclose(trimesh.centroid(vertices, triangles), [3.0, 0.5, 0.5], rtol=1e-6)
+
+
+def test_embree_finds_points_beyond_its_margin(cases, rng):
+    vertices, triangles = cases.torus(1.0, 0.4, 16, 10)
+    points = rng.uniform(-1.5, 1.5, (300, 3)) * [1.0, 1.0, 0.4]
+    inside = exact.points_in_mesh(points, vertices, triangles) > 0
+    assert np.array_equal(trimesh.points_in_mesh_by_embree(points, vertices, triangles), inside)
+
+
+def test_the_closest_points_of_a_cube_are_on_its_faces(cases):
+    vertices, triangles = cases.cube()
+    distance, _, point = trimesh.closest_points(np.array([[0.5, 0.4, 0.75], [2.0, 2.0, 1.0]]), vertices, triangles)
+    assert_allclose(distance, [0.25, 2**0.5], rtol=1e-12)
+    assert_allclose(point, [[0.5, 0.4, 1.0], [1.0, 1.0, 1.0]], atol=1e-12)

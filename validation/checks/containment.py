@@ -2,24 +2,34 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Callable
+
 import numpy as np
 
 import softbody
 from softbody import Mesh
-from softbody.geometry import polyhedron, tetrahedron, triangle
+from softbody.geometry import closest_on_mesh, parity_grid, points_in_mesh, polyhedron, tetrahedron, triangle
 from softbody.vec import load
 from validation.cases import (
     dented_sphere,
     edge_points,
+    knotted_tube,
     lumpy_sphere,
     points_around,
     rotated,
+    scanned_sphere,
     stacked_points,
+    transformed,
 )
 from validation.check import DISAGREEMENTS, Comparison, Misprint, Run, check
+from validation.engines import missing
 
 FAMILY = "containment"
 CONCAVE = "softbody.geometry.polyhedron.points_in_polyhedron"
+GRID = "softbody.geometry.parity_grid.points_in_parity_grid"
+
+Judge = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
 
 def meshes(rng: np.random.Generator) -> dict[str, Mesh]:
@@ -171,6 +181,182 @@ def points_near_the_surface(run: Run) -> Comparison:
         offsets = rng.choice([-1.0, 1.0], count) * 10.0 ** rng.uniform(-12.0, -3.0, count)
         points[kind] = feet + offsets[:, None] * normals
     return ask_all(shapes, points, lambda q, v, t: exact.points_in_mesh(q, v, t) > 0)
+
+
+def varied_meshes(rng: np.random.Generator, subdivisions: int = 3) -> dict[str, Mesh]:
+    """Return meshes of every kind that the structures are tried on, in random orientations."""
+    fine = 2 ** (subdivisions - 2)
+    return {
+        "sphere": rotated(softbody.icosphere(subdivisions), rng),
+        "torus": rotated(softbody.torus(1.0, 0.4, 18 * fine, 9 * fine), rng),
+        "dented sphere": rotated(dented_sphere(subdivisions), rng),
+        "knotted tube": knotted_tube(rng, 48 * fine, 4 * fine),
+        "like a scan": rotated(scanned_sphere(rng, subdivisions), rng),
+    }
+
+
+def special_points(mesh: Mesh, rng: np.random.Generator, count: int) -> dict[str, np.ndarray]:
+    """Return points where rays and rounding go wrong: above, below, on and just off vertices, edges and faces."""
+    corners = mesh.vertices[mesh.triangles[rng.integers(0, len(mesh.triangles), count)]]
+    on_vertices = corners[:, 0]
+    on_edges = 0.5 * (corners[:, 0] + corners[:, 1])
+    on_faces = (rng.dirichlet((1.0, 1.0, 1.0), count)[:, :, None] * corners).sum(axis=1)
+    up = np.array([0.0, 0.0, 1.0]) * rng.uniform(-1.0, 1.0, (count, 1)) * np.ptp(mesh.vertices[:, 2])
+    off = rng.normal(size=(count, 3))
+    off *= 10.0 ** rng.uniform(-15.0, -3.0, (count, 1)) / np.linalg.norm(off, axis=1, keepdims=True)
+    return {
+        "above or below vertices": on_vertices + up,
+        "above or below edges": on_edges + up,
+        "on edges and faces": np.concatenate([on_edges[::2], on_faces[::2]]),
+        "next to vertices": on_vertices + off,
+        "next to edges": on_edges + off,
+        "next to faces": on_faces + off,
+    }
+
+
+@check(
+    family=FAMILY,
+    claim="The grid that is rebuilt for every step answers as the exhaustive test, on every point and mesh tried.",
+    section="4.6, 6",
+    piece=GRID,
+    reference="softbody.geometry.polyhedron.points_in_polyhedron, judged by the claims above",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="a yes-or-no answer, on the surface too; both ask the same exact question of each triangle",
+    detects="one triangle missed, or counted twice",
+)
+def grid_is_exhaustive(run: Run) -> Comparison:
+    rng = run.rng
+    measured, expected, kinds = [], [], []
+    for kind, mesh in varied_meshes(rng).items():
+        vertices = mesh.vertices
+        grid = parity_grid.build_parity_grid(vertices, mesh.triangles)
+        for _ in range(3):
+            vertices = np.ascontiguousarray(vertices * rng.uniform(0.7, 1.4, 3) + rng.normal(size=3))
+            parity_grid.rebuild_parity_grid(grid, vertices)
+            moved = Mesh(vertices, mesh.triangles)
+            special = special_points(moved, rng, run.count(100, 500, 20_000))
+            points = np.concatenate([points_around(moved, run.count(500, 3_000, 100_000), rng), *special.values()])
+            answers = np.empty(len(points), bool)
+            parity_grid.points_in_parity_grid(points, grid, vertices, answers, 0, len(points))
+            measured.append(answers)
+            expected.append(polyhedron.points_in_polyhedron(points, vertices, mesh.triangles))
+            kinds += [kind] * len(points)
+    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+
+
+def accelerated(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Return what the grid answers."""
+    return points_in_mesh(points, vertices, triangles)
+
+
+@check(
+    family=FAMILY,
+    claim="Random points around a sphere, torus, dent, knot or scan are inside where libigl's winding number is one.",
+    section="4.6",
+    piece=GRID,
+    reference="libigl, exact winding number",
+    engines=("igl",),
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="a yes-or-no answer; points within 1e-12 of the surface, where libigl may be wrong, are left out",
+    detects="one wrong answer",
+)
+def random_points_by_igl(run: Run) -> Comparison:
+    from references import igl
+
+    rng = run.rng
+    measured, expected, kinds = [], [], []
+    for kind, mesh in varied_meshes(rng).items():
+        points = points_around(mesh, run.count(1_000, 10_000, 220_000), rng)
+        distance, _, _ = igl.closest_points(points, mesh.vertices, mesh.triangles)
+        points = points[distance > igl.MARGIN]
+        measured.append(accelerated(points, mesh.vertices, mesh.triangles))
+        expected.append(igl.points_in_mesh(points, mesh.vertices, mesh.triangles))
+        kinds += [kind] * len(points)
+    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="Above, below, 1e-3 to 1e-15 m off vertices, edges and faces, and in stacked copies: no point is misjudged.",
+    section="4.6",
+    piece=GRID,
+    reference="exact integer arithmetic wherever an engine disagrees; libigl and trimesh elsewhere",
+    engines=("igl", "trimesh", "rtree"),
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="a yes-or-no answer; points exactly on the surface are left out, for either answer is right",
+    detects="one wrong answer; any tolerance inside the test",
+)
+def special_points_by_exact_arithmetic(run: Run) -> Comparison:
+    from references import exact, igl, trimesh
+
+    rng = run.rng
+    judges: dict[str, Judge] = {
+        "trimesh with rtree": trimesh.points_in_mesh,
+        "libigl winding number": igl.points_in_mesh,
+        "libigl signed distance": igl.points_in_mesh_by_distance,
+        "libigl fast winding number": igl.points_in_mesh_fast,
+    }
+    if not missing(("embreex",)):
+        judges["trimesh with embree"] = trimesh.points_in_mesh_by_embree
+    wrong: Counter[str] = Counter()
+    measured, expected, kinds = [], [], []
+    straight = {"stacked spheres": softbody.icosphere(1), "stacked tori": softbody.torus(1.0, 0.4, 16, 8)}
+    for kind, mesh in (straight | varied_meshes(rng, 2)).items():
+        points = special_points(mesh, rng, run.count(15, 120, 3_000))
+        if kind in straight:
+            points = {"copies shifted along z": stacked_points(mesh, rng, run.count(1, 4, 40))}
+        for place, rows in points.items():
+            ours = accelerated(rows, mesh.vertices, mesh.triangles)
+            answers = {name: judge(rows, mesh.vertices, mesh.triangles) for name, judge in judges.items()}
+            doubtful = np.zeros(len(rows), bool)
+            for answer in answers.values():
+                doubtful |= answer != ours
+            truth = ours.astype(int) * 2 - 1
+            if doubtful.any():
+                truth[doubtful] = exact.points_in_mesh(rows[doubtful], mesh.vertices, mesh.triangles)
+            off = truth != 0
+            for name, answer in {"the core": ours, **answers}.items():
+                wrong[name] += int((answer[off] != (truth[off] > 0)).sum())
+            measured.append(ours[off])
+            expected.append(truth[off] > 0)
+            kinds += [place] * int(off.sum())
+    total = sum(map(len, measured))
+    counts = ", ".join(f"{name} {count}" for name, count in wrong.items())
+    return Comparison(
+        np.concatenate(measured),
+        np.concatenate(expected),
+        groups=kinds,
+        notes=[f"wrong about these {total} points, by exact arithmetic: {counts}"],
+    )
+
+
+@check(
+    family=FAMILY,
+    claim="What is inside stays inside when mesh and points are turned, moved 1 000 km, scaled by 1e±6 or renumbered.",
+    section="4.6",
+    piece=GRID,
+    reference="invariant: the answers before",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="a yes-or-no answer; random points within 1e-9 m of the surface are left out, for coordinates are rounded",
+    detects="one answer that changes",
+)
+def containment_is_invariant(run: Run) -> Comparison:
+    rng = run.rng
+    measured, expected, kinds = [], [], []
+    for mesh in varied_meshes(rng).values():
+        points = points_around(mesh, run.count(500, 3_000, 50_000), rng)
+        distance = closest_on_mesh(points, mesh.vertices, mesh.triangles).distance
+        points = points[distance > 1e-9]
+        before = accelerated(points, mesh.vertices, mesh.triangles)
+        for kind, (vertices, triangles, moved) in transformed(mesh, points, rng).items():
+            measured.append(accelerated(moved, vertices, triangles))
+            expected.append(before)
+            kinds += [kind] * len(before)
+    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
 
 
 @check(

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from softbody.collision.sat import box_box_separation, box_pairs_overlap
+from softbody.collision.sat import box_box_separation, box_pairs_overlap, box_pairs_separation
 from softbody.quaternion import product, rotate
 from softbody.vec import add, dot, norm, scale
 
@@ -213,3 +213,16 @@ def test_pairs_of_an_array_are_judged_as_one_by_one():
         assert hits[paper].tolist() == singly
     assert not (hits[False] & ~hits[True]).any()
     assert (hits[True] & ~hits[False]).any()
+
+
+def test_many_boxes_at_once_are_each_as_alone():
+    rng = np.random.default_rng(0)
+    sizes, places, turns = rng.uniform(0.3, 2.0, (2, 30, 3)), rng.normal(size=(2, 30, 3)), rng.normal(size=(2, 30, 4))
+    turns /= np.linalg.norm(turns, axis=2, keepdims=True)
+    pairs = sizes[0], places[0], turns[0], sizes[1], places[1], turns[1]
+    for paper in (False, True):
+        separations, normals, axes = box_pairs_separation(*pairs, paper)
+        for i, row in enumerate(zip(*pairs)):
+            alone = box_box_separation(*map(tuple, row), paper)
+            assert (separations[i], tuple(normals[i]), axes[i]) == alone
+        assert box_pairs_overlap(*pairs, paper).tolist() == (separations <= 0.0).tolist()

@@ -15,7 +15,7 @@ point_3d = st.tuples(coordinate, coordinate, coordinate)
 
 
 def sign(x):
-    return (x > 0) - (x < 0)
+    return int(x > 0) - int(x < 0)
 
 
 def exact_turn(a, b, p):

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from softbody import MeshError
 from softbody.geometry import (
-    parity_grid,
+    build_parity_grid,
     point_in_parity_grid,
     points_in_parity_grid,
     points_in_polyhedron,
@@ -36,14 +36,14 @@ def test_the_grid_gives_the_answers_of_the_exhaustive_test(kind):
     points = np.concatenate([questions(vertices, triangles), NOT_FINITE])
     expected = points_in_polyhedron(points, vertices, triangles)
     for columns in (0.01, 0.25, 4.0):
-        grid = parity_grid(vertices, triangles, columns)
+        grid = build_parity_grid(vertices, triangles, columns)
         assert ask(grid, points, vertices).tolist() == expected.tolist()
     assert one_by_one(grid, points[::7], vertices).tolist() == expected[::7].tolist()
 
 
 @pytest.mark.parametrize(("kinds", "closed"), [(CLOSED, True), (OPEN, False)])
 def test_a_mesh_is_closed_if_every_edge_belongs_to_an_even_number_of_triangles(kinds, closed):
-    assert {kind: parity_grid(*kinds[kind]).closed for kind in kinds} == dict.fromkeys(kinds, closed)
+    assert {kind: build_parity_grid(*kinds[kind]).closed for kind in kinds} == dict.fromkeys(kinds, closed)
 
 
 def test_an_unmerged_mesh_holds_the_same_points_as_the_merged_one():
@@ -59,7 +59,7 @@ def test_what_is_inside_does_not_depend_on_the_order_of_triangles_and_corners():
     rng = np.random.default_rng(0)
     shuffled = np.array([rng.permutation(t) for t in T[rng.permutation(len(T))]])
     assert points_in_polyhedron(points, V, shuffled).tolist() == expected.tolist()
-    assert ask(parity_grid(V, shuffled), points, V).tolist() == expected.tolist()
+    assert ask(build_parity_grid(V, shuffled), points, V).tolist() == expected.tolist()
 
 
 @pytest.mark.parametrize(
@@ -79,7 +79,7 @@ def test_what_a_defective_mesh_holds_is_where_its_sheets_are_odd_in_number(kind,
 
 
 def test_rebuilding_follows_the_mesh():
-    grid = parity_grid(V, T)
+    grid = build_parity_grid(V, T)
     for step in range(5):
         moved = turned(V) * [1.0 + step, 1.0, 0.3] + [step, 0.0, -step]
         rebuild_parity_grid(grid, moved)
@@ -91,7 +91,7 @@ def test_a_mesh_stretched_so_that_its_lists_overflow_gets_fewer_columns_and_keep
     rng = np.random.default_rng(0)
     triangles = np.arange(3 * 4000).reshape(-1, 3)
     vertices = rng.uniform(size=(3 * 4000, 3))  # every triangle is as large as the mesh
-    grid = parity_grid(vertices, triangles)
+    grid = build_parity_grid(vertices, triangles)
     assert grid.shape.prod() < 0.25 * 4000
     points = rng.uniform(size=(50, 3))
     assert ask(grid, points, vertices).tolist() == points_in_polyhedron(points, vertices, triangles).tolist()
@@ -100,7 +100,7 @@ def test_a_mesh_stretched_so_that_its_lists_overflow_gets_fewer_columns_and_keep
 def test_a_grid_for_a_part_of_the_mesh_is_right_there():
     rng = np.random.default_rng(0)
     vertices, triangles = turned(TORUS.vertices), TORUS.triangles
-    grid = parity_grid(vertices, triangles)
+    grid = build_parity_grid(vertices, triangles)
     for _ in range(20):
         low = rng.uniform(-1.2, 0.8, 3)
         high = low + rng.uniform(0.1, 1.0, 3)
@@ -111,7 +111,7 @@ def test_a_grid_for_a_part_of_the_mesh_is_right_there():
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 def test_nothing_is_inside_a_mesh_whose_vertices_are_not_finite(value):
-    grid = parity_grid(V, T)
+    grid = build_parity_grid(V, T)
     spoiled = V.copy()
     spoiled[3, 1] = value
     rebuild_parity_grid(grid, spoiled)
@@ -121,11 +121,11 @@ def test_nothing_is_inside_a_mesh_whose_vertices_are_not_finite(value):
 
 
 def test_no_points_get_no_answers():
-    assert ask(parity_grid(V, T), np.empty((0, 3)), V).tolist() == []
+    assert ask(build_parity_grid(V, T), np.empty((0, 3)), V).tolist() == []
 
 
 def test_a_range_of_points_is_answered_alone():
-    points, grid = np.zeros((10, 3)), parity_grid(V, T)
+    points, grid = np.zeros((10, 3)), build_parity_grid(V, T)
     answers = np.zeros(10, bool)
     points_in_parity_grid(points, grid, V, answers, 3, 7)
     assert answers.tolist() == [False] * 3 + [True] * 4 + [False] * 3
@@ -157,11 +157,11 @@ def test_the_number_of_a_step_never_falls(x, y, per_metre):
 )
 def test_what_is_not_a_list_of_triangles_is_refused_by_name(vertices, triangles, message):
     with pytest.raises(MeshError, match=message):
-        parity_grid(vertices, triangles)
+        build_parity_grid(vertices, triangles)
 
 
 def test_a_grid_needs_not_much_memory():
-    grid = parity_grid(BALL.vertices, BALL.triangles)
-    large = parity_grid(*split(np.tile(V, (20, 1)), np.concatenate([T + 162 * k for k in range(20)])))
+    grid = build_parity_grid(BALL.vertices, BALL.triangles)
+    large = build_parity_grid(*split(np.tile(V, (20, 1)), np.concatenate([T + 162 * k for k in range(20)])))
     size = [sum(a.nbytes for a in g if isinstance(a, np.ndarray)) for g in (grid, large)]
     assert size[1] - size[0] < 220 * 19 * len(T)

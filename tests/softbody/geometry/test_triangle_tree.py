@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from softbody import MeshError
 from softbody.geometry import (
+    build_triangle_tree,
     closest_all_in_tree,
     closest_in_tree,
     closest_on_mesh,
@@ -16,7 +17,6 @@ from softbody.geometry import (
     closest_triangles,
     refit_triangle_tree,
     search_space,
-    triangle_tree,
 )
 from softbody.geometry.closest import no_answers
 from softbody.geometry.triangle_tree import near_order
@@ -111,7 +111,7 @@ def test_the_tree_gives_the_answers_of_the_exhaustive_search(kind):
     vertices, triangles = ALL[kind]
     points = np.concatenate([questions(vertices, triangles, count=60), NOT_FINITE])
     expected = closest_triangles(points, vertices, triangles)
-    tree = triangle_tree(vertices, triangles)
+    tree = build_triangle_tree(vertices, triangles)
     assert_same_bits(ask(tree, points, vertices), expected)
     search = search_space(tree)
     for q in range(0, len(points), 11):
@@ -129,19 +129,19 @@ def test_of_equally_close_triangles_the_lowest_is_taken():
 @pytest.mark.parametrize("away", [1e3, 1e12, 1e25, 1e100])
 def test_points_far_away_are_answered_too(away):
     points = V[:20] * away
-    tree = triangle_tree(V, T)
+    tree = build_triangle_tree(V, T)
     assert_same_bits(ask(tree, points, V), closest_triangles(points, V, T))
 
 
 @pytest.mark.parametrize("scale", [1e-30, 1e-6, 1e6, 1e30])
 def test_the_size_of_the_mesh_does_not_matter(scale):
-    tree = triangle_tree(scale * V, T)
+    tree = build_triangle_tree(scale * V, T)
     points = scale * questions(V, T)
     assert_same_bits(ask(tree, points, scale * V), closest_triangles(points, scale * V, T))
 
 
 def test_refitting_follows_the_mesh():
-    tree = triangle_tree(V, T)
+    tree = build_triangle_tree(V, T)
     for step in range(5):
         moved = turned(V) * [1.0 + step, 1.0, 0.3] + [step, 0.0, -step]
         refit_triangle_tree(tree, moved)
@@ -151,7 +151,7 @@ def test_refitting_follows_the_mesh():
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 def test_nothing_is_closest_in_a_mesh_whose_vertices_are_not_finite(value):
-    tree = triangle_tree(V, T)
+    tree = build_triangle_tree(V, T)
     spoiled = V.copy()
     spoiled[3, 1] = value
     refit_triangle_tree(tree, spoiled)
@@ -186,10 +186,10 @@ def test_trees_of_any_size_work(count):
     vertices = rng.uniform(size=(3 * count, 3))
     triangles = np.arange(3 * count).reshape(-1, 3)
     points = rng.uniform(size=(30, 3))
-    tree = triangle_tree(vertices, triangles)
+    tree = build_triangle_tree(vertices, triangles)
     assert_same_bits(ask(tree, points, vertices), closest_triangles(points, vertices, triangles))
 
 
 def test_what_is_not_a_list_of_triangles_is_refused():
     with pytest.raises(MeshError, match="vertices run from 0 to 161"):
-        triangle_tree(V, T + 1)
+        build_triangle_tree(V, T + 1)

@@ -1,0 +1,142 @@
+"""What do the narrow phase of two soft bodies and the separating-axis test of many boxes cost? One thread."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import coal
+import fcl
+import igl
+import numpy as np
+import pytest
+import trimesh
+from trimesh.ray.ray_pyembree import RayMeshIntersector as Embree
+
+import softbody
+from softbody.collision.sat import box_pairs_overlap
+from softbody.geometry import (
+    build_parity_grid,
+    build_triangle_tree,
+    find_penetrations,
+    find_penetrations_exhaustively,
+    room_for_penetrations,
+)
+
+SUBDIVISIONS = {"quick": (3,), "standard": (3, 4, 5), "full": (3, 4, 5, 6)}  # 642 … 40 962 particles a body
+
+MOST_EXHAUSTIVE = {"quick": 3, "standard": 4, "full": 6}
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """Run on the sizes of the level."""
+    if "subdivisions" in metafunc.fixturenames:
+        metafunc.parametrize("subdivisions", SUBDIVISIONS[metafunc.config.getoption("--level")])
+
+
+def bench_soft_against_soft(race, request, subdivisions: int) -> None:
+    """Two spheres that overlap by a fifth of their radius, both ways: particles inside, closest triangle, depth."""
+    level = request.config.getoption("--level")
+    ball = softbody.icosphere(subdivisions)
+    triangles = ball.triangles
+    a, b = ball.vertices, np.ascontiguousarray(ball.vertices + np.array([0.3, 0.4, 1.728]))
+    grids = [build_parity_grid(x, triangles) for x in (a, b)]
+    trees = [build_triangle_tree(x, triangles) for x in (a, b)]
+    room = room_for_penetrations(len(a))
+    both_ways = ((a, b, grids[1], trees[1]), (b, a, grids[0], trees[0]))
+
+    def ours() -> None:
+        assert all(find_penetrations(x, y, grid, tree, room) > 0 for x, y, grid, tree in both_ways)
+
+    def exhaustively() -> None:
+        for x, y, _, _ in both_ways:
+            find_penetrations_exhaustively(x, y, triangles, room)
+
+    def of_box(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """What any user would do first: only the points in the other's bounding box."""
+        return np.ascontiguousarray(x[((x >= y.min(axis=0)) & (x <= y.max(axis=0))).all(axis=1)])
+
+    def by_igl() -> None:
+        for x, y, _, _ in both_ways:
+            rows = of_box(x, y)
+            inside = igl.fast_winding_number(y, triangles, rows) > 0.5
+            igl.point_mesh_squared_distance(np.ascontiguousarray(rows[inside]), y, triangles)
+
+    def by_trimesh() -> None:
+        for x, y, _, _ in both_ways:
+            rows, mesh = of_box(x, y), trimesh.Trimesh(y, triangles, process=False)
+            inside = Embree(mesh).contains_points(rows)
+            trimesh.proximity.closest_point(mesh, rows[inside])
+
+    def by_surfaces(engine: str) -> Callable[[], object]:
+        return (lambda: _fcl_contacts(a, b, triangles)) if engine == "fcl" else lambda: _coal_contacts(a, b, triangles)
+
+    pairs = 2 * len(a)
+    peers: dict[str, tuple[Callable[[], object], int]] = {
+        "libigl (fast winding number, closest)": (by_igl, pairs),
+        "python-fcl (surfaces only)": (by_surfaces("fcl"), pairs),
+        "coal (surfaces only)": (by_surfaces("coal"), pairs),
+    }
+    if subdivisions <= MOST_EXHAUSTIVE[level]:
+        peers["every particle against every triangle"] = (exhaustively, pairs)
+        peers["trimesh (embree, proximity)"] = (by_trimesh, pairs)
+    race(
+        ours,
+        pairs,
+        table="Narrow phase of two soft bodies that overlap by a seventh, both ways, structures rebuilt",
+        name="find_penetrations",
+        size=len(a),
+        of="particles a body",
+        per="particle",
+        peers=peers,
+    )
+
+
+def _fcl_contacts(a: np.ndarray, b: np.ndarray, triangles: np.ndarray) -> int:
+    objects = []
+    for vertices in (a, b):
+        model = fcl.BVHModel()
+        model.beginModel(len(triangles), len(vertices))
+        model.addSubModel(vertices, triangles)
+        model.endModel()
+        objects.append(fcl.CollisionObject(model))
+    request = fcl.CollisionRequest(num_max_contacts=100_000, enable_contact=True)
+    return fcl.collide(*objects, request, fcl.CollisionResult())
+
+
+def _coal_contacts(a: np.ndarray, b: np.ndarray, triangles: np.ndarray) -> int:
+    models = []
+    for vertices in (a, b):
+        model = coal.BVHModelOBBRSS()
+        model.beginModel(len(triangles), len(vertices))
+        model.addVertices(vertices)
+        model.addTriangles(triangles)
+        model.endModel()
+        models.append(model)
+    request = coal.CollisionRequest()
+    request.num_max_contacts = 100_000
+    rest = coal.Transform3s()
+    return coal.collide(models[0], rest, models[1], rest, request, coal.CollisionResult())
+
+
+def bench_boxes(race) -> None:
+    """Yes or no for 10 000 pairs of random boxes; FCL's objects are made beforehand, and 1 000 of them asked."""
+    rng = np.random.default_rng(0)
+    count = 10_000
+    turns = rng.standard_normal((2, count, 4))
+    turns /= np.linalg.norm(turns, axis=2, keepdims=True)
+    sizes, places = rng.uniform(0.4, 2.0, (2, count, 3)), rng.uniform(-1.0, 1.0, (2, count, 3))
+    objects = [
+        [fcl.CollisionObject(fcl.Box(*sizes[k, i]), fcl.Transform(turns[k, i], places[k, i])) for k in (0, 1)]
+        for i in range(1_000)
+    ]
+    request = fcl.CollisionRequest()
+    race(
+        lambda: box_pairs_overlap(sizes[0], places[0], turns[0], sizes[1], places[1], turns[1], False),
+        count,
+        table="Separating axes of random boxes, in batch",
+        name="box_pairs_overlap",
+        size=count,
+        of="pairs",
+        per="pair",
+        peers={"python-fcl": (lambda: [fcl.collide(a, b, request, fcl.CollisionResult()) for a, b in objects], 1_000)},
+    )

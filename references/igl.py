@@ -1,0 +1,47 @@
+"""Is a point in a mesh, and how far is its surface? Asked of libigl (Jacobson and others).
+
+Three ways to tell inside from outside that have nothing in common: the exact winding number, the sign of the distance
+along the pseudonormal of the closest feature (Baerentzen and Aanaes 2005), and the fast winding number (Barill and
+others 2018), which is an approximation. Defaults that are not used, and why: the sign of `signed_distance` is by
+default chosen by the kind of mesh; it is named here.
+"""
+
+from __future__ import annotations
+
+import igl
+import numpy as np
+
+# Part of the size [m/m]. Points nearer to the surface may be judged either way by the first two. Leave them out.
+MARGIN = 1e-12
+
+
+def points_in_mesh(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Tell for each of `points` (m, 3) [m] whether a closed mesh winds around it: (m,) of bool, beyond MARGIN."""
+    return np.asarray(igl.winding_number(*_arrays(vertices, triangles), _rows(points))) > 0.5
+
+
+def points_in_mesh_by_distance(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Tell for each of `points` (m, 3) [m] whether its closest surface faces away: (m,) of bool, beyond MARGIN."""
+    kind = igl.SIGNED_DISTANCE_TYPE_PSEUDONORMAL
+    return np.asarray(igl.signed_distance(_rows(points), *_arrays(vertices, triangles), kind)[0]) < 0.0
+
+
+def points_in_mesh_fast(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Tell the same by the fast winding number, an approximation in float32: beyond about 1e-5 of the size."""
+    return np.asarray(igl.fast_winding_number(*_arrays(vertices, triangles), _rows(points))) > 0.5
+
+
+def closest_points(
+    points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return (distance (m,) [m], triangle (m,), point (m, 3) [m]) of the surface closest to each of `points` (m, 3)."""
+    square, triangle, point = igl.point_mesh_squared_distance(_rows(points), *_arrays(vertices, triangles))
+    return np.sqrt(square), np.asarray(triangle), np.asarray(point)
+
+
+def _rows(points: np.ndarray) -> np.ndarray:
+    return np.ascontiguousarray(points, dtype=np.float64)
+
+
+def _arrays(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return _rows(vertices), np.ascontiguousarray(triangles, dtype=np.int64)

@@ -1,0 +1,184 @@
+"""Which triangle of a mesh is closest to a point, and which of its points?"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softbody import Mesh
+from softbody.geometry import build_triangle_tree, closest_on_mesh, closest_triangles, refit_triangle_tree
+from softbody.geometry.closest import Closest, no_answers
+from softbody.geometry.triangle_tree import closest_all_in_tree
+from validation.cases import points_around, transformed
+from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.checks.containment import special_points, varied_meshes
+
+FAMILY = "closest triangle"
+PIECE = "softbody.geometry.triangle_tree.closest_all_in_tree"
+
+
+def points_near_and_far(mesh: Mesh, rng: np.random.Generator, count: int) -> np.ndarray:
+    """Return points around a mesh, far away from it, next to it and on it."""
+    special = special_points(mesh, rng, count // 6)
+    return np.concatenate(
+        [points_around(mesh, count, rng), 20.0 * points_around(mesh, count // 4, rng), *special.values()]
+    )
+
+
+def size(mesh: Mesh, points: np.ndarray) -> np.ndarray:
+    """Return the length (m,) [m] that the rounding of each answer is a part of: the point's distance and the mesh."""
+    return np.linalg.norm(points, axis=1) + np.ptp(mesh.vertices, axis=0).max()
+
+
+def all_bits(answers: Closest) -> np.ndarray:
+    """Return the answers as one array of integers, bit by bit."""
+    columns = [answers.triangle[:, None], answers.weights, answers.point, answers.distance[:, None]]
+    return np.concatenate([np.ascontiguousarray(column).view(np.int64) for column in columns], axis=1)
+
+
+@check(
+    family=FAMILY,
+    claim="The distance to the closest triangle is libigl's.",
+    section="4.3",
+    piece=PIECE,
+    reference="libigl",
+    engines=("igl",),
+    unit="of the size",
+    tolerance=1e-14,
+    because="a dozen roundings on both sides, of lengths up to the size and the distance",
+    detects="a triangle that is not the closest; a wrong region of a triangle",
+)
+def distance_by_igl(run: Run) -> Comparison:
+    from references import igl
+
+    rng = run.rng
+    measured, expected, scales, kinds = [], [], [], []
+    same = total = 0
+    for kind, mesh in varied_meshes(rng).items():
+        points = points_near_and_far(mesh, rng, run.count(1_000, 6_000, 100_000))
+        ours = closest_on_mesh(points, mesh.vertices, mesh.triangles)
+        distance, triangle, _ = igl.closest_points(points, mesh.vertices, mesh.triangles)
+        measured.append(ours.distance)
+        expected.append(distance)
+        scales.append(size(mesh, points))
+        kinds += [kind] * len(points)
+        same += int((ours.triangle == triangle).sum())
+        total += len(points)
+    notes = [f"the same triangle in {100.0 * same / total:.1f} %; elsewhere several are equally close"]
+    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds, notes=notes)
+
+
+@check(
+    family=FAMILY,
+    claim="trimesh never finds a closer point, and finds the same but for its tolerance.",
+    section="4.3",
+    piece=PIECE,
+    reference="trimesh.proximity",
+    engines=("trimesh", "rtree"),
+    unit="of the size",
+    tolerance=2e-5,
+    because="trimesh takes any triangle whose distance is within 1e-5 or so of the least; closer ones count twentyfold",
+    detects="a triangle that is farther by 1e-6 of the size, or nearer by 2e-5",
+)
+def distance_by_trimesh(run: Run) -> Comparison:
+    from references import trimesh
+
+    rng = run.rng
+    measured, expected, scales, kinds = [], [], [], []
+    worse = total = 0
+    for kind, mesh in varied_meshes(rng, 2).items():
+        points = points_near_and_far(mesh, rng, run.count(200, 1_000, 20_000))
+        ours = closest_on_mesh(points, mesh.vertices, mesh.triangles).distance
+        distance, _, _ = trimesh.closest_points(points, mesh.vertices, mesh.triangles)
+        excess = np.maximum(ours - distance, 0.0)
+        measured.append(ours + 20.0 * excess)
+        expected.append(distance)
+        scales.append(size(mesh, points))
+        kinds += [kind] * len(points)
+        worse += int((distance > ours + 1e-9).sum())
+        total += len(points)
+    notes = [f"trimesh's point is farther than the core's by more than 1e-9 m in {worse} of {total} cases"]
+    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds, notes=notes)
+
+
+@check(
+    family=FAMILY,
+    claim="The tree that is refitted for every step gives the bits of the exhaustive search: triangle, weights, point.",
+    section="4.3, 6",
+    piece=PIECE,
+    reference="softbody.geometry.closest.closest_triangles",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="both compute the same distances, and take the lowest number of those that are equal",
+    detects="one other bit",
+)
+def tree_is_exhaustive(run: Run) -> Comparison:
+    rng = run.rng
+    measured, expected, kinds = [], [], []
+    for kind, mesh in varied_meshes(rng).items():
+        vertices = mesh.vertices
+        tree = build_triangle_tree(vertices, mesh.triangles)
+        for _ in range(3):
+            vertices = np.ascontiguousarray(vertices * rng.uniform(0.7, 1.4, 3) + rng.normal(size=3))
+            refit_triangle_tree(tree, vertices)
+            points = points_near_and_far(Mesh(vertices, mesh.triangles), rng, run.count(200, 1_200, 30_000))
+            answers = no_answers(len(points))
+            closest_all_in_tree(points, tree, vertices, answers, 0, len(points))
+            same = all_bits(answers) == all_bits(closest_triangles(points, vertices, mesh.triangles))
+            measured.append(same.all(axis=1))
+            kinds += [kind] * len(points)
+    expected = [np.ones(len(part), bool) for part in measured]
+    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="The weights are not negative, sum to one, and make of the triangle's corners a point at the distance given.",
+    section="4.3",
+    piece="softbody.geometry.triangle.closest_point_on_triangle",
+    reference="invariants, evaluated in NumPy",
+    unit="of the size",
+    tolerance=4e-15,
+    because="a dozen roundings of lengths up to the size and the distance",
+    detects="weights in another order than the corners; a distance to another point",
+)
+def weights_make_the_point(run: Run) -> Comparison:
+    rng = run.rng
+    measured, expected, scales, kinds = [], [], [], []
+    for kind, mesh in varied_meshes(rng).items():
+        points = points_near_and_far(mesh, rng, run.count(300, 3_000, 50_000))
+        ours = closest_on_mesh(points, mesh.vertices, mesh.triangles)
+        feet = (ours.weights[:, :, None] * mesh.vertices[mesh.triangles[ours.triangle]]).sum(axis=1)
+        negative = np.minimum(ours.weights.min(axis=1), 0.0)
+        measured.append(
+            np.column_stack([feet, np.linalg.norm(feet - points, axis=1), ours.weights.sum(axis=1), negative])
+        )
+        expected.append(np.column_stack([ours.point, ours.distance, np.ones(len(points)), np.zeros(len(points))]))
+        scales.append(size(mesh, points))
+        kinds += [kind] * len(points)
+    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="Distances stay when mesh and points are turned, moved 1 000 km or renumbered, and scale by 1e±6.",
+    section="4.3",
+    piece=PIECE,
+    reference="invariant: the distances before",
+    unit="of the size",
+    tolerance=3e-10,
+    because="coordinates near 1 000 km are rounded to 1e-10 m; the other groups are at 1e-15",
+    detects="an answer that depends on the place, the size or the numbering",
+)
+def distance_is_invariant(run: Run) -> Comparison:
+    rng = run.rng
+    measured, expected, kinds, scales = [], [], [], []
+    factors = {"scaled by 1e6": 1e6, "scaled by 1e-6": 1e-6}
+    for mesh in varied_meshes(rng).values():
+        points = points_near_and_far(mesh, rng, run.count(200, 1_500, 30_000))
+        before = closest_on_mesh(points, mesh.vertices, mesh.triangles).distance
+        for kind, (vertices, triangles, moved) in transformed(mesh, points, rng).items():
+            measured.append(closest_on_mesh(moved, vertices, triangles).distance / factors.get(kind, 1.0))
+            expected.append(before)
+            scales.append(size(mesh, points))
+            kinds += [kind] * len(points)
+    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds)
