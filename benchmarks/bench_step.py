@@ -9,6 +9,7 @@ import pytest
 
 import softbody
 from softbody.dynamics.integrators import INTEGRATORS
+from softbody.dynamics.motion import scratch_for
 from softbody.step import run
 
 SUBDIVISIONS = (3, 4, 5, 6, 7)  # 642, 2 562, 10 242, 40 962, 163 842 particles
@@ -26,8 +27,10 @@ def stepping(integrator: str, subdivisions: int) -> tuple[Callable[[], None], in
     # Far below the stable step, so that no round meets another geometry than the first.
     time_step = 1e-3 * world.stable_time_step()
 
+    scratch = scratch_for(world.model)
+
     def call() -> None:
-        done, _, _ = run(world.model, world.state, time_step, steps, INTEGRATORS[integrator], False)
+        done, _, _ = run(world.model, world.state, scratch, time_step, steps, INTEGRATORS[integrator], False, 1)
         assert done == steps
         assert np.isfinite(world.state.position[0, 0])
 

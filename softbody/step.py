@@ -8,7 +8,7 @@ from softbody.collision.box_box import box_box_contact
 from softbody.collision.ground import ground_boxes, ground_soft_bodies
 from softbody.collision.impulse import resolve_contact
 from softbody.collision.material import combined_friction, combined_restitution
-from softbody.dynamics.motion import move_soft_bodies, work_array
+from softbody.dynamics.motion import Scratch, move_soft_bodies
 from softbody.dynamics.rigid import move_boxes
 from softbody.jit import jit
 from softbody.quaternion import load_quaternion
@@ -18,31 +18,26 @@ from softbody.vec import Vec, accumulate, load, scale, store
 
 @jit
 def run(
-    model: Model, state: State, h: float, steps: int, integrator: int, paper_axes: bool, substeps: int
+    model: Model, state: State, scratch: Scratch, h: float, steps: int, integrator: int, paper_axes: bool, substeps: int
 ) -> tuple[int, int, int]:
     """Advance a world by `steps` steps of `h` [s]; return (steps done, fault, soft body).
 
-    Soft bodies take each step in `substeps` equal parts; boxes and contacts take it as one. On a fault (DIVERGED or
-    COLLAPSED, else 0) the state is that of the last good step.
+    `scratch` from scratch_for. Soft bodies take each step in `substeps` equal parts; boxes and contacts take it as
+    one. On a fault (DIVERGED or COLLAPSED, else 0) the state is that of the last good step.
     """
-    next_position = np.empty_like(state.position)
-    next_velocity = np.empty_like(state.velocity)
-    work = work_array(model)
     bodies = boxes_of(model, state)
     stretch = 1 if soft_bodies_touch(model) else steps
     done = 0
     while done < steps:
         count = min(stretch, steps - done)
         part = h / substeps
-        moved, fault, body = move_soft_bodies(
-            model, state, part, count * substeps, integrator, next_position, next_velocity, work
-        )
+        moved, fault, body = move_soft_bodies(model, state, part, count * substeps, integrator, scratch)
         if fault:
             count = moved // substeps
-            move_soft_bodies(model, state, part, count * substeps, integrator, next_position, next_velocity, work)
+            move_soft_bodies(model, state, part, count * substeps, integrator, scratch)
         for i in range(state.position.shape[0]):
-            store(state.position, i, load(next_position, i))
-            store(state.velocity, i, load(next_velocity, i))
+            store(state.position, i, load(scratch.position, i))
+            store(state.velocity, i, load(scratch.velocity, i))
         for _ in range(count):
             move_boxes(model, state, h)
             collide_boxes(model, state, bodies, paper_axes)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from softbody.dynamics.energy import angular_momentum, linear_momentum, total_energy
 from softbody.dynamics.equilibrium import relax
 from softbody.dynamics.integrators import INTEGRATORS, STABILITY_LIMIT
-from softbody.dynamics.motion import COLLAPSED
+from softbody.dynamics.motion import COLLAPSED, Scratch, scratch_for
 from softbody.dynamics.pressure import gas_pressure
 from softbody.dynamics.rings import append_rings, build_rings, no_rings, with_springs
 from softbody.dynamics.soft import body_volume
@@ -54,6 +54,8 @@ class World:
         self.time = 0.0
         self._stable_key: tuple[str, int, bytes] | None = None
         self._stable_at = 0
+        self._kept_for = 0
+        self._kept = scratch_for(self.model)
         self._stable_step = np.inf
 
     def add_soft_body(
@@ -223,6 +225,7 @@ class World:
         done, fault, body = run(
             self.model,
             self.state,
+            self._scratch(),
             float(time_step),
             int(steps),
             INTEGRATORS[self.integrator],
@@ -287,11 +290,12 @@ class World:
             rows, model = body._rows(), body._alone()
             points = np.ascontiguousarray(alone[rows])
             springs = model.stiffness.max() * np.ptp(points, axis=0).max()
+            work = scratch_for(model).work
             enough = tolerance * springs * model.inverse_mass.max()
             for _ in range(0, steps, RELAX_ROUND):
                 # Half of the stable step of symplectic Euler: where the steering adds, less is more.
                 longest = 1.0 / highest_frequency(model, points, 0)
-                left = relax(model, points, longest, min(steps, RELAX_ROUND))
+                left = relax(model, points, longest, min(steps, RELAX_ROUND), work)
                 if not left > enough:
                     break
             if not left <= enough:
@@ -305,6 +309,12 @@ class World:
             alone[rows] = points
         self.state.position[:] = alone
         self.state.velocity[:] = 0.0
+
+    def _scratch(self) -> Scratch:
+        """Return memory for a run, kept until bodies are added."""
+        if self._kept_for != len(self.model.inverse_mass):
+            self._kept_for, self._kept = len(self.model.inverse_mass), scratch_for(self.model)
+        return self._kept
 
     def _check_stable(self, time_step: float, substeps: int) -> None:
         """Raise ParameterError if a sub-step is too long, by an estimate that is at most STABLE_FOR steps old."""
