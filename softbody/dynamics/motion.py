@@ -14,6 +14,7 @@ from softbody.dynamics.integrators import advance_body, copy_rows
 from softbody.dynamics.pressure import gas_pressure
 from softbody.dynamics.ring_forces import (
     AREA,
+    MOMENT,
     POSITION,
     PULL,
     SAVED,
@@ -167,11 +168,13 @@ def ring_accelerations(
             for c in range(3):
                 work[POSITION + c, i] = position[order[i], c]
                 work[VELOCITY + c, i] = velocity[order[i], c]
-        volume = ring_forces(model, body, POSITION, work)
-        add_other_forces(model, body, POSITION, VELOCITY, work)
+        x, speed = work[POSITION : POSITION + 3], work[VELOCITY : VELOCITY + 3]
+        pull, area = work[PULL : PULL + 3], work[AREA : AREA + 3]
+        volume = ring_forces(model.rings, body, count, x, pull, area, work[MOMENT])
+        add_other_forces(model, body, x, speed, pull)
         push = gas_pressure(model.gas[body], volume) / 6.0
         for i in range(count):
             inverse_mass = model.inverse_mass[order[i]]
             for c in range(3):
                 fall = model.gravity[c] if inverse_mass > 0.0 else 0.0
-                acceleration[order[i], c] = (work[PULL + c, i] + push * work[AREA + c, i]) * inverse_mass + fall
+                acceleration[order[i], c] = (pull[c, i] + push * area[c, i]) * inverse_mass + fall
