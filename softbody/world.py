@@ -289,13 +289,14 @@ class World:
         for body in bodies:
             rows, model = body._rows(), body._alone()
             points = np.ascontiguousarray(alone[rows])
-            springs = model.stiffness.max() * np.ptp(points, axis=0).max()
             work = scratch_for(model).work
-            enough = tolerance * springs * model.inverse_mass.max()
+            left, enough = np.inf, 0.0
             for _ in range(0, steps, RELAX_ROUND):
                 # Half of the stable step of symplectic Euler: where the steering adds, less is more.
                 longest = 1.0 / highest_frequency(model, points, 0)
                 left = relax(model, points, longest, min(steps, RELAX_ROUND), work)
+                size = np.ptp(points, axis=0).max()
+                enough = tolerance * model.stiffness.max() * size * model.inverse_mass.max()
                 if not left > enough:
                     break
             if not left <= enough:
