@@ -1,50 +1,113 @@
-"""What does one time step cost, per particle, as the mesh grows? One thread, float64, no contact."""
+"""What does one time step cost, per particle: one body as it grows, and many? One thread, float64, no contact."""
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
 
 import softbody
+from benchmarks import peers
 from softbody.dynamics.integrators import INTEGRATORS
+from softbody.dynamics.motion import scratch_for
 from softbody.step import run
 
-SUBDIVISIONS = (3, 4, 5, 6, 7)  # 642, 2 562, 10 242, 40 962, 163 842 particles
+SUBDIVISIONS = (1, 2, 3, 4, 5, 6, 7)  # 42, 162, 642, 2 562, 10 242, 40 962, 163 842 particles
+BODIES = (1, 10, 100, 1_000)
 
-PARTICLE_STEPS = 200_000  # per round: a round takes about 20 ms, so that the call and the clock cost nothing
+PARTICLE_STEPS = 200_000  # per round: a round takes about 12 ms, so that the call and the clock cost nothing
+LEAST_STEPS = 4  # a call of fewer is dominated by reading and writing the state
+
+Peer = tuple[Callable[[], Any], float]
 
 
-def stepping(integrator: str, subdivisions: int) -> tuple[Callable[[], None], int]:
-    """Return a call that steps a sphere, which its gas has begun to inflate, and its particles × steps."""
+@functools.cache
+def sphere(subdivisions: int) -> softbody.Mesh:
+    """Return the sphere of half a metre that every competitor steps."""
+    return softbody.icosphere(subdivisions, radius=0.5)
+
+
+def steps_for(particles: int, share: float = 1.0) -> int:
+    """Return how many steps a round has; `share` of the usual for competitors that are slower."""
+    return max(LEAST_STEPS if share == 1.0 else 1, round(share * PARTICLE_STEPS / particles))
+
+
+def world_of(mesh: softbody.Mesh, bodies: int, integrator: str = "rk4_velocity") -> softbody.World:
+    """Return a world of equal bodies in a row, which their gas has begun to inflate."""
     world = softbody.World(integrator=integrator)
-    mesh = softbody.icosphere(subdivisions, radius=0.5)
-    world.add_soft_body(mesh, mass=1.0, stiffness=200.0, gas=30.0)
+    for k in range(bodies):
+        world.add_soft_body(mesh, peers.MASS, peers.STIFFNESS, peers.GAS, position=(1.5 * k, 0.0, 0.0))
+    return world
+
+
+def stepping(world: softbody.World, integrator: str) -> Peer:
+    """Return a call that steps a world, and its particles × steps."""
     particles = len(world.state.position)
-    steps = max(1, round(PARTICLE_STEPS / particles))
+    steps = steps_for(particles)
     # Far below the stable step, so that no round meets another geometry than the first.
     time_step = 1e-3 * world.stable_time_step()
+    scratch = scratch_for(world.model)
 
     def call() -> None:
-        done, _, _ = run(world.model, world.state, time_step, steps, INTEGRATORS[integrator], False)
+        done, _, _ = run(world.model, world.state, scratch, time_step, steps, INTEGRATORS[integrator], False, 1)
         assert done == steps
         assert np.isfinite(world.state.position[0, 0])
 
     return call, particles * steps
 
 
+def peers_of(mesh: softbody.Mesh, h: float) -> dict[str, Peer]:
+    """Return everyone who does the paper's step on the same mesh, and who does something like it."""
+    n = len(mesh.vertices)
+    steps, few = steps_for(n), steps_for(n, 0.02)
+    rivals: dict[str, Peer] = {}
+    plain = peers.plain_stepping(mesh, h, steps)
+    if plain is not None:
+        rivals["plain C++ -O3 -march=native"] = plain, n * steps
+    rivals["SciPy sparse"] = peers.stepping(mesh, peers.sparse_forces(mesh), h, few), n * few
+    if n <= 10_242:  # beyond, a step takes them half a second
+        for name, add in (("NumPy bincount", peers.add_bincount), ("NumPy add.at", peers.add_at)):
+            rivals[name] = peers.stepping(mesh, peers.numpy_forces(mesh, add), h, few), n * few
+    if 42 < n <= 2_562:  # beyond, it takes seconds
+        rivals["pybullet (springs only, one force a step)"] = peers.pybullet_stepping(mesh, h, few), n * few
+    return rivals
+
+
 @pytest.mark.parametrize("subdivisions", SUBDIVISIONS)
 def bench_step(race, subdivisions: int) -> None:
-    """Whole runs of steps inside one compiled call: the paper's integrator, and the two others beside it."""
-    ours, units = stepping("rk4_velocity", subdivisions)
+    """Whole runs of steps inside one compiled call: the paper's integrator, and everyone beside it."""
+    mesh = sphere(subdivisions)
+    world = world_of(mesh, 1)
+    ours, units = stepping(world, "rk4_velocity")
     race(
         ours,
         units,
         table="A time step of one soft body",
         name="rk4_velocity",
-        size=10 * 4**subdivisions + 2,
+        size=len(mesh.vertices),
         of="particles",
         per="particle and step",
-        peers={name: stepping(name, subdivisions) for name in ("rk4", "symplectic_euler")},
+        peers={
+            **{name: stepping(world_of(mesh, 1, name), name) for name in ("rk4", "symplectic_euler")},
+            **peers_of(mesh, 1e-3 * world.stable_time_step()),
+        },
+    )
+
+
+@pytest.mark.parametrize("bodies", BODIES)
+def bench_many_bodies(race, bodies: int) -> None:
+    """Bodies of 162 particles side by side, and one body of 10 242 for comparison."""
+    ours, units = stepping(world_of(sphere(2), bodies), "rk4_velocity")
+    race(
+        ours,
+        units,
+        table="A time step of many soft bodies of 162 particles",
+        name="rk4_velocity",
+        size=bodies,
+        of="bodies",
+        per="particle and step",
+        peers={"one body of 10 242 particles": stepping(world_of(sphere(5), 1), "rk4_velocity")},
     )

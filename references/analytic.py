@@ -166,3 +166,34 @@ def amplification_matrix(integrator: str, z: ArrayLike) -> np.ndarray:
 def spectral_radius(matrix: np.ndarray) -> np.ndarray:
     """Return the largest |eigenvalue| (...) of matrices (..., k, k): above 1, the repeated step is unstable."""
     return np.max(np.abs(np.linalg.eigvals(matrix)), axis=-1)
+
+
+def leading_error(integrator: str, t: ArrayLike) -> np.ndarray:
+    """Return lim (x_h(t) − cos t)/h^p (...) for x'' = −x from x = 1 at rest, where p is the order of the integrator.
+
+    From the modified equation y' = (J + h^p B) y, with J the rotation: the error is ∫ e^(J(t−s)) B e^(Js) y0 ds. The
+    matrices of `amplification_matrix` have B = −diag(1, 0)/2, −J/120 and diag(−1, 1)/2.
+    """
+    t = np.asarray(t, float)
+    closed_forms = {
+        "rk4_velocity": -(t * np.cos(t) + np.sin(t)) / 4.0,
+        "rk4": t * np.sin(t) / 120.0,
+        "symplectic_euler": -np.sin(t) / 2.0,
+    }
+    return closed_forms[integrator]
+
+
+def breathing_frequency(gas: ArrayLike, stiffness_rest_squared: ArrayLike, inertia: ArrayLike) -> np.ndarray:
+    """Return ω [rad/s] of small symmetric oscillations of a triangulated regular solid about its rest.
+
+    ω² = E''(λ*)/M with E = K (λ − 1)²/2 − 3nRT ln λ: `gas` nRT [J], K = k Σ l0² [J], `inertia` M = Σ m |x|² [kg m²].
+    """
+    scale = equilibrium_scale(gas, stiffness_rest_squared)
+    return np.sqrt((np.asarray(stiffness_rest_squared) + 3.0 * np.asarray(gas) / scale**2) / np.asarray(inertia))
+
+
+def damped_oscillation(t: ArrayLike, frequency: ArrayLike, rate: ArrayLike) -> np.ndarray:
+    """Return x(t) (...) of x'' = −ω² x − γ x' from x = 1 at rest, for γ = `rate` < 2 ω [1/s]."""
+    w = np.sqrt(np.asarray(frequency, float) ** 2 - 0.25 * np.asarray(rate, float) ** 2)
+    t = np.asarray(t, float)
+    return np.exp(-0.5 * rate * t) * (np.cos(w * t) + 0.5 * rate / w * np.sin(w * t))

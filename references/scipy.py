@@ -76,6 +76,32 @@ def equilibrium(
     return Equilibrium(turn.apply(x) + middle, body.residual(x))
 
 
+def forces(
+    vertices: np.ndarray,
+    edges: np.ndarray,
+    rest_length: np.ndarray,
+    stiffness: np.ndarray,
+    triangles: np.ndarray,
+    gas: float,
+) -> np.ndarray:
+    """Return −∂U/∂x (n, 3) [N]; arguments as of equilibrium."""
+    return -_Body(edges, rest_length, stiffness, triangles, gas)._gradient(vertices)
+
+
+def highest_frequency(
+    vertices: np.ndarray,
+    edges: np.ndarray,
+    rest_length: np.ndarray,
+    stiffness: np.ndarray,
+    triangles: np.ndarray,
+    gas: float,
+    particle_mass: float,
+) -> float:
+    """Return the highest angular frequency [rad/s] of small motions about `vertices`: √ of H's eigenvalue over m."""
+    hessian = _Body(edges, rest_length, stiffness, triangles, gas)._hessian(np.asarray(vertices, float))
+    return float(np.sqrt(scipy.linalg.eigvalsh(hessian)[-1] / particle_mass))
+
+
 class _Body(NamedTuple):
     edges: np.ndarray
     rest_length: np.ndarray

@@ -21,7 +21,7 @@ from softbody.collision.manifold import new_scratch
 from softbody.collision.material import combined_friction, combined_restitution
 from softbody.collision.soft_contacts import collide_soft_bodies
 from softbody.collision.solver import inverse_masses, prepare_contacts, solve_displacements, solve_velocities
-from softbody.dynamics.motion import move_soft_bodies, work_array
+from softbody.dynamics.motion import Scratch, move_soft_bodies
 from softbody.dynamics.rigid import accelerate_boxes, advance_boxes, limit_boxes, shift_boxes
 from softbody.jit import jit
 from softbody.quaternion import load_quaternion
@@ -34,22 +34,19 @@ OVERFLOW = 3
 
 @jit
 def run_soft_bodies(
-    model: Model, state: State, h: float, steps: int, integrator: int, substeps: int
+    model: Model, state: State, scratch: Scratch, h: float, steps: int, integrator: int, substeps: int
 ) -> tuple[int, int, int]:
     """Advance a world of one soft body by `steps` steps of `h` [s]; return (steps done, fault, soft body).
 
-    Soft bodies take each step in `substeps` equal parts, contacts take it as one. On a fault (DIVERGED or COLLAPSED,
+    `scratch` from scratch_for. Soft bodies take each step in `substeps` equal parts, contacts take it as one. On a fault (DIVERGED or COLLAPSED,
     else 0) the state is that of the last good step. The same as `run`, but compiled in a third of the time.
     """
-    after = np.empty_like(state.position), np.empty_like(state.velocity)
-    work = work_array(model)
     # Without a ground they meet nothing, and need not stop after every step.
     stretch = 1 if model.ground_height > -np.inf else steps
     done = 0
     while done < steps:
-        count, fault, body = step_soft_bodies(
-            model, state, h, min(stretch, steps - done), integrator, substeps, after, work
-        )
+        count = min(stretch, steps - done)
+        count, fault, body = step_soft_bodies(model, state, scratch, h, count, integrator, substeps)
         ground_soft_bodies(model, state)
         done += count
         if fault:
@@ -61,6 +58,7 @@ def run_soft_bodies(
 def run(
     model: Model,
     state: State,
+    scratch: Scratch,
     h: float,
     steps: int,
     integrator: int,
@@ -74,17 +72,15 @@ def run(
     Boxes take each step as one, as contacts do. On a fault the state is that of the last good step; so it is on
     OVERFLOW, when `contacts` must grow before the run can go on.
     """
-    after = np.empty_like(state.position), np.empty_like(state.velocity)
-    work = work_array(model)
     bodies = boxes_of(model, state)
     grounded = np.zeros(state.box_position.shape[0], np.bool_)
-    scratch = new_scratch()
+    clipping = new_scratch()
     for done in range(steps):
         if not rules.single_contact:
-            find_contacts(model, state, h, rules, contacts, scratch)
+            find_contacts(model, state, h, rules, contacts, clipping)
             if contacts.count[0] > contacts.depth.shape[0]:
                 return done, OVERFLOW, -1
-        _, fault, body = step_soft_bodies(model, state, h, 1, integrator, substeps, after, work)
+        _, fault, body = step_soft_bodies(model, state, scratch, h, 1, integrator, substeps)
         if fault:
             return done, fault, body
         if rules.single_contact:
@@ -99,24 +95,17 @@ def run(
 
 @jit
 def step_soft_bodies(
-    model: Model,
-    state: State,
-    h: float,
-    steps: int,
-    integrator: int,
-    substeps: int,
-    after: tuple[np.ndarray, np.ndarray],
-    work: np.ndarray,
+    model: Model, state: State, scratch: Scratch, h: float, steps: int, integrator: int, substeps: int
 ) -> tuple[int, int, int]:
-    """Advance the soft bodies alone; return (steps done, fault, body). `after`: room for positions and velocities."""
+    """Advance the soft bodies alone by `steps` steps of `h` [s]; return (steps done, fault, body)."""
     part = h / substeps
-    moved, fault, body = move_soft_bodies(model, state, part, steps * substeps, integrator, after[0], after[1], work)
+    moved, fault, body = move_soft_bodies(model, state, part, steps * substeps, integrator, scratch)
     if fault:
         steps = moved // substeps
-        move_soft_bodies(model, state, part, steps * substeps, integrator, after[0], after[1], work)
+        move_soft_bodies(model, state, part, steps * substeps, integrator, scratch)
     for i in range(state.position.shape[0]):
-        store(state.position, i, load(after[0], i))
-        store(state.velocity, i, load(after[1], i))
+        store(state.position, i, load(scratch.position, i))
+        store(state.velocity, i, load(scratch.velocity, i))
     return steps, fault, body
 
 

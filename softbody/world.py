@@ -12,7 +12,7 @@ from softbody.collision.soft_contacts import make_skin, no_skins
 from softbody.dynamics.energy import angular_momentum, linear_momentum, total_energy
 from softbody.dynamics.equilibrium import relax
 from softbody.dynamics.integrators import INTEGRATORS, STABILITY_LIMIT
-from softbody.dynamics.motion import COLLAPSED
+from softbody.dynamics.motion import COLLAPSED, Scratch, scratch_for
 from softbody.dynamics.pressure import gas_pressure
 from softbody.dynamics.rings import append_rings, build_rings, no_rings, with_springs
 from softbody.dynamics.soft import body_volume
@@ -91,6 +91,8 @@ class World:
         self.time = 0.0
         self._stable_key: tuple[str, int, bytes] | None = None
         self._stable_at = 0
+        self._kept_for = 0
+        self._kept = scratch_for(self.model)
         self._stable_step = np.inf
 
     def add_soft_body(
@@ -280,14 +282,15 @@ class World:
 
     def _run(self, time_step: float, steps: int, substeps: int) -> tuple[int, int]:
         """Do the steps, make room for contacts where it is needed, count them; return (fault, soft body)."""
-        integrator = INTEGRATORS[self.integrator]
+        integrator, scratch = INTEGRATORS[self.integrator], self._scratch()
         left, fault, body = steps, OVERFLOW, -1
         while fault == OVERFLOW:
             if len(self.model.box_size) or len(self.skins) > 1:
-                arguments = self.model, self.state, time_step, left, integrator, self.rules, substeps
+                arguments = self.model, self.state, scratch, time_step, left, integrator, self.rules, substeps
                 done, fault, body = run(*arguments, self.contacts, self.skins)
             else:
-                done, fault, body = run_soft_bodies(self.model, self.state, time_step, left, integrator, substeps)
+                arguments = self.model, self.state, scratch, time_step, left, integrator, substeps
+                done, fault, body = run_soft_bodies(*arguments)
             left -= done
             self.steps += done
             self.time += done * time_step
@@ -332,12 +335,14 @@ class World:
         for body in bodies:
             rows, model = body._rows(), body._alone()
             points = np.ascontiguousarray(alone[rows])
-            springs = model.stiffness.max() * np.ptp(points, axis=0).max()
-            enough = tolerance * springs * model.inverse_mass.max()
+            work = scratch_for(model).work
+            left, enough = np.inf, 0.0
             for _ in range(0, steps, RELAX_ROUND):
                 # Half of the stable step of symplectic Euler: where the steering adds, less is more.
                 longest = 1.0 / highest_frequency(model, points, 0)
-                left = relax(model, points, longest, min(steps, RELAX_ROUND))
+                left = relax(model, points, longest, min(steps, RELAX_ROUND), work)
+                size = np.ptp(points, axis=0).max()
+                enough = tolerance * model.stiffness.max() * size * model.inverse_mass.max()
                 if not left > enough:
                     break
             if not left <= enough:
@@ -351,6 +356,12 @@ class World:
             alone[rows] = points
         self.state.position[:] = alone
         self.state.velocity[:] = 0.0
+
+    def _scratch(self) -> Scratch:
+        """Return memory for a run, kept until bodies are added."""
+        if self._kept_for != len(self.model.inverse_mass):
+            self._kept_for, self._kept = len(self.model.inverse_mass), scratch_for(self.model)
+        return self._kept
 
     def _check_stable(self, time_step: float, substeps: int) -> None:
         """Raise ParameterError if a sub-step is too long, by an estimate that is at most STABLE_FOR steps old."""

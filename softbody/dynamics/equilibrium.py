@@ -17,7 +17,7 @@ STEERING, STEERING_FADES = 0.1, 0.99
 
 
 @jit
-def relax(model: Model, position: np.ndarray, longest: float, steps: int) -> float:
+def relax(model: Model, position: np.ndarray, longest: float, steps: int, work: np.ndarray) -> float:
     """Move all soft bodies downhill in energy by `steps` steps of at most `longest` [s], `position` (n, 3) [m].
 
     They glide like bodies in motion, their velocity steered towards the force, and stop whenever they would climb.
@@ -27,7 +27,7 @@ def relax(model: Model, position: np.ndarray, longest: float, steps: int) -> flo
     acceleration = np.empty_like(position)
     still = np.zeros_like(position)
     h, steering, downhill = longest, STEERING, 0
-    ring_accelerations(model, position, still, acceleration)
+    ring_accelerations(model, position, still, acceleration, work)
     for _ in range(steps):
         power = along = speed = 0.0
         for i in range(position.shape[0]):
@@ -49,5 +49,5 @@ def relax(model: Model, position: np.ndarray, longest: float, steps: int) -> flo
             for c in range(3):
                 velocity[i, c] = keep * velocity[i, c] + (turn + h) * acceleration[i, c]
                 position[i, c] += h * velocity[i, c]
-        ring_accelerations(model, position, still, acceleration)
+        ring_accelerations(model, position, still, acceleration, work)
     return np.abs(acceleration).max()

@@ -3,7 +3,8 @@
 On x'' = −ω² x (ω h = z): `rk4_velocity` is of order 1, stable to z = 2, and loses z²/4 of the amplitude a step;
 `rk4` is of order 4 and stable to z = 2√2; `symplectic_euler` is of order 1, stable to z = 2, and loses nothing.
 A step is a few stages, and a stage the force on all particles, by place (softbody/dynamics/ring_forces.py), then one
-of the updates below on every component: arrays (n,), where s [N] and G [m²] make the force s + P/6 G.
+of the updates below. Their arrays have a row for each component: `pull` [N] and `area` [m²] make the force pull +
+P/6 area, `inverse_mass` is (n,), and `start` and `end` of a step have six rows, positions and then velocities.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import numpy as np
 from softbody.dynamics.pressure import gas_pressure
 from softbody.dynamics.ring_forces import (
     AREA,
+    MOMENT,
     NEXT_POSITION,
     POSITION,
     PULL,
@@ -32,8 +34,6 @@ INTEGRATORS = {"rk4_velocity": RK4_VELOCITY, "rk4": RK4, "symplectic_euler": SYM
 STAGES = (4, 4, 1)  # forces a step, in the same order
 STABILITY_LIMIT = {"rk4_velocity": 2.0, "rk4": 2.0 * 2.0**0.5, "symplectic_euler": 2.0}  # ω h
 
-SPAN = 2048  # particles that are updated together, as many as are in one block of the force
-
 
 @jit
 def advance_body(
@@ -44,44 +44,41 @@ def advance_body(
     `inverse_mass` (n,) [1/kg] by place. Returns the least volume [m³] of all starts of steps and of the end (NaN if
     one is NaN).
     """
-    here, there = POSITION, NEXT_POSITION  # first rows of where the step starts and of where it ends, both x and v
+    compile_apart()
+    one, other = work[POSITION : POSITION + 6], work[NEXT_POSITION : NEXT_POSITION + 6]
+    pull, area, moment = work[PULL : PULL + 3], work[AREA : AREA + 3], work[MOMENT]
+    stage_velocity, shift = work[STAGE_VELOCITY : STAGE_VELOCITY + 3], work[SHIFT : SHIFT + 3]
     damped = model.damping[body] > 0.0 or model.drag[body] > 0.0
     loaded = damped or model.external_force.shape[0] > 0
-    compile_apart()
     stages = STAGES[integrator]
     count = inverse_mass.shape[0]
     least = np.inf
-    # One call of the force, for the stages of all steps and for the volume at the end: the compiler copies what it
-    # calls into every place that it is called from.
+    # One call of the force, for the stages of all steps and for the volume at the end: machine code for it is made
+    # for every place that it is called from.
     for turn in range(stages * steps + 1):
-        stage = turn % stages
-        at = here if stage == 0 else there
-        volume = ring_forces(model, body, at, work)
+        step = turn // stages
+        stage = turn - step * stages
+        # Each step starts where the one before ended: the two sets of rows change places.
+        start, end = (one, other) if step % 2 == 0 else (other, one)
+        x = start if stage == 0 else end
+        volume = ring_forces(model.rings, body, count, x, pull, area, moment)
         if stage == 0 and not volume >= least:  # so that NaN stays
             least = volume
-        if turn == stages * steps:
+        if step == steps:
             break
         if loaded:
-            add_other_forces(model, body, at, here + 3 if stage == 0 else STAGE_VELOCITY, work)
+            add_other_forces(model, body, x, start[3:] if stage == 0 else stage_velocity, pull)
         push = gas_pressure(model.gas[body], volume) / 6.0
-        for first in range(0, count, SPAN):
-            end = min(first + SPAN, count)
-            for c in range(3):
-                x, v, next_x, total = work[here + c], work[here + 3 + c], work[there + c], work[there + 3 + c]
-                s, G, stage_v, g = work[PULL + c], work[AREA + c], work[STAGE_VELOCITY + c], model.gravity[c]
-                if integrator == RK4_VELOCITY:
-                    rk4_velocity_stage(
-                        stage, first, end, s, G, inverse_mass, push, g, h, x, v, next_x, total, stage_v, damped
-                    )
-                elif integrator == RK4:
-                    shift = work[SHIFT + c]
-                    rk4_stage(stage, first, end, s, G, inverse_mass, push, g, h, x, v, next_x, total, shift, stage_v)
-                else:
-                    symplectic_euler_stage(first, end, s, G, inverse_mass, push, g, h, x, v, next_x, total)
-        if stage == stages - 1:
-            here, there = there, here
-    if here != POSITION:
-        copy_rows(work, here, POSITION, count)
+        if integrator == RK4_VELOCITY:
+            rk4_velocity_stage(
+                stage, pull, area, inverse_mass, push, model.gravity, h, start, end, stage_velocity, damped
+            )
+        elif integrator == RK4:
+            rk4_stage(stage, pull, area, inverse_mass, push, model.gravity, h, start, end, stage_velocity, shift)
+        else:
+            symplectic_euler_stage(pull, area, inverse_mass, push, model.gravity, h, start, end)
+    if steps % 2 == 1:
+        copy_rows(work, NEXT_POSITION, POSITION, count)
     return least
 
 
@@ -94,118 +91,122 @@ def copy_rows(work: np.ndarray, source: int, target: int, count: int) -> None:
 
 
 @jit
+def acceleration(pull: float, push: float, inverse_mass: float, gravity: float) -> float:
+    """Return one component [m/s²] from forces [N], mass [1/kg] and gravity [m/s²], which does not move a pin."""
+    return (pull + push) * inverse_mass + (gravity if inverse_mass > 0.0 else 0.0)
+
+
+@jit
 def rk4_velocity_stage(
     stage: int,
-    first: int,
-    end: int,
-    s: np.ndarray,
-    G: np.ndarray,
+    pull: np.ndarray,
+    area: np.ndarray,
     inverse_mass: np.ndarray,
     push: float,
-    g: float,
+    gravity: np.ndarray,
     h: float,
-    x: np.ndarray,
-    v: np.ndarray,
-    next_x: np.ndarray,
-    total: np.ndarray,
-    stage_v: np.ndarray,
+    start: np.ndarray,
+    end: np.ndarray,
+    stage_velocity: np.ndarray,
     damped: bool,
 ) -> None:
     """Take in the acceleration of one `stage` of four of the paper's scheme; §5.1, in the right form.
 
     Each of four acceleration estimates moves all velocities from the step's start by the one before, then all
     positions from the step's start by that velocity. (The paper prints the mean of the velocities where the
-    mean of their increments is meant.) `total` holds the weighted sum of accelerations, and at last v'.
+    mean of their increments is meant.) The velocities of `end` hold the weighted sum of accelerations until the
+    last stage.
     """
     arrays_do_not_overlap()
     step = h if stage == 2 else 0.5 * h
     if stage == 0:
-        for i in range(first, end):
-            a = (s[i] + push * G[i]) * inverse_mass[i] + (g if inverse_mass[i] > 0.0 else 0.0)
-            total[i] = a
-            next_x[i] = x[i] + step * (v[i] + step * a)
+        for c in range(3):
+            for i in range(inverse_mass.shape[0]):
+                a = acceleration(pull[c, i], push * area[c, i], inverse_mass[i], gravity[c])
+                end[3 + c, i] = a
+                end[c, i] = start[c, i] + step * (start[3 + c, i] + step * a)
     elif stage < 3:
-        for i in range(first, end):
-            a = (s[i] + push * G[i]) * inverse_mass[i] + (g if inverse_mass[i] > 0.0 else 0.0)
-            total[i] += 2.0 * a
-            next_x[i] = x[i] + step * (v[i] + step * a)
+        for c in range(3):
+            for i in range(inverse_mass.shape[0]):
+                a = acceleration(pull[c, i], push * area[c, i], inverse_mass[i], gravity[c])
+                end[3 + c, i] += 2.0 * a
+                end[c, i] = start[c, i] + step * (start[3 + c, i] + step * a)
     else:
-        for i in range(first, end):
-            a = (s[i] + push * G[i]) * inverse_mass[i] + (g if inverse_mass[i] > 0.0 else 0.0)
-            u = v[i] + h / 6.0 * (total[i] + a)
-            total[i] = u
-            next_x[i] = x[i] + h * u
+        for c in range(3):
+            for i in range(inverse_mass.shape[0]):
+                a = acceleration(pull[c, i], push * area[c, i], inverse_mass[i], gravity[c])
+                u = start[3 + c, i] + h / 6.0 * (end[3 + c, i] + a)
+                end[3 + c, i] = u
+                end[c, i] = start[c, i] + h * u
     if damped and stage < 3:
-        for i in range(first, end):
-            a = (s[i] + push * G[i]) * inverse_mass[i] + (g if inverse_mass[i] > 0.0 else 0.0)
-            stage_v[i] = v[i] + step * a
+        for c in range(3):
+            for i in range(inverse_mass.shape[0]):
+                a = acceleration(pull[c, i], push * area[c, i], inverse_mass[i], gravity[c])
+                stage_velocity[c, i] = start[3 + c, i] + step * a
 
 
 @jit
 def rk4_stage(
     stage: int,
-    first: int,
-    end: int,
-    s: np.ndarray,
-    G: np.ndarray,
+    pull: np.ndarray,
+    area: np.ndarray,
     inverse_mass: np.ndarray,
     push: float,
-    g: float,
+    gravity: np.ndarray,
     h: float,
-    x: np.ndarray,
-    v: np.ndarray,
-    next_x: np.ndarray,
-    total: np.ndarray,
+    start: np.ndarray,
+    end: np.ndarray,
+    stage_velocity: np.ndarray,
     shift: np.ndarray,
-    stage_v: np.ndarray,
 ) -> None:
     """Take in the acceleration of one `stage` of four of the classical Runge–Kutta scheme on (x, v) (Kutta 1901).
 
-    The velocities of the stages are v, v + h/2 a0, v + h/2 a1 and v + h a2 (`stage_v`), so that x' = x + h v +
-    h²/6 (a0 + a1 + a2). `shift` holds the plain sum of three accelerations, `total` the weighted one of all, then v'.
+    The velocities of the stages are v, v + h/2 a0, v + h/2 a1 and v + h a2 (`stage_velocity`), so that x' = x + h v +
+    h²/6 (a0 + a1 + a2). `shift` holds the plain sum of three accelerations, the velocities of `end` the weighted
+    one until the last stage.
     """
     arrays_do_not_overlap()
     step = h if stage == 2 else 0.5 * h
     if stage == 0:
-        for i in range(first, end):
-            a = (s[i] + push * G[i]) * inverse_mass[i] + (g if inverse_mass[i] > 0.0 else 0.0)
-            total[i] = a
-            shift[i] = a
-            next_x[i] = x[i] + step * v[i]
-            stage_v[i] = v[i] + step * a
+        for c in range(3):
+            for i in range(inverse_mass.shape[0]):
+                a = acceleration(pull[c, i], push * area[c, i], inverse_mass[i], gravity[c])
+                end[3 + c, i] = a
+                shift[c, i] = a
+                end[c, i] = start[c, i] + step * start[3 + c, i]
+                stage_velocity[c, i] = start[3 + c, i] + step * a
     elif stage < 3:
-        for i in range(first, end):
-            a = (s[i] + push * G[i]) * inverse_mass[i] + (g if inverse_mass[i] > 0.0 else 0.0)
-            total[i] += 2.0 * a
-            shift[i] += a
-            next_x[i] = x[i] + step * stage_v[i]
-            stage_v[i] = v[i] + step * a
+        for c in range(3):
+            for i in range(inverse_mass.shape[0]):
+                a = acceleration(pull[c, i], push * area[c, i], inverse_mass[i], gravity[c])
+                end[3 + c, i] += 2.0 * a
+                shift[c, i] += a
+                end[c, i] = start[c, i] + step * stage_velocity[c, i]
+                stage_velocity[c, i] = start[3 + c, i] + step * a
     else:
-        for i in range(first, end):
-            a = (s[i] + push * G[i]) * inverse_mass[i] + (g if inverse_mass[i] > 0.0 else 0.0)
-            next_x[i] = x[i] + h * (v[i] + h / 6.0 * shift[i])
-            total[i] = v[i] + h / 6.0 * (total[i] + a)
+        for c in range(3):
+            for i in range(inverse_mass.shape[0]):
+                a = acceleration(pull[c, i], push * area[c, i], inverse_mass[i], gravity[c])
+                end[c, i] = start[c, i] + h * (start[3 + c, i] + h / 6.0 * shift[c, i])
+                end[3 + c, i] = start[3 + c, i] + h / 6.0 * (end[3 + c, i] + a)
 
 
 @jit
 def symplectic_euler_stage(
-    first: int,
-    end: int,
-    s: np.ndarray,
-    G: np.ndarray,
+    pull: np.ndarray,
+    area: np.ndarray,
     inverse_mass: np.ndarray,
     push: float,
-    g: float,
+    gravity: np.ndarray,
     h: float,
-    x: np.ndarray,
-    v: np.ndarray,
-    next_x: np.ndarray,
-    next_v: np.ndarray,
+    start: np.ndarray,
+    end: np.ndarray,
 ) -> None:
-    """Do the whole step of symplectic Euler for one component: v' = v + h a(x), then x' = x + h v'."""
+    """Do the whole step of symplectic Euler: v' = v + h a(x), then x' = x + h v'."""
     arrays_do_not_overlap()
-    for i in range(first, end):
-        a = (s[i] + push * G[i]) * inverse_mass[i] + (g if inverse_mass[i] > 0.0 else 0.0)
-        u = v[i] + h * a
-        next_v[i] = u
-        next_x[i] = x[i] + h * u
+    for c in range(3):
+        for i in range(inverse_mass.shape[0]):
+            a = acceleration(pull[c, i], push * area[c, i], inverse_mass[i], gravity[c])
+            u = start[3 + c, i] + h * a
+            end[3 + c, i] = u
+            end[c, i] = start[c, i] + h * u

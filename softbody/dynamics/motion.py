@@ -6,12 +6,15 @@ stays in the processor's cache.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from softbody.dynamics.integrators import advance_body, copy_rows
 from softbody.dynamics.pressure import gas_pressure
 from softbody.dynamics.ring_forces import (
     AREA,
+    MOMENT,
     POSITION,
     PULL,
     SAVED,
@@ -33,16 +36,22 @@ COLLAPSED = 2
 LOOK = 32
 
 
-@jit
-def work_array(model: Model) -> np.ndarray:
-    """Return memory for one body at a time: (WORK_ROWS, particles of the largest body, and some).
+class Scratch(NamedTuple):
+    """Memory for a run, worth keeping for the next: fresh memory costs a large body more than a step does."""
+
+    position: np.ndarray  # (n, 3) of the next state
+    velocity: np.ndarray  # (n, 3)
+    work: np.ndarray  # (WORK_ROWS, particles of the largest body, and some), for one body at a time
+
+
+def scratch_for(model: Model) -> Scratch:
+    """Return memory for runs of this model.
 
     Rows are an odd number of cache lines long: rows a multiple of 4 096 bytes apart would evict each other.
     """
-    largest = 0
-    for body in range(model.gas.shape[0]):
-        largest = max(largest, model.particle_start[body + 1] - model.particle_start[body])
-    return np.empty((WORK_ROWS, (largest + 15) // 16 * 16 + 8))
+    count = len(model.inverse_mass)
+    largest = int(np.diff(model.particle_start).max(initial=0))
+    return Scratch(np.empty((count, 3)), np.empty((count, 3)), np.empty((WORK_ROWS, (largest + 15) // 16 * 16 + 8)))
 
 
 @jit
@@ -52,14 +61,12 @@ def move_soft_bodies(
     h: float,
     steps: int,
     integrator: int,
-    next_position: np.ndarray,
-    next_velocity: np.ndarray,
-    work: np.ndarray,
+    scratch: Scratch,
 ) -> tuple[int, int, int]:
-    """Write to `next_position` and `next_velocity` (n, 3) where all bodies are after `steps` steps of `h` [s].
+    """Write to `scratch` where all bodies are after `steps` steps of `h` [s].
 
     Returns (steps done, fault, body). On a fault (DIVERGED or COLLAPSED, else 0) that is fewer steps: as many as
-    every body can do. `work` from work_array.
+    every body can do.
     """
     compile_apart()
     fault, culprit = 0, -1
@@ -67,7 +74,7 @@ def move_soft_bodies(
     while rounds > 0:
         rounds -= 1
         for body in range(model.gas.shape[0]):
-            done, failure = move_body(model, body, state, h, steps, integrator, next_position, next_velocity, work)
+            done, failure = move_body(model, body, state, h, steps, integrator, scratch)
             if failure != 0:
                 steps, fault, culprit = done, failure, body
                 rounds = 1  # once more, now that it is known how far this body can go
@@ -83,11 +90,10 @@ def move_body(
     h: float,
     steps: int,
     integrator: int,
-    next_position: np.ndarray,
-    next_velocity: np.ndarray,
-    work: np.ndarray,
+    scratch: Scratch,
 ) -> tuple[int, int]:
     """Do the same for one body; return (steps done, fault)."""
+    work = scratch.work
     first = model.particle_start[body]
     count = model.particle_start[body + 1] - first
     order = model.rings.order[first : first + count]
@@ -112,8 +118,8 @@ def move_body(
                 fault, look = 0, 1
     for i in range(count):
         for c in range(3):
-            next_position[order[i], c] = work[POSITION + c, i]
-            next_velocity[order[i], c] = work[VELOCITY + c, i]
+            scratch.position[order[i], c] = work[POSITION + c, i]
+            scratch.velocity[order[i], c] = work[VELOCITY + c, i]
     return done, fault
 
 
@@ -147,12 +153,13 @@ def find_fault(rows: np.ndarray, count: int, h: float, volume: float, least_volu
 
 
 @jit
-def ring_accelerations(model: Model, position: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray) -> None:
+def ring_accelerations(
+    model: Model, position: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray, work: np.ndarray
+) -> None:
     """Overwrite `acceleration` (n, 3) [m/s²] with what the fast kernels make of `position`, `velocity` (n, 3).
 
-    Everything counts: springs, gas, gravity, damping, drag, external forces, pins.
+    Everything counts: springs, gas, gravity, damping, drag, external forces, pins. `work` as of Scratch.
     """
-    work = work_array(model)
     for body in range(model.gas.shape[0]):
         first = model.particle_start[body]
         count = model.particle_start[body + 1] - first
@@ -161,11 +168,13 @@ def ring_accelerations(model: Model, position: np.ndarray, velocity: np.ndarray,
             for c in range(3):
                 work[POSITION + c, i] = position[order[i], c]
                 work[VELOCITY + c, i] = velocity[order[i], c]
-        volume = ring_forces(model, body, POSITION, work)
-        add_other_forces(model, body, POSITION, VELOCITY, work)
+        x, speed = work[POSITION : POSITION + 3], work[VELOCITY : VELOCITY + 3]
+        pull, area = work[PULL : PULL + 3], work[AREA : AREA + 3]
+        volume = ring_forces(model.rings, body, count, x, pull, area, work[MOMENT])
+        add_other_forces(model, body, x, speed, pull)
         push = gas_pressure(model.gas[body], volume) / 6.0
         for i in range(count):
             inverse_mass = model.inverse_mass[order[i]]
             for c in range(3):
                 fall = model.gravity[c] if inverse_mass > 0.0 else 0.0
-                acceleration[order[i], c] = (work[PULL + c, i] + push * work[AREA + c, i]) * inverse_mass + fall
+                acceleration[order[i], c] = (pull[c, i] + push * area[c, i]) * inverse_mass + fall

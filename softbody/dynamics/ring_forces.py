@@ -12,7 +12,7 @@ from math import sqrt
 import numpy as np
 
 from softbody.jit import arrays_do_not_overlap, compile_apart, jit
-from softbody.state import Model
+from softbody.state import Model, Rings
 
 # Rows of the work array in which one body moves, by place: three each for x, y and z.
 POSITION = 0  # [m]; velocities follow positions
@@ -53,6 +53,7 @@ def ring_sums(
     moment: np.ndarray,
 ) -> None:
     """Overwrite pull [N], area (G, [m²]) and moment (x · G, [m³]) of the particles of one block, `first` … `end`.
+
 
     The lengths of two tuples, not their values, choose the machine code: that of `degree` is the number of
     neighbours, so that the loop over them is unrolled; `differ` is () where all springs have `common_stiffness`.
@@ -95,14 +96,26 @@ def ring_sums(
 
 
 @jit
-def any_ring_sums(model: Model, block: int, at: int, work: np.ndarray) -> None:
+def any_ring_sums(
+    first: int,
+    end: int,
+    degree: int,
+    entry: int,
+    behind: int,
+    neighbour: np.ndarray,
+    following: np.ndarray,
+    stiffness: np.ndarray,
+    rest_pull: np.ndarray,
+    x: np.ndarray,
+    pull: np.ndarray,
+    area: np.ndarray,
+    moment: np.ndarray,
+) -> None:
     """Do the same for a block of any degree, where a particle's entries may be several cycles.
 
-    Positions [m] are the rows `at` … `at` + 2 of `work`; the sums go to its rows PULL, AREA and MOMENT.
+    `following`, from `behind` on, has the particle that comes next around the ring after each neighbour.
     """
     compile_apart()
-    rows = work[at : at + 3]
-    first, end, degree, entry, behind = model.rings.block[block]
     count = end - first
     for q in range(count):
         i = first + q
@@ -110,64 +123,63 @@ def any_ring_sums(model: Model, block: int, at: int, work: np.ndarray) -> None:
         turn_x = turn_y = turn_z = 0.0
         for d in range(degree):
             e = entry + d * count + q
-            j = model.rings.neighbour[e]
-            dx, dy, dz = rows[0, j] - rows[0, i], rows[1, j] - rows[1, i], rows[2, j] - rows[2, i]
-            length = sqrt(dx * dx + dy * dy + dz * dz)
-            tension = model.rings.stiffness[e] - model.rings.rest_pull[e] / length
+            j = neighbour[e]
+            dx, dy, dz = x[0, j] - x[0, i], x[1, j] - x[1, i], x[2, j] - x[2, i]
+            tension = stiffness[e] - rest_pull[e] / sqrt(dx * dx + dy * dy + dz * dz)
             sum_x += tension * dx
             sum_y += tension * dy
             sum_z += tension * dz
-            j = model.rings.following[behind + d * count + q]
-            nx, ny, nz = rows[0, j] - rows[0, i], rows[1, j] - rows[1, i], rows[2, j] - rows[2, i]
+            j = following[behind + d * count + q]
+            nx, ny, nz = x[0, j] - x[0, i], x[1, j] - x[1, i], x[2, j] - x[2, i]
             turn_x += dy * nz - dz * ny
             turn_y += dz * nx - dx * nz
             turn_z += dx * ny - dy * nx
-        work[PULL, i], work[PULL + 1, i], work[PULL + 2, i] = sum_x, sum_y, sum_z
-        work[AREA, i], work[AREA + 1, i], work[AREA + 2, i] = turn_x, turn_y, turn_z
-        work[MOMENT, i] = (
-            (rows[0, i] - rows[0, 0]) * turn_x + (rows[1, i] - rows[1, 0]) * turn_y + (rows[2, i] - rows[2, 0]) * turn_z
-        )
+        pull[0, i], pull[1, i], pull[2, i] = sum_x, sum_y, sum_z
+        area[0, i], area[1, i], area[2, i] = turn_x, turn_y, turn_z
+        moment[i] = (x[0, i] - x[0, 0]) * turn_x + (x[1, i] - x[1, 0]) * turn_y + (x[2, i] - x[2, 0]) * turn_z
 
 
 @jit
-def ring_forces(model: Model, body: int, at: int, work: np.ndarray) -> float:
-    """Overwrite the rows PULL and AREA of `work` for one body; return its volume [m³].
+def ring_forces(
+    rings: Rings, body: int, count: int, x: np.ndarray, pull: np.ndarray, area: np.ndarray, moment: np.ndarray
+) -> float:
+    """Overwrite `pull` [N], `area` [m²] and `moment` [m³] of the `count` particles of one body; return its volume [m³].
 
-    Its positions [m] by place are the rows `at` … `at` + 2 of `work`.
+    `x` [m], `pull` and `area` have a row for each component; all by place.
     """
     compile_apart()
-    rings = model.rings
-    common = rings.common_stiffness[body]
-    x, y, z = work[at], work[at + 1], work[at + 2]
-    px, py, pz = work[PULL], work[PULL + 1], work[PULL + 2]
-    gx, gy, gz, m = work[AREA], work[AREA + 1], work[AREA + 2], work[MOMENT]
+    k = rings.common_stiffness[body]
     nb, ks, rest = rings.neighbour, rings.stiffness, rings.rest_pull
+    rx, ry, rz = x[0], x[1], x[2]
+    px, py, pz = pull[0], pull[1], pull[2]
+    gx, gy, gz = area[0], area[1], area[2]
     for c in range(rings.block_start[body], rings.block_start[body + 1]):
-        first, end, degree, entry, behind = rings.block[c]
+        first, end, degree = rings.block[c, 0], rings.block[c, 1], rings.block[c, 2]
+        entry, behind = rings.block[c, 3], rings.block[c, 4]
         if behind >= 0:
-            any_ring_sums(model, c, at, work)
-        elif common == common:
+            any_ring_sums(first, end, degree, entry, behind, nb, rings.following, ks, rest, x, pull, area, moment)
+        elif k == k:  # NaN, of a body whose springs differ, is not
             if degree == 6:
-                ring_sums(SIX, (), first, end, entry, nb, common, ks, rest, x, y, z, px, py, pz, gx, gy, gz, m)
+                ring_sums(SIX, (), first, end, entry, nb, k, ks, rest, rx, ry, rz, px, py, pz, gx, gy, gz, moment)
             elif degree == 5:
-                ring_sums(FIVE, (), first, end, entry, nb, common, ks, rest, x, y, z, px, py, pz, gx, gy, gz, m)
+                ring_sums(FIVE, (), first, end, entry, nb, k, ks, rest, rx, ry, rz, px, py, pz, gx, gy, gz, moment)
             elif degree == 7:
-                ring_sums(SEVEN, (), first, end, entry, nb, common, ks, rest, x, y, z, px, py, pz, gx, gy, gz, m)
+                ring_sums(SEVEN, (), first, end, entry, nb, k, ks, rest, rx, ry, rz, px, py, pz, gx, gy, gz, moment)
             elif degree == 4:
-                ring_sums(FOUR, (), first, end, entry, nb, common, ks, rest, x, y, z, px, py, pz, gx, gy, gz, m)
+                ring_sums(FOUR, (), first, end, entry, nb, k, ks, rest, rx, ry, rz, px, py, pz, gx, gy, gz, moment)
             else:
-                ring_sums(EIGHT, (), first, end, entry, nb, common, ks, rest, x, y, z, px, py, pz, gx, gy, gz, m)
+                ring_sums(EIGHT, (), first, end, entry, nb, k, ks, rest, rx, ry, rz, px, py, pz, gx, gy, gz, moment)
         elif degree == 6:
-            ring_sums(SIX, (0,), first, end, entry, nb, common, ks, rest, x, y, z, px, py, pz, gx, gy, gz, m)
+            ring_sums(SIX, (0,), first, end, entry, nb, k, ks, rest, rx, ry, rz, px, py, pz, gx, gy, gz, moment)
         elif degree == 5:
-            ring_sums(FIVE, (0,), first, end, entry, nb, common, ks, rest, x, y, z, px, py, pz, gx, gy, gz, m)
+            ring_sums(FIVE, (0,), first, end, entry, nb, k, ks, rest, rx, ry, rz, px, py, pz, gx, gy, gz, moment)
         elif degree == 7:
-            ring_sums(SEVEN, (0,), first, end, entry, nb, common, ks, rest, x, y, z, px, py, pz, gx, gy, gz, m)
+            ring_sums(SEVEN, (0,), first, end, entry, nb, k, ks, rest, rx, ry, rz, px, py, pz, gx, gy, gz, moment)
         elif degree == 4:
-            ring_sums(FOUR, (0,), first, end, entry, nb, common, ks, rest, x, y, z, px, py, pz, gx, gy, gz, m)
+            ring_sums(FOUR, (0,), first, end, entry, nb, k, ks, rest, rx, ry, rz, px, py, pz, gx, gy, gz, moment)
         else:
-            ring_sums(EIGHT, (0,), first, end, entry, nb, common, ks, rest, x, y, z, px, py, pz, gx, gy, gz, m)
-    return sum_in_lanes(m, model.particle_start[body + 1] - model.particle_start[body]) / 18.0
+            ring_sums(EIGHT, (0,), first, end, entry, nb, k, ks, rest, rx, ry, rz, px, py, pz, gx, gy, gz, moment)
+    return sum_in_lanes(moment, count) / 18.0
 
 
 FOUR, FIVE, SIX, SEVEN, EIGHT = (0,) * 4, (0,) * 5, (0,) * 6, (0,) * 7, (0,) * 8
@@ -193,27 +205,25 @@ def sum_in_lanes(values: np.ndarray, count: int) -> float:
 
 
 @jit
-def add_other_forces(model: Model, body: int, at: int, velocity_at: int, work: np.ndarray) -> None:
-    """Add damping, drag and external forces to the rows PULL of `work`.
+def add_other_forces(model: Model, body: int, x: np.ndarray, velocity: np.ndarray, pull: np.ndarray) -> None:
+    """Add damping, drag and external forces to `pull` [N]; `x` [m], `velocity` [m/s]; a row for each component.
 
-    Positions [m] are its rows from `at` on, velocities [m/s] from `velocity_at` on. A damped spring
-    resists by `damping` [N s/m] times the speed at which its ends part; drag is −`drag` m v.
+    A damped spring resists by `damping` [N s/m] times the speed at which its ends part; drag is −`drag` m v.
     """
     compile_apart()
-    rows, velocity = work[at : at + 3], work[velocity_at : velocity_at + 3]
     start = model.particle_start[body]
     rings = model.rings
     if model.external_force.shape[0] > 0:
         for i in range(model.particle_start[body + 1] - start):
             for c in range(3):
-                work[PULL + c, i] += model.external_force[rings.order[start + i], c]
+                pull[c, i] += model.external_force[rings.order[start + i], c]
     drag = model.drag[body]
     if drag > 0.0:
         for i in range(model.particle_start[body + 1] - start):
             inverse_mass = model.inverse_mass[rings.order[start + i]]
             if inverse_mass > 0.0:
                 for c in range(3):
-                    work[PULL + c, i] -= drag / inverse_mass * velocity[c, i]
+                    pull[c, i] -= drag / inverse_mass * velocity[c, i]
     damping = model.damping[body]
     if damping > 0.0:
         for block in range(rings.block_start[body], rings.block_start[body + 1]):
@@ -223,13 +233,13 @@ def add_other_forces(model: Model, body: int, at: int, velocity_at: int, work: n
                 i = first + q
                 for d in range(degree):
                     j = rings.neighbour[entry + d * count + q]
-                    dx, dy, dz = rows[0, j] - rows[0, i], rows[1, j] - rows[1, i], rows[2, j] - rows[2, i]
+                    dx, dy, dz = x[0, j] - x[0, i], x[1, j] - x[1, i], x[2, j] - x[2, i]
                     parting = (
                         (velocity[0, j] - velocity[0, i]) * dx
                         + (velocity[1, j] - velocity[1, i]) * dy
                         + (velocity[2, j] - velocity[2, i]) * dz
                     )
                     share = damping * parting / (dx * dx + dy * dy + dz * dz)
-                    work[PULL, i] += share * dx
-                    work[PULL + 1, i] += share * dy
-                    work[PULL + 2, i] += share * dz
+                    pull[0, i] += share * dx
+                    pull[1, i] += share * dy
+                    pull[2, i] += share * dz

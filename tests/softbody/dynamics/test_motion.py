@@ -58,6 +58,7 @@ def shaken(seeds, integrator="rk4_velocity"):
     return world
 
 
+@pytest.mark.filterwarnings("ignore:soft bodies collide")
 @integrators
 def test_bodies_move_alone_as_they_do_together_to_the_same_bits(integrator):
     together = shaken([0, 1, 2], integrator)
@@ -89,6 +90,7 @@ def test_a_step_in_parts_is_as_many_steps(integrator):
     assert parts.steps == 10
 
 
+@pytest.mark.filterwarnings("ignore:soft bodies collide")
 @pytest.mark.parametrize("ground", [False, True])
 @pytest.mark.parametrize("substeps", [1, 3])
 def test_the_state_after_a_failure_is_that_of_the_last_good_step(ground, substeps):
@@ -99,26 +101,31 @@ def test_the_state_after_a_failure_is_that_of_the_last_good_step(ground, substep
         if ground:
             world.add_ground(-100.0)
         world.add_soft_body(SOLID, 1.0, 1.0, 0.1)
-        stiff = world.add_soft_body(SOLID, 1.0, 1e4, 0.1, position=(5.0, 0.0, 0.0))
-        stiff.velocities[0] = (0.0, 0.1, 0.0)
+        stiff = world.add_soft_body(SOLID, 1.0, 100.0, 0.1, position=(5.0, 0.0, 0.0))
+        stiff.velocities[0] = (0.0, 1e-9, 0.0)
         return world
 
     failing, good = world(), world()
-    with pytest.raises(SimulationError, match="soft body 1 diverged in step") as error:
-        failing.step(0.02, 10_000, substeps=substeps, allow_unstable=True)
+    h = 1.5 * substeps * failing.stable_time_step()
+    with pytest.raises(SimulationError, match=r"soft body 1 (diverged|collapsed).* in step") as error:
+        failing.step(h, 10_000, substeps=substeps, allow_unstable=True)
     assert 1 < error.value.step < 10_000
-    good.step(0.02, error.value.step, substeps=substeps, allow_unstable=True)
+    good.step(h, error.value.step, substeps=substeps, allow_unstable=True)
     assert good.state.position.tolist() == failing.state.position.tolist()
     with pytest.raises(SimulationError):
-        good.step(0.02, 1, substeps=substeps, allow_unstable=True)
+        good.step(h, 1, substeps=substeps, allow_unstable=True)
 
 
 def test_a_leaking_body_is_reported_when_it_has_deflated():
     world = World(gravity=(0.0, 0.0, 0.0))
     body = world.add_soft_body(softbody.icosphere(1), 1.0, 50.0, 20.0, rest_length=0.3, deflated_below=0.5)
-    with pytest.raises(SimulationError, match=r"soft body 0 collapsed \(deflated to 2\.") as error:
+
+    def leak():
         for _ in range(200):
             body.gas *= 0.9
             world.step(1e-3, 50)
+
+    with pytest.raises(SimulationError, match=r"soft body 0 collapsed \(deflated to 1\.") as error:
+        leak()
     assert body.volume > 0.5 * softbody.icosphere(1).volume
     assert error.value.body == "soft body 0"

@@ -1,0 +1,183 @@
+"""The same step as others would write it: in NumPy, with a SciPy matrix, in C++, and another engine's soft body."""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from softbody import Mesh
+
+STIFFNESS, GAS, MASS, GRAVITY = 200.0, 30.0, 1.0, -9.81
+
+Forces = Callable[[np.ndarray], np.ndarray]
+
+
+def numpy_forces(mesh: Mesh, add: Callable[[np.ndarray, np.ndarray, np.ndarray], None]) -> Forces:
+    """Return springs and gas on all vertices, with `add` to scatter rows: add(force, indices, rows)."""
+    i, j = mesh.edges.T
+    a, b, c = mesh.triangles.T
+    rest = np.linalg.norm(mesh.vertices[j] - mesh.vertices[i], axis=1)
+
+    def forces(x: np.ndarray) -> np.ndarray:
+        force = np.zeros_like(x)
+        d = x[j] - x[i]
+        length = np.sqrt((d * d).sum(axis=1))
+        pull = (STIFFNESS * (length - rest) / length)[:, None] * d
+        add(force, i, pull)
+        add(force, j, -pull)
+        xa, xb, xc = x[a], x[b], x[c]
+        volume = (xa * np.cross(xb, xc)).sum() / 6.0
+        push = GAS / volume / 6.0 * np.cross(xb - xa, xc - xa)
+        for corner in (a, b, c):
+            add(force, corner, push)
+        return force
+
+    return forces
+
+
+def add_at(force: np.ndarray, indices: np.ndarray, rows: np.ndarray) -> None:
+    """Scatter with np.add.at."""
+    np.add.at(force, indices, rows)
+
+
+def add_bincount(force: np.ndarray, indices: np.ndarray, rows: np.ndarray) -> None:
+    """Scatter with np.bincount, component by component."""
+    for k in range(3):
+        force[:, k] += np.bincount(indices, rows[:, k], len(force))
+
+
+def sparse_forces(mesh: Mesh) -> Forces:
+    """Return springs and gas with SciPy's sparse incidence matrices in place of scattering."""
+    import scipy.sparse
+
+    i, j = mesh.edges.T
+    n, e, t = len(mesh.vertices), len(i), len(mesh.triangles)
+    one, rows = np.ones(e), np.arange(e)
+    edges = scipy.sparse.csr_matrix(
+        (np.concatenate([one, -one]), (np.concatenate([rows, rows]), np.concatenate([j, i]))), (e, n)
+    )
+    onto = (-edges.T).tocsr()
+    corners = scipy.sparse.csr_matrix((np.ones(3 * t), (mesh.triangles.ravel(), np.repeat(np.arange(t), 3))), (n, t))
+    a, b, c = mesh.triangles.T
+    rest = np.linalg.norm(mesh.vertices[j] - mesh.vertices[i], axis=1)
+
+    def cross(u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        # np.cross spends most of its time on moving axes about.
+        return np.stack(
+            [
+                u[:, 1] * v[:, 2] - u[:, 2] * v[:, 1],
+                u[:, 2] * v[:, 0] - u[:, 0] * v[:, 2],
+                u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0],
+            ],
+            axis=1,
+        )
+
+    def forces(x: np.ndarray) -> np.ndarray:
+        d = edges @ x
+        length = np.sqrt(np.einsum("ek,ek->e", d, d))
+        xa, xb, xc = x[a], x[b], x[c]
+        turn = cross(xb - xa, xc - xa)
+        volume = np.einsum("tk,tk->", xa, turn) / 6.0
+        return onto @ ((STIFFNESS * (length - rest) / length)[:, None] * d) + GAS / volume / 6.0 * (corners @ turn)
+
+    return forces
+
+
+def stepping(mesh: Mesh, forces: Forces, h: float, steps: int) -> Callable[[], None]:
+    """Return a call that steps the mesh `steps` times by `h` [s] with the paper's integrator."""
+    x, v = mesh.vertices.copy(), np.zeros_like(mesh.vertices)
+    inverse_mass, g = len(x) / MASS, np.array([0.0, 0.0, GRAVITY])
+
+    def call() -> None:
+        nonlocal x, v
+        for _ in range(steps):
+            a0 = forces(x) * inverse_mass + g
+            a1 = forces(x + 0.5 * h * (v + 0.5 * h * a0)) * inverse_mass + g
+            a2 = forces(x + 0.5 * h * (v + 0.5 * h * a1)) * inverse_mass + g
+            a3 = forces(x + h * (v + h * a2)) * inverse_mass + g
+            v = v + h / 6.0 * (a0 + 2.0 * a1 + 2.0 * a2 + a3)
+            x = x + h * v
+
+    return call
+
+
+@functools.cache
+def _plain_library() -> ctypes.CDLL | None:
+    """Compile plain_step.cpp for this machine; None where there is no compiler."""
+    compiler = shutil.which("g++") or shutil.which("clang++")
+    if compiler is None:
+        return None
+    library = Path(tempfile.mkdtemp()) / "plain_step.so"
+    source = Path(__file__).with_name("plain_step.cpp")
+    command = [compiler, "-O3", "-march=native", "-shared", "-fPIC", "-o", str(library), str(source)]
+    subprocess.run(command, check=True)
+    return ctypes.CDLL(str(library))
+
+
+def plain_stepping(mesh: Mesh, h: float, steps: int) -> Callable[[], None] | None:
+    """Return a call that steps the mesh in plain C++, or None where there is no compiler."""
+    library = _plain_library()
+    if library is None:
+        return None
+    x, v, work = mesh.vertices.copy(), np.zeros_like(mesh.vertices), np.zeros(9 * len(mesh.vertices))
+    edges, triangles = mesh.edges.astype(np.int32), mesh.triangles.astype(np.int32)
+    rest = np.linalg.norm(x[edges[:, 1]] - x[edges[:, 0]], axis=1)
+
+    def pointer(array: np.ndarray) -> ctypes.c_void_p:
+        return ctypes.c_void_p(array.ctypes.data)
+
+    def call() -> None:
+        library.rk4_velocity_steps(
+            pointer(x),
+            pointer(v),
+            ctypes.c_long(len(x)),
+            pointer(edges),
+            pointer(rest),
+            ctypes.c_long(len(edges)),
+            pointer(triangles),
+            ctypes.c_long(len(triangles)),
+            *(ctypes.c_double(value) for value in (STIFFNESS, GAS, len(x) / MASS, GRAVITY, h)),
+            ctypes.c_long(steps),
+            pointer(work),
+        )
+        assert np.isfinite(x[0, 0])
+
+    return call
+
+
+def pybullet_stepping(mesh: Mesh, h: float, steps: int) -> Callable[[], None]:
+    """Return a call that steps pybullet's mass–spring body on the same mesh: no gas, one force a step, float64."""
+    import pybullet
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "mesh.obj"
+        lines = [f"v {x} {y} {z}\n" for x, y, z in mesh.vertices]
+        lines += [f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in mesh.triangles]
+        path.write_text("".join(lines))
+        client = pybullet.connect(pybullet.DIRECT)
+        pybullet.resetSimulation(pybullet.RESET_USE_DEFORMABLE_WORLD, physicsClientId=client)
+        pybullet.setGravity(0.0, 0.0, GRAVITY, physicsClientId=client)
+        pybullet.setTimeStep(h, physicsClientId=client)
+        pybullet.loadSoftBody(
+            str(path),
+            mass=MASS,
+            useMassSpring=1,
+            useBendingSprings=0,
+            springElasticStiffness=STIFFNESS,
+            springDampingStiffness=0.0,
+            useSelfCollision=0,
+            physicsClientId=client,
+        )
+
+    def call() -> None:
+        for _ in range(steps):
+            pybullet.stepSimulation(physicsClientId=client)
+
+    return call
