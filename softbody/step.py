@@ -38,8 +38,9 @@ def run_soft_bodies(
 ) -> tuple[int, int, int]:
     """Advance a world of one soft body by `steps` steps of `h` [s]; return (steps done, fault, soft body).
 
-    `scratch` from scratch_for. Soft bodies take each step in `substeps` equal parts, contacts take it as one. On a fault (DIVERGED or COLLAPSED,
-    else 0) the state is that of the last good step. The same as `run`, but compiled in a third of the time.
+    `scratch` from scratch_for. Soft bodies take each step in `substeps` equal parts, contacts take it as one. On a
+    fault (DIVERGED or COLLAPSED, else 0) the state is that of the last good step. The same as `run`, but compiled in a
+    third of the time.
     """
     # Without a ground they meet nothing, and need not stop after every step.
     stretch = 1 if model.ground_height > -np.inf else steps

@@ -17,10 +17,10 @@ from softbody.collision.material import combined_friction, combined_restitution
 from softbody.collision.patch import WHOLE, Corners, patch_point
 from softbody.collision.soft_soft import part_particle_and_patch
 from softbody.geometry.box import box_corner
-from softbody.geometry.parity_grid import ParityGrid, bounding_box, parity_grid
+from softbody.geometry.parity_grid import ParityGrid, bounding_box, build_parity_grid
 from softbody.geometry.penetration import Penetrations, find_penetrations, room_for_penetrations
 from softbody.geometry.triangle import area_vector
-from softbody.geometry.triangle_tree import TriangleTree, triangle_tree
+from softbody.geometry.triangle_tree import TriangleTree, build_triangle_tree
 from softbody.jit import jit
 from softbody.quaternion import load_quaternion
 from softbody.state import Model, RigidBodies, State
@@ -36,7 +36,7 @@ class Skin(NamedTuple):
 
 def make_skin(vertices: np.ndarray, triangles: np.ndarray) -> Skin:
     """Return the skin of a mesh: `vertices` (n, 3) [m], `triangles` (t, 3)."""
-    return Skin(parity_grid(vertices, triangles), triangle_tree(vertices, triangles))
+    return Skin(build_parity_grid(vertices, triangles), build_triangle_tree(vertices, triangles))
 
 
 def no_skins() -> Any:
