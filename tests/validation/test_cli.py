@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -111,6 +112,23 @@ def test_a_crash_fails_its_claim_and_no_other(tmp_path: Path) -> None:
         ("aaa.dies", "fails", "the process crashed"),
         ("aaa.lives", "holds", None),
     ]
+
+
+def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "validation", "--no-timings", "--jobs", "1", "--out", str(tmp_path)]
+    running = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    assert running.stderr is not None
+    for line in running.stderr:
+        if line.startswith("✓"):
+            break
+    os.killpg(running.pid, signal.SIGINT)
+    running.communicate(timeout=60)
+    assert running.returncode == 130
+    claims = read_report(tmp_path / "report.json").claims
+    whys = {claim.why for claim in claims if claim.verdict == "not run"}
+    assert whys == {"interrupted"}
+    assert any(claim.verdict == "holds" for claim in claims)
+    assert (tmp_path / "index.html").exists()
 
 
 def test_list_names_every_claim_and_runs_none() -> None:
