@@ -124,17 +124,18 @@ def ray_hits_triangle(p: Vec, a: Vec, b: Vec, c: Vec) -> bool:
     bc, cb = bx * cy, by * cx
     ca, ac = cx * ay, cy * ax
     if _is_clear(ab, ba) & _is_clear(bc, cb) & _is_clear(ca, ac):
-        up = (a_low & (not b_low) & (ab > ba)) + (b_low & (not c_low) & (bc > cb)) + (c_low & (not a_low) & (ca > ac))
-        down = (b_low & (not a_low) & (ab < ba)) + (c_low & (not b_low) & (bc < cb)) + (a_low & (not c_low) & (ca < ac))
-        facing = up - down
+        # Of two edges that pass the level of p, one goes up and one down.
+        up = (a_low & (not b_low) & (ab > ba)) | (b_low & (not c_low) & (bc > cb)) | (c_low & (not a_low) & (ca > ac))
+        down = (b_low & (not a_low) & (ab < ba)) | (c_low & (not b_low) & (bc < cb)) | (a_low & (not c_low) & (ca < ac))
     else:
         facing = _crossing(p, a, b) + _crossing(p, b, c) + _crossing(p, c, a)
-    if facing == 0 or p[2] >= max(a[2], b[2], c[2]):
+        up, down = facing > 0, facing < 0
+    if up == down or p[2] >= max(a[2], b[2], c[2]):
         return False
     if p[2] < min(a[2], b[2], c[2]):
         return True
     side = side_of_plane(a, b, c, p)
-    return side > 0.0 if facing > 0 else side < 0.0
+    return side > 0.0 if up else side < 0.0
 
 
 @jit

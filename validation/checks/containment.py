@@ -305,7 +305,7 @@ def special_points_by_exact_arithmetic(run: Run) -> Comparison:
     measured, expected, kinds = [], [], []
     straight = {"stacked spheres": softbody.icosphere(1), "stacked tori": softbody.torus(1.0, 0.4, 16, 8)}
     for kind, mesh in (straight | varied_meshes(rng, 2)).items():
-        points = special_points(mesh, rng, run.count(15, 120, 3_000))
+        points = special_points(mesh, rng, run.count(15, 120, 4_000))
         if kind in straight:
             points = {"copies shifted along z": stacked_points(mesh, rng, run.count(1, 4, 40))}
         for place, rows in points.items():
