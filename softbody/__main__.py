@@ -17,7 +17,8 @@ def warm_up() -> None:
     world.equilibrium(1e-3)
     for height in (0.5, 1.4):
         world.add_box((1.0, 1.0, 1.0), mass=1.0, position=(5.0, 0.0, height))
-    with warnings.catch_warnings(action="ignore"):  # of contacts that are missing
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of contacts that are missing
         world.step(1e-4)
     world.energy()
     world.linear_momentum()
