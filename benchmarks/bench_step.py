@@ -19,7 +19,7 @@ SUBDIVISIONS = (1, 2, 3, 4, 5, 6, 7)  # 42, 162, 642, 2 562, 10 242, 40 962, 163
 BODIES = (1, 10, 100, 1_000)
 
 PARTICLE_STEPS = 200_000  # per round: a round takes about 12 ms, so that the call and the clock cost nothing
-LEAST_STEPS = 4  # a call of fewer is dominated by reading and writing the state
+LEAST_STEPS = 10  # a call of fewer is dominated by reading and writing the state
 
 Peer = tuple[Callable[[], Any], float]
 

@@ -194,6 +194,6 @@ def breathing_frequency(gas: ArrayLike, stiffness_rest_squared: ArrayLike, inert
 
 def damped_oscillation(t: ArrayLike, frequency: ArrayLike, rate: ArrayLike) -> np.ndarray:
     """Return x(t) (...) of x'' = −ω² x − γ x' from x = 1 at rest, for γ = `rate` < 2 ω [1/s]."""
-    w = np.sqrt(np.asarray(frequency, float) ** 2 - 0.25 * np.asarray(rate, float) ** 2)
-    t = np.asarray(t, float)
-    return np.exp(-0.5 * rate * t) * (np.cos(w * t) + 0.5 * rate / w * np.sin(w * t))
+    t, half = np.asarray(t, float), 0.5 * np.asarray(rate, float)
+    w = np.sqrt(np.asarray(frequency, float) ** 2 - half**2)
+    return np.exp(-half * t) * (np.cos(w * t) + half / w * np.sin(w * t))

@@ -535,3 +535,88 @@ def test_a_body_in_fast_flight_has_not_diverged():
     body = world.add_soft_body(SOLID, 1.0, 10.0, 1.0, velocity=(1e6, 0.0, 0.0))
     world.step(1e-3, 100)
     assert body.centre[0] == pytest.approx(1e5, rel=1e-9)
+
+
+# ---- options of soft bodies, and what is refused ----
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"pinned": range(6)}, "every vertex is pinned"),
+        ({"pinned": [6]}, "pinned vertex 6 does not exist"),
+        ({"pinned": [-1]}, "pinned vertex -1 does not exist"),
+        ({"pinned": [0.5]}, "pinned is"),
+        ({"rest_length": 0.0}, "rest_length of edge 0 is 0.0; give a finite length > 0"),
+        ({"rest_length": [1.0, 2.0]}, "rest_length does not fit"),
+        ({"damping": -1.0}, "damping is -1.0"),
+        ({"drag": np.nan}, "drag is nan"),
+        ({"deflated_below": 1.5}, "deflated_below is 1.5"),
+    ],
+)
+def test_wrong_options_of_a_soft_body_are_refused_by_name(options, message):
+    world = World()
+    with pytest.raises(ParameterError, match=message):
+        world.add_soft_body(SOLID, 1.0, 10.0, 1.0, **options)
+    assert len(world.state.position) == 0
+
+
+def test_gas_may_not_become_negative():
+    body = World().add_soft_body(SOLID, 1.0, 10.0, 1.0)
+    with pytest.raises(ParameterError, match="gas is -1"):
+        body.gas = -1.0
+
+
+@integrators
+def test_a_step_above_the_stable_one_is_refused_with_the_number_to_use(integrator):
+    world = World(integrator=integrator)
+    world.add_soft_body(SOLID, 1.0, 10.0, 1.0)
+    stable = world.stable_time_step()
+    before = world.state.copy()
+    with pytest.raises(ParameterError, match=rf"a stable time step here is {stable:.6g} s .* or substeps=3, or say"):
+        world.step(2.5 * stable)
+    assert same(world.state, before)
+    world.step(2.5 * stable, substeps=3)
+    world.step(1.1 * stable, allow_unstable=True)
+    assert world.steps == 2
+
+
+def test_more_gas_makes_the_stable_step_shorter_at_once():
+    world = World()
+    body = world.add_soft_body(SOLID, 1.0, 10.0, 1.0)
+    h = world.stable_time_step()
+    world.step(h)
+    body.gas = 1000.0
+    with pytest.raises(ParameterError, match="stable"):
+        world.step(h)
+
+
+@pytest.mark.parametrize("force", [(np.inf, 0.0, 0.0), np.zeros((2, 3)), "up"])
+def test_an_external_force_must_fit(force):
+    body = World().add_soft_body(SOLID, 1.0, 10.0, 1.0)
+    with pytest.raises(ParameterError, match="external_force"):
+        body.external_force = force
+    assert not body.external_force.any()
+
+
+def test_an_external_force_belongs_to_its_body_and_stays_when_bodies_are_added():
+    world = World(gravity=(0.0, 0.0, 0.0))
+    world.add_soft_body(SOLID, 1.0, 10.0, 1.0)
+    pushed = world.add_soft_body(SOLID, 1.0, 10.0, 1.0, position=(5.0, 0.0, 0.0))
+    pushed.external_force = (0.0, 0.0, 2.0)
+    third = world.add_soft_body(SOLID, 1.0, 10.0, 1.0, position=(10.0, 0.0, 0.0))
+    assert world.model.external_force.sum(axis=0) == pytest.approx([0.0, 0.0, 12.0])
+    assert not third.external_force.any()
+
+
+def test_springs_can_be_changed_between_steps():
+    world = World(gravity=(0.0, 0.0, 0.0))
+    body = world.add_soft_body(SOLID, 1.0, 10.0, 0.0)
+    body.set_springs(rest_length=0.5 * 2.0**0.5)
+    world.equilibrium()
+    assert body.volume == pytest.approx(SOLID.volume / 8.0, rel=1e-9)
+    stable = world.stable_time_step()
+    body.set_springs(stiffness=40.0)
+    assert world.stable_time_step() == pytest.approx(0.5 * stable, rel=1e-9)
+    with pytest.raises(ParameterError, match="stiffness of edge 0 is -1"):
+        body.set_springs(stiffness=-1.0)

@@ -264,18 +264,18 @@ def breathing_frequency(run: Run) -> Comparison:
     for _ in range(run.count(2, 10, 60)):
         for name in ("tetrahedron", "octahedron", "icosahedron"):
             mesh, gas = getattr(softbody, name)(), rng.uniform(1.0, 60.0)
-            deviations = []
+            deviations: list[list[float]] = []
             for nudge in (1e-5, -1e-5):  # the mean of both: what is even in the amplitude cancels
                 world, stiffness, moment = breathing("rk4", mesh, gas, 1.0)
-                rest = analytic.equilibrium_scale(gas, stiffness)
-                truth = analytic.breathing_frequency(gas, stiffness, moment)
+                rest = float(analytic.equilibrium_scale(gas, stiffness))
+                truth = float(analytic.breathing_frequency(gas, stiffness, moment))
                 world.state.position[:] = (rest + nudge) * mesh.vertices
                 path = [nudge]
                 for _ in range(2):  # by a sixth of a period each: x0 + x2 = 2 x1 cos(ω t)
                     world.step(np.pi / 3.0 / truth / 400, 400)
                     path.append(scale_of(world, mesh) - rest)
                 deviations.append(path)
-            x0, x1, x2 = np.subtract(*deviations)
+            x0, x1, x2 = np.subtract(deviations[0], deviations[1])
             cosine = (x0 + x2) / (2.0 * x1)
             measured.append(np.arccos(cosine) / (np.pi / 3.0 / truth))
             expected.append(truth)
@@ -296,12 +296,14 @@ def breathing_frequency(run: Run) -> Comparison:
 )
 def drift(run: Run) -> Comparison:
     rng = run.rng
-    measured, expected, kinds = [], [], []
+    measured: list[float] = []
+    expected: list[float] = []
+    kinds: list[str] = []
     for _ in range(run.count(1, 2, 10)):
         mesh = softbody.icosahedron()
         shake = rng.normal(0.0, 0.05, (2, 12, 3))
         for integrator, orders in (("rk4_velocity", (1.0, 1.0)), ("rk4", (5.0, 4.0))):
-            drifts = []
+            drifts: list[list[float]] = []
             for steps in (200, 400) if integrator == "rk4" else (10_000, 20_000):
                 world = World(gravity=(0.0, 0.0, 0.0), integrator=integrator)
                 body = world.add_soft_body(mesh, mass=2.0, stiffness=30.0, gas=2.0)
@@ -309,8 +311,8 @@ def drift(run: Run) -> Comparison:
                 body.velocities[:] = np.cross([0.5, 1.0, 2.0], body.positions) + shake[1]
                 energy, momentum = world.energy(), world.angular_momentum()
                 world.step(2.0 / steps, steps)
-                drifts.append([world.energy() - energy, np.linalg.norm(world.angular_momentum() - momentum)])
-            energy_order, momentum_order = np.log2(np.abs(np.divide(*drifts)))
+                drifts.append([world.energy() - energy, float(np.linalg.norm(world.angular_momentum() - momentum))])
+            energy_order, momentum_order = np.log2(np.abs(np.divide(drifts[0], drifts[1])))
             measured += [energy_order, min(momentum_order, orders[1] + 0.05)]
             expected += orders
             kinds += [f"energy, {integrator}", f"angular momentum, {integrator}"]

@@ -9,7 +9,7 @@ import softbody
 from softbody import SimulationError
 from softbody.dynamics.integrators import INTEGRATORS
 from softbody.dynamics.soft import soft_accelerations
-from softbody.dynamics.stability import highest_frequency
+from softbody.dynamics.stability import highest_frequency, longest_stable_step
 
 MESHES = [softbody.tetrahedron(), softbody.octahedron(), softbody.icosahedron(), softbody.box((1.0, 2.0, 3.0))]
 
@@ -107,3 +107,39 @@ def test_a_ball_is_stable_just_below_the_estimate_and_not_at_three_times_it(inte
 
 def test_a_world_without_soft_bodies_has_no_limit():
     assert softbody.World().stable_time_step() == np.inf
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("share", [0.0, 0.2, 0.5, 1.0, 2.0, 5.0])
+def test_the_longest_step_is_stable_with_damping_too(integrator, share):
+    """A regular solid without gas is a damped oscillator: its step, as a matrix, must not grow."""
+    world = softbody.World(gravity=(0.0, 0.0, 0.0), integrator=integrator)
+    solid = softbody.octahedron()
+    world.add_soft_body(solid, 1.0, 10.0, 0.0)
+    squared = (world.model.rest_length**2).sum()
+    frequency = np.sqrt(10.0 * squared)  # Σ m x² = 1
+    world.model.damping[:] = share * frequency / squared
+    limit = softbody.dynamics.integrators.STABILITY_LIMIT[integrator]
+    for rate in np.linspace(0.2, 1.0, 5):
+        h = rate * longest_stable_step(frequency, share * frequency, limit)
+        columns = []
+        for stretch, speed in ((1e-3, 0.0), (0.0, 1e-3)):
+            world.state.position[:] = (1.0 + stretch) * solid.vertices
+            world.state.velocity[:] = speed * frequency * solid.vertices
+            world.step(h, allow_unstable=True)
+            of = [(array * solid.vertices).sum() / 6.0 for array in (world.state.position, world.state.velocity)]
+            columns.append([(of[0] - 1.0) / 1e-3, of[1] / frequency / 1e-3])
+        assert np.abs(np.linalg.eigvals(np.array(columns).T)).max() < 1.0 + 1e-9
+
+
+def test_without_springs_or_damping_any_step_is_stable():
+    assert longest_stable_step(0.0, 0.0, 2.0) == np.inf
+    assert longest_stable_step(4.0, 0.0, 2.0) == 0.5
+
+
+def test_damping_shortens_the_stable_step_of_a_world():
+    world = softbody.World()
+    world.add_soft_body(softbody.octahedron(), 1.0, 10.0, 0.0)
+    free = world.stable_time_step()
+    world.add_soft_body(softbody.octahedron(), 1.0, 10.0, 0.0, damping=1.0, position=(5.0, 0.0, 0.0))
+    assert world.stable_time_step() < free

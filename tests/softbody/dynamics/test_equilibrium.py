@@ -1,0 +1,46 @@
+"""Does relaxation end where forces vanish, and say so where they cannot?"""
+
+import numpy as np
+import pytest
+
+import softbody
+from softbody import SimulationError, World
+from softbody.dynamics.soft import soft_accelerations
+
+
+def residual(world):
+    out = np.empty_like(world.state.position)
+    soft_accelerations(world.model, world.state.position, out)
+    return np.abs(out).max()
+
+
+def test_bodies_without_weight_come_to_rest_where_they_are():
+    world = World(gravity=(0.0, 0.0, 0.0))
+    world.add_ground()
+    a = world.add_soft_body(softbody.icosphere(2), 1.0, 50.0, 20.0, position=(1.0, 2.0, 3.0), velocity=(1.0, 0.0, 0.0))
+    world.add_soft_body(softbody.torus(1.0, 0.4, 16, 8), 2.0, 80.0, 5.0, position=(9.0, 2.0, 3.0))
+    world.equilibrium()
+    assert residual(world) < 1e-12 * 80.0 * 3.0 * 162
+    assert a.centre == pytest.approx([1.0, 2.0, 3.0], abs=1e-12)
+    assert not world.state.velocity.any()
+    assert world.steps == 0
+
+
+def test_a_pinned_body_hangs_in_equilibrium():
+    world = World()
+    body = world.add_soft_body(softbody.icosphere(1), 1.0, 50.0, 2.0, pinned=[4])
+    pin = body.positions[4].copy()
+    world.equilibrium()
+    assert residual(world) < 1e-9
+    assert body.positions[4].tolist() == pin.tolist()
+    assert body.centre[2] < pin[2]
+
+
+def test_a_body_that_is_pushed_away_finds_no_rest():
+    world = World()
+    body = world.add_soft_body(softbody.octahedron(), 1.0, 50.0, 2.0)
+    body.external_force = (1.0, 0.0, 0.0)
+    before = body.positions.copy()
+    with pytest.raises(SimulationError, match=r"soft body 0 is not at rest after 1000 steps.*pins hold"):
+        world.equilibrium(steps=1000)
+    assert body.positions.tolist() == before.tolist()

@@ -1,0 +1,59 @@
+"""Is the fast force vector code, and do damping and drag act as they should?"""
+
+import os
+
+import llvmlite.binding
+import numba
+import numpy as np
+import pytest
+
+import softbody
+from softbody import World
+from softbody.dynamics.motion import ring_accelerations, scratch_for
+from softbody.dynamics.ring_forces import ring_sums, sum_in_lanes
+
+compiled = pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="nothing is compiled")
+
+
+@compiled
+@pytest.mark.skipif(not llvmlite.binding.get_host_cpu_features().get("avx2"), reason="no vector gathers on this CPU")
+@pytest.mark.parametrize("differ", [(), (0,)])
+@pytest.mark.parametrize("degree", [5, 6])
+def test_the_force_is_compiled_to_vector_code(degree, differ):
+    """One packed square root a neighbour; without the promise that arrays do not overlap there is none."""
+    fresh = numba.njit(error_model="numpy")(ring_sums.py_func)  # cached code cannot be looked at
+    one, index = np.zeros(64), np.zeros(8 * degree, np.uint32)
+    fresh((0,) * degree, differ, 0, 8, 0, index, 1.0, np.zeros(64), np.zeros(64), *[one.copy() for _ in range(10)])
+    (assembly,) = fresh.inspect_asm().values()
+    packed = sum("vsqrtpd" in line and ("zmm" in line or "ymm" in line) for line in assembly.splitlines())
+    assert packed >= degree
+
+
+def test_a_long_sum_counts_everything_once():
+    values = np.arange(1.0, 30.0)
+    for count in range(29):
+        assert sum_in_lanes(values, count) == count * (count + 1) / 2
+
+
+def acceleration(world):
+    out = np.empty_like(world.state.position)
+    ring_accelerations(world.model, world.state.position, world.state.velocity, out, scratch_for(world.model).work)
+    return out
+
+
+def test_drag_slows_every_particle_at_its_rate():
+    world = World(gravity=(0.0, 0.0, 0.0))
+    body = world.add_soft_body(softbody.octahedron(), 3.0, 10.0, 0.0, drag=2.0, velocity=(1.0, 2.0, 3.0))
+    assert acceleration(world) == pytest.approx(-2.0 * body.velocities, abs=1e-14)
+
+
+def test_damping_acts_along_edges_and_not_on_a_body_that_turns_or_flies():
+    world = World(gravity=(0.0, 0.0, 0.0))
+    body = world.add_soft_body(softbody.octahedron(), 6.0, 10.0, 0.0, damping=2.0)
+    body.velocities[:] = np.cross([1.0, 2.0, 3.0], body.positions) + [4.0, 5.0, 6.0]
+    assert acceleration(world) == pytest.approx(np.zeros((6, 3)), abs=1e-13)
+    body.velocities[:] = 0.0
+    body.velocities[4, 2] = 1.0  # the top rises: its four springs part at 1/√2 m/s each
+    damped = acceleration(world)
+    assert damped[4] == pytest.approx([0.0, 0.0, -4 * 2.0 * 0.5], abs=1e-14)
+    assert damped.sum(axis=0) == pytest.approx([0.0, 0.0, 0.0], abs=1e-14)
