@@ -286,11 +286,11 @@ class World:
         left, fault, body = steps, OVERFLOW, -1
         while fault == OVERFLOW:
             if len(self.model.box_size) or len(self.skins) > 1:
-                arguments = self.model, self.state, scratch, time_step, left, integrator, self.rules, substeps
-                done, fault, body = run(*arguments, self.contacts, self.skins)
+                every = self.model, self.state, scratch, time_step, left, integrator, self.rules, substeps
+                done, fault, body = run(*every, self.contacts, self.skins)
             else:
-                arguments = self.model, self.state, scratch, time_step, left, integrator, substeps
-                done, fault, body = run_soft_bodies(*arguments)
+                soft = self.model, self.state, scratch, time_step, left, integrator, substeps
+                done, fault, body = run_soft_bodies(*soft)
             left -= done
             self.steps += done
             self.time += done * time_step

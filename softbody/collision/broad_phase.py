@@ -36,8 +36,8 @@ def near_pairs(centre: np.ndarray, radius: np.ndarray, movable: np.ndarray) -> n
     """Return the near pairs (p, 2) in a time that grows as m + p; arguments as above.
 
     Grids of cells of 2^k m (Teschner et al. 2003): a sphere is listed at its centre, in the grid of the smallest cells
-    that are wider than it. Whatever meets it and is not smaller lies, in a grid as coarse or coarser, in the cell of its
-    centre or in one of the 26 around.
+    that are wider than it. Whatever meets it and is not smaller lies, in a grid as coarse or coarser, in the cell of
+    its centre or in one of the 26 around.
     """
     count = centre.shape[0]
     level = np.empty(count, np.int64)

@@ -26,7 +26,7 @@ class Contacts(NamedTuple):
     hold what the last step left, for the solver to start from.
     """
 
-    count: np.ndarray  # (2,) contacts found in this step, and in the one before
+    count: np.ndarray  # type: ignore[assignment]  # (2,) contacts found in this step, and in the one before
     body: np.ndarray  # (c, 2) a and b; b is NOBODY for the ground
     feature: np.ndarray  # (c,) what touches what, within a pair
     point: np.ndarray  # (c, 3) [m] half-way between the surfaces

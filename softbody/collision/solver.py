@@ -252,7 +252,7 @@ def _rub(row: np.ndarray, k: int, motion: np.ndarray, inverse: np.ndarray, a: in
 def solve_displacements(
     contacts: Contacts, bodies: RigidBodies, inverse: np.ndarray, allowed: float, iterations: int
 ) -> np.ndarray:
-    """Return (m + 1, 6) displacements [m] and turns [rad] that undo RECOVERY of what each depth has above `allowed` [m].
+    """Return (m + 1, 6) displacements [m] and turns [rad] that undo RECOVERY of each depth beyond `allowed` [m].
 
     By pushes only. Depths as small as the way that gravity moves a body in one step are what a solve that stops early
     leaves; undoing them too would lift a stack again and again, and feed it energy: ten boxes then never come to rest.
