@@ -23,7 +23,7 @@ from softbody.collision.soft_contacts import collide_soft_bodies
 from softbody.collision.solver import inverse_masses, prepare_contacts, solve_displacements, solve_velocities
 from softbody.dynamics.motion import Scratch, move_soft_bodies
 from softbody.dynamics.rigid import accelerate_boxes, advance_boxes, limit_boxes, shift_boxes
-from softbody.jit import jit
+from softbody.jit import compile_apart, jit
 from softbody.quaternion import load_quaternion
 from softbody.state import Model, RigidBodies, Rules, State, boxes_of
 from softbody.vec import Vec, accumulate, load, scale, store
@@ -99,6 +99,7 @@ def step_soft_bodies(
     model: Model, state: State, scratch: Scratch, h: float, steps: int, integrator: int, substeps: int
 ) -> tuple[int, int, int]:
     """Advance the soft bodies alone by `steps` steps of `h` [s]; return (steps done, fault, body)."""
+    compile_apart()
     part = h / substeps
     moved, fault, body = move_soft_bodies(model, state, part, steps * substeps, integrator, scratch)
     if fault:
@@ -119,6 +120,7 @@ def step_boxes(
     Contacts come from where the boxes are, velocities are made to suit them, and then the boxes move: so a box that
     rests never enters what it rests on.
     """
+    compile_apart()
     inverse = inverse_masses(bodies)
     prepare_contacts(contacts, bodies, inverse)
     recall_impulses(contacts)
@@ -139,6 +141,7 @@ def step_boxes_singly(
     model: Model, state: State, bodies: RigidBodies, h: float, rules: Rules, grounded: np.ndarray
 ) -> None:
     """Advance all boxes by `h` [s], then part each pair that overlaps by one impulse, as in the paper; §4.4, §5.2."""
+    compile_apart()
     accelerate_boxes(model, state, h)
     advance_boxes(model, state, h, rules.gyroscopic)
     collide_boxes(model, state, bodies, rules)
@@ -148,6 +151,7 @@ def step_boxes_singly(
 @jit
 def collide_boxes(model: Model, state: State, bodies: RigidBodies, rules: Rules) -> None:
     """Part every pair of boxes that overlap: first their velocities by an impulse, then their positions."""
+    compile_apart()
     pairs = pairs_of_boxes(model, state, np.zeros(model.box_size.shape[0]), rules.exhaustive_pairs)
     for k in range(pairs.shape[0]):
         a, b = pairs[k, 0], pairs[k, 1]

@@ -10,7 +10,7 @@ from math import floor, frexp
 
 import numpy as np
 
-from softbody.jit import jit
+from softbody.jit import compile_apart, jit
 
 
 @jit
@@ -19,6 +19,7 @@ def near_pairs_exhaustive(centre: np.ndarray, radius: np.ndarray, movable: np.nd
 
     `centre` (m, 3) [m] and `radius` (m,) [m] of the bounding spheres; `movable` (m,) bool.
     """
+    compile_apart()
     pairs = np.empty((4 * centre.shape[0] + 4, 2), np.int64)
     count = 0
     for a in range(centre.shape[0]):
@@ -39,6 +40,7 @@ def near_pairs(centre: np.ndarray, radius: np.ndarray, movable: np.ndarray) -> n
     that are wider than it. Whatever meets it and is not smaller lies, in a grid as coarse or coarser, in the cell of
     its centre or in one of the 26 around.
     """
+    compile_apart()
     count = centre.shape[0]
     level = np.empty(count, np.int64)
     for i in range(count):

@@ -21,7 +21,7 @@ from softbody.geometry.parity_grid import ParityGrid, bounding_box, build_parity
 from softbody.geometry.penetration import Penetrations, find_penetrations, room_for_penetrations
 from softbody.geometry.triangle import area_vector
 from softbody.geometry.triangle_tree import TriangleTree, build_triangle_tree
-from softbody.jit import jit
+from softbody.jit import compile_apart, jit
 from softbody.quaternion import load_quaternion
 from softbody.state import Model, RigidBodies, State
 from softbody.vec import Vec, add, dot, load, norm, normalize, scale, store, sub
@@ -51,6 +51,7 @@ def no_skins() -> Any:
 @jit
 def collide_soft_bodies(model: Model, state: State, bodies: RigidBodies, skins: Any) -> None:
     """Part all soft bodies from each other, then from the boxes; velocities and positions are changed."""
+    compile_apart()
     soft, boxes = model.gas.shape[0], model.box_size.shape[0]
     centre = np.empty((soft + boxes, 3))
     radius = np.empty(soft + boxes)
@@ -80,6 +81,7 @@ def collide_soft_bodies(model: Model, state: State, bodies: RigidBodies, skins: 
 @jit
 def _part_soft_bodies(model: Model, state: State, a: int, b: int, skin: Skin, found: Penetrations) -> None:
     """Part the particles of a that are inside b from the nearest triangle of b's `skin`."""
+    compile_apart()
     first_a, first_b = model.particle_start[a], model.particle_start[b]
     points = state.position[first_a : model.particle_start[a + 1]]
     vertices = state.position[first_b : model.particle_start[b + 1]]
@@ -111,6 +113,7 @@ def _part_soft_bodies(model: Model, state: State, a: int, b: int, skin: Skin, fo
 @jit
 def _part_particles_from_box(model: Model, state: State, bodies: RigidBodies, body: int, box: int) -> None:
     """Part the particles of a soft body that are inside a box from its closest face."""
+    compile_apart()
     size = load(model.box_size, box)
     orientation = load_quaternion(state.box_orientation, box)
     reach = 0.5 * norm(size)
@@ -141,6 +144,7 @@ def _part_corners_from_skin(
     model: Model, state: State, bodies: RigidBodies, body: int, box: int, skin: Skin, found: Penetrations
 ) -> None:
     """Part the corners of a box that are inside a soft body from the nearest triangle of its `skin`."""
+    compile_apart()
     first = model.particle_start[body]
     vertices = state.position[first : model.particle_start[body + 1]]
     size = load(model.box_size, box)

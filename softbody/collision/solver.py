@@ -12,7 +12,7 @@ import numpy as np
 
 from softbody.collision.contacts import Contacts
 from softbody.collision.impulse import NOBODY
-from softbody.jit import jit
+from softbody.jit import compile_apart, jit
 from softbody.quaternion import load_quaternion, rotate_diagonal
 from softbody.state import RigidBodies
 from softbody.vec import Vec, load
@@ -29,6 +29,7 @@ RECOVERY = 0.2
 @jit
 def inverse_masses(bodies: RigidBodies) -> np.ndarray:
     """Return (m + 1, 10): 1/m and R I⁻¹ Rᵀ, row by row, of each body; the last row is the ground's, zeros."""
+    compile_apart()
     count = bodies.inverse_mass.shape[0]
     result = np.zeros((count + 1, 10))
     for i in range(count):
@@ -131,6 +132,7 @@ def _along(row: np.ndarray, k: int, direction: int, u: Vec) -> float:
 @jit
 def prepare_contacts(contacts: Contacts, bodies: RigidBodies, inverse: np.ndarray) -> None:
     """Fill in the solver's row of each contact, from where the bodies are and how they move before the step."""
+    compile_apart()
     motion = load_motion(bodies)
     row = contacts.row
     ground = bodies.inverse_mass.shape[0]
@@ -171,6 +173,7 @@ def solve_velocities(contacts: Contacts, bodies: RigidBodies, inverse: np.ndarra
     gravity and forces: so what rests does not hop, and a ball of e = 1 keeps its energy to the last bit. A gap that
     stays open may close, but no further. Friction is bounded by μ times the normal impulse, in every direction alike.
     """
+    compile_apart()
     motion = load_motion(bodies)
     row = contacts.row
     ground = bodies.inverse_mass.shape[0]
@@ -257,6 +260,7 @@ def solve_displacements(
     By pushes only. Depths as small as the way that gravity moves a body in one step are what a solve that stops early
     leaves; undoing them too would lift a stack again and again, and feed it energy: ten boxes then never come to rest.
     """
+    compile_apart()
     row = contacts.row
     ground = bodies.inverse_mass.shape[0]
     shift = np.zeros((ground + 1, 6))
