@@ -197,3 +197,30 @@ def damped_oscillation(t: ArrayLike, frequency: ArrayLike, rate: ArrayLike) -> n
     t, half = np.asarray(t, float), 0.5 * np.asarray(rate, float)
     w = np.sqrt(np.asarray(frequency, float) ** 2 - half**2)
     return np.exp(-half * t) * (np.cos(w * t) + half / w * np.sin(w * t))
+
+
+def particle_impact(
+    size: ArrayLike,
+    mass: ArrayLike,
+    position: ArrayLike,
+    orientation: ArrayLike,
+    velocity: ArrayLike,
+    angular_velocity: ArrayLike,
+    particle_mass: ArrayLike,
+    point: ArrayLike,
+    particle_velocity: ArrayLike,
+    normal: ArrayLike,
+    restitution: ArrayLike,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return v and ω of m boxes and v of the particles that strike them at `point` (m, 3) [m], all (m, 3).
+
+    `normal` (m, 3) unit, from the box to the particle. Effective mass 1/m_p + 1/M + n·[(I⁻¹(r×n))×r]; no friction.
+    """
+    v, w, u, n = (np.asarray(x, float) for x in (velocity, angular_velocity, particle_velocity, normal))
+    box, particle = np.asarray(mass, float)[..., None], np.asarray(particle_mass, float)[..., None]
+    arm = np.asarray(point, float) - position
+    twist = _turn(size, orientation, np.cross(arm, n)) / box
+    speed = _dot(u - v - np.cross(w, arm), n)
+    give = 1.0 / box + 1.0 / particle + _dot(np.cross(twist, arm), n)
+    j = np.where(speed < 0.0, -(1.0 + np.asarray(restitution, float)[..., None]) * speed, 0.0) / give
+    return v - j * n / box, w - j * twist, u + j * n / particle

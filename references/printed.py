@@ -259,3 +259,43 @@ def _apply(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
 
 def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.sum(a * b, axis=-1, keepdims=True)
+
+
+def particle_impact_by_masses(
+    size: ArrayLike,
+    mass: ArrayLike,
+    position: ArrayLike,
+    orientation: ArrayLike,
+    velocity: ArrayLike,
+    angular_velocity: ArrayLike,
+    particle_mass: ArrayLike,
+    point: ArrayLike,
+    particle_velocity: ArrayLike,
+    normal: ArrayLike,
+    restitution: ArrayLike,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """E13: the bounce of a particle off a box from the masses alone, and L = r × v without a mass.
+
+    Right: the effective mass holds the box's inertia, and the box gains the angular momentum r × impulse. Returns v and
+    ω of the box and v of the particle; `normal` (m, 3) points from the box to the particle; arrays as above.
+    """
+    v, w, u, n = (np.asarray(x, float) for x in (velocity, angular_velocity, particle_velocity, normal))
+    box, particle = np.asarray(mass, float)[..., None], np.asarray(particle_mass, float)[..., None]
+    arm = np.asarray(point, float) - position
+    speed = _dot(u - v - np.cross(w, arm), n)
+    j = np.where(speed < 0.0, -(1.0 + np.asarray(restitution, float)[..., None]) * speed, 0.0)
+    j = j / (1.0 / box + 1.0 / particle) * n
+    inverse = _inverse_inertia(size, orientation, True) / box[..., None]
+    return v - j / box, w + _apply(inverse, np.cross(arm, -j / box)), u + j / particle
+
+
+def turn_without_gyroscopic_torque(
+    orientation: ArrayLike, angular_velocity: ArrayLike, seconds: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """E19: a free box keeps ω. Right: it keeps I ω. Returns the rotation matrix (3, 3) and ω (3,) after `seconds`."""
+    w = np.asarray(angular_velocity, float)
+    angle = np.linalg.norm(w) * seconds
+    x, y, z = w / np.linalg.norm(w)
+    k = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    turn = np.eye(3) + np.sin(angle) * k + (1.0 - np.cos(angle)) * k @ k
+    return turn @ rotation_matrix(orientation), w

@@ -1,0 +1,128 @@
+"""What does Bullet make of many boxes under gravity, step by step? And how near are two boxes? (pybullet 3.2.7.)
+
+Chosen against the defaults: no damping, the solver runs all its iterations (solverResidualThreshold 0), restitution and
+friction of the pair are put on one body and 1 on the other (Bullet multiplies), no restitution threshold, no sleeping,
+`useMaximalCoordinates` (plain rigid bodies; also the faster path). The ground is a big static box: Bullet's plane gives
+one contact a step only.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from references.pybullet import pybullet
+
+
+class BulletWorld:
+    """Boxes on a static ground whose top is z = 0, in Bullet."""
+
+    def __init__(
+        self, step: float, iterations: int, restitution: float = 0.0, friction: float = 0.5, gravity: float = 9.81
+    ) -> None:
+        self.client = pybullet.connect(pybullet.DIRECT)
+        self.friction = friction
+        self.restitution = restitution
+        self.boxes: list[int] = []
+        pybullet.setGravity(0.0, 0.0, -gravity, physicsClientId=self.client)
+        pybullet.setPhysicsEngineParameter(
+            numSolverIterations=iterations,
+            solverResidualThreshold=0.0,
+            restitutionVelocityThreshold=0.0,
+            deterministicOverlappingPairs=1,
+            physicsClientId=self.client,
+        )
+        pybullet.setTimeStep(step, physicsClientId=self.client)
+
+    def add_ground(self, half_width: float = 200.0) -> None:
+        """Add the ground."""
+        self._add((2 * half_width, 2 * half_width, 2.0), 0.0, (0.0, 0.0, -1.0), (1.0, 0.0, 0.0, 0.0), 1.0, 1.0)
+
+    def add_box(
+        self, size: ArrayLike, mass: float, position: ArrayLike, orientation: ArrayLike = (1.0, 0.0, 0.0, 0.0)
+    ) -> None:
+        """Add a box of full extent `size` (3,) [m]."""
+        # √μ and √e on every box, so that two boxes have the product μ, e.
+        self.boxes.append(self._add(size, mass, position, orientation, self.restitution**0.5, self.friction**0.5))
+
+    def _add(
+        self,
+        size: ArrayLike,
+        mass: float,
+        position: ArrayLike,
+        orientation: ArrayLike,
+        restitution: float,
+        friction: float,
+    ) -> int:
+        shape = pybullet.createCollisionShape(
+            pybullet.GEOM_BOX, halfExtents=0.5 * np.asarray(size, float), physicsClientId=self.client
+        )
+        body = pybullet.createMultiBody(
+            mass, shape, -1, position, np.roll(orientation, -1), useMaximalCoordinates=1, physicsClientId=self.client
+        )
+        pybullet.changeDynamics(
+            body,
+            -1,
+            linearDamping=0.0,
+            angularDamping=0.0,
+            restitution=restitution,
+            lateralFriction=friction,
+            activationState=pybullet.ACTIVATION_STATE_DISABLE_SLEEPING,
+            physicsClientId=self.client,
+        )
+        return body
+
+    def step(self, steps: int = 1) -> None:
+        """Advance by `steps` steps."""
+        for _ in range(steps):
+            pybullet.stepSimulation(self.client)
+
+    def positions(self) -> np.ndarray:
+        """Return the centres (m, 3) [m]."""
+        return np.array([pybullet.getBasePositionAndOrientation(box, self.client)[0] for box in self.boxes])
+
+    def velocities(self) -> np.ndarray:
+        """Return v and ω (m, 6)."""
+        return np.array([np.concatenate(pybullet.getBaseVelocity(box, self.client)) for box in self.boxes])
+
+    def close(self) -> None:
+        """Disconnect."""
+        pybullet.disconnect(self.client)
+
+
+def closest(
+    size_a: ArrayLike,
+    position_a: ArrayLike,
+    orientation_a: ArrayLike,
+    size_b: ArrayLike,
+    position_b: ArrayLike,
+    orientation_b: ArrayLike,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return (distance (m,) [m], normal (m, 3) from b to a) of m overlapping pairs, by Bullet's getClosestPoints.
+
+    A negative distance is the least depth; margins are set to 0 (the default adds 5e-4 m). Arrays as in `references.fcl`.
+    """
+    arrays = [np.asarray(x, float) for x in (size_a, position_a, orientation_a, size_b, position_b, orientation_b)]
+    distance, normal = np.full(len(arrays[0]), np.nan), np.full((len(arrays[0]), 3), np.nan)
+    client = pybullet.connect(pybullet.DIRECT)
+    try:
+        for i, row in enumerate(zip(*arrays)):
+            if i % 100 == 0:
+                pybullet.resetSimulation(physicsClientId=client)
+            ids = []
+            for size, position, orientation in (row[:3], row[3:]):
+                shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=0.5 * size, physicsClientId=client)
+                body = pybullet.createMultiBody(
+                    0.0, shape, -1, position, np.roll(orientation, -1), physicsClientId=client
+                )
+                pybullet.changeDynamics(body, -1, collisionMargin=0.0, physicsClientId=client)
+                ids.append(body)
+            found = pybullet.getClosestPoints(*ids, 0.0, physicsClientId=client)
+            if found:
+                deepest = min(found, key=lambda c: c[8])
+                distance[i], normal[i] = deepest[8], deepest[7]
+            for body in ids:
+                pybullet.removeBody(body, physicsClientId=client)
+    finally:
+        pybullet.disconnect(client)
+    return distance, normal
