@@ -146,7 +146,7 @@ def least_overlap(
             return separation, i
         if separation > best:
             best, best_axis = separation, i
-    slack += ROUNDING * (size[a, 0] + size[a, 1] + size[a, 2] + size[b, 0] + size[b, 1] + size[b, 2])
+    rounding = ROUNDING * (size[a, 0] + size[a, 1] + size[a, 2] + size[b, 0] + size[b, 1] + size[b, 2])
     for j in range(3):
         t = x * axes[b, j, 0] + y * axes[b, j, 1] + z * axes[b, j, 2]
         apart[1, j] = t
@@ -156,7 +156,7 @@ def least_overlap(
         separation = abs(t) - 0.5 * reach
         if separation > margin:
             return separation, 3 + j
-        if separation > best + (slack if best_axis < 3 else 0.0):
+        if separation > best + (slack + rounding if best_axis < 3 else 0.0):
             best, best_axis = separation, 3 + j
     sine = 0.0
     if not paper_axes:
@@ -183,7 +183,9 @@ def least_overlap(
                 separation = shadow / length
                 if separation > margin:
                     return separation, 6 + 3 * i + j
-                if separation > best + (FACE_PREFERENCE * abs(best) + slack if best_axis < 6 else 0.0):
+                # What rounding does to a separation, the division by a small sine makes larger.
+                preference = FACE_PREFERENCE * abs(best) + slack + rounding / length
+                if separation > best + (preference if best_axis < 6 else 0.0):
                     best, best_axis = separation, 6 + 3 * i + j
                     sine = 1.0 / length if t >= 0.0 else -1.0 / length
                     normal[0], normal[1], normal[2] = sine * u, sine * v, sine * w

@@ -21,7 +21,8 @@ FAMILY = "contact manifolds"
 SOLVER = "softbody.collision.solver.solve_velocities"
 FAMILIES = ("vertex on face", "edge on edge", "edge on face", "face on face")
 MASSES = ("equal masses", "1000:1", "1:1000", "on a static box")
-SWEEPS = 4000  # enough for 1e-12 of the speed at four contacts and masses of 1000:1
+SWEEPS = 20_000  # enough for 1e-11 of the speed at eight contacts and masses of 1000:1
+SAME_POINT = 1e-8  # [m] a contact of another feature is much farther off
 INSTANT = 1e-13  # [s]: as long as Bullet's one step, in which nothing moves
 
 
@@ -67,12 +68,13 @@ def family_pairs(rng: np.random.Generator, family: str, count: int) -> BoxPairs:
 
 def crossed_edges(rng: np.random.Generator, count: int) -> BoxPairs:
     """Return boxes that overlap by OVERLAP where an edge of one crosses an edge of the other."""
-    pairs = random_box_pairs(rng, 5 * count)
-    rows = []
-    for i, (separation, normal, axis) in enumerate(box_separations(pairs)):
-        if axis >= 6:
-            rows.append(i)
-            pairs.position_b[i] += (separation + OVERLAP) * normal
+    pairs = random_box_pairs(rng, 6 * count)
+    for i, (separation, normal, _) in enumerate(box_separations(pairs)):
+        pairs.position_b[i] += (separation + OVERLAP) * normal
+    # Some now miss each other along another axis, or touch at a corner.
+    after = box_separations(pairs)
+    rows = [i for i, (separation, _, axis) in enumerate(after) if axis >= 6 and separation < -0.9 * OVERLAP]
+    assert len(rows) >= count, "draw more pairs"
     return pairs.select(np.array(rows[:count]))
 
 
@@ -96,6 +98,11 @@ def family_impacts(rng: np.random.Generator, count: int) -> Impacts:
     names = np.concatenate([[family] * len(part.size_a) for family, part in zip(FAMILIES, parts)])
     kinds = np.array([f"{name}, {MASSES[k]}" for name, k in zip(names, masses)])
     return Impacts(pairs, mass[0], mass[1], velocity, spin, np.array([0.0, 0.5, 1.0])[np.arange(total) // 4 % 3], kinds)
+
+
+def before(impacts: Impacts) -> np.ndarray:
+    """Return the size (m,) of all velocities before the impacts together: errors are relative to it."""
+    return np.linalg.norm(np.concatenate([*impacts.velocity, *impacts.angular_velocity], axis=1), axis=1)
 
 
 def row_of(impacts: Impacts, i: int) -> tuple[Any, ...]:
@@ -157,15 +164,15 @@ def _bullets(run: Run) -> tuple[Impacts, Any, np.ndarray]:
     reference="pybullet, one step of 1e-13 s at the contact pose, its own manifold",
     engines=("pybullet",),
     unit="of the speed",
-    tolerance=1e-10,
-    because="both iterate; Bullet's 2 000 iterations leave up to 1e-11 at four contacts",
+    tolerance=1e-11,
+    because="both iterate; Bullet's 2 000 iterations left up to 2e-13 in 1 600 trials, and 1e-11 once elsewhere",
     detects="e + 1e-9, one contact left out, a sign, an impulse that pulls",
 )
 def impacts_by_bullet(run: Run) -> Comparison:
     impacts, judged, rows = _bullets(run)
     measured = [solved_at(impacts, i, _middle(judged.manifolds[i]), judged.manifolds[i].normal)[0] for i in rows]
     part = impacts.select(rows)
-    return Comparison(np.array(measured), bullet_velocities(judged)[rows], speeds(part), part.kinds)
+    return Comparison(np.array(measured), bullet_velocities(judged)[rows], before(part), part.kinds)
 
 
 def _middle(contacts: Any) -> np.ndarray:
@@ -180,7 +187,7 @@ def _middle(contacts: Any) -> np.ndarray:
     reference="exact complementarity solve at the core's own points, by trying all sets of contacts",
     unit="of the speed",
     tolerance=1e-10,
-    because="4 000 sweeps leave 1e-11 at eight contacts and masses of 1 000:1",
+    because="20 000 sweeps leave 1e-11 at eight contacts and masses of 1 000:1",
     detects="sums of impulses clamped one by one, restitution from velocities half-way through the solve",
 )
 def impacts_by_exact_solve(run: Run) -> Comparison:
@@ -195,7 +202,7 @@ def impacts_by_exact_solve(run: Run) -> Comparison:
         )
         for i, k in enumerate(count)
     ]
-    return Comparison(np.array(measured), np.array(expected), speeds(impacts), impacts.kinds)
+    return Comparison(np.array(measured), np.array(expected), before(impacts), impacts.kinds)
 
 
 def end_to_end(impacts: Impacts, i: int) -> np.ndarray:
@@ -224,27 +231,28 @@ def end_to_end(impacts: Impacts, i: int) -> np.ndarray:
     reference="pybullet, one step of 1e-13 s at the contact pose",
     engines=("pybullet",),
     unit="of the speed",
-    tolerance=1e-8,
-    because="Bullet's clipped points are 1e-9 to 1e-8 of the size off the core's; equal points give 1e-11",
+    tolerance=1e-11,
+    because="at the same points, seen along the normal, both leave 3e-13 in 1 000 trials; Bullet 1e-11 once elsewhere",
     detects="a wrong axis or contact point; another set of contacts",
 )
 def end_to_end_by_bullet(run: Run) -> Comparison:
     impacts, judged, _ = _bullets(run)
-    count, _, point, _ = manifold.box_pairs_manifolds(*impacts.pairs, 0.0, False)
+    count, normal, point, _ = manifold.box_pairs_manifolds(*impacts.pairs, 0.0, False)
     rows = []
     for i in range(len(count)):
         # The same contacts on both sides: else the question differs, and the claims above answer for each.
         if count[i] == judged.count[i]:
             theirs = _middle(judged.manifolds[i])
-            gaps = np.linalg.norm(point[i, : count[i], None] - theirs[None], axis=2)
-            if gaps.min(axis=0).max() < 1e-5 and gaps.min(axis=1).max() < 1e-5:
+            # Along the normal, where it does not matter, Bullet's points on edges are 1e-5 m off.
+            gaps = np.linalg.norm(np.cross(point[i, : count[i], None] - theirs[None], normal[i]), axis=2)
+            if gaps.min(axis=0).max() < SAME_POINT and gaps.min(axis=1).max() < SAME_POINT:
                 rows.append(i)
     part = impacts.select(np.array(rows))
     measured = np.array([end_to_end(impacts, i) for i in rows])
     return Comparison(
         measured,
         bullet_velocities(judged)[rows],
-        speeds(part),
+        before(part),
         part.kinds,
         notes=[
             f"{len(count) - len(rows)} of {len(count)} trials passed over: Bullet keeps four of up to eight points, "
@@ -280,11 +288,11 @@ def conservation(run: Run) -> Comparison:
         scales.append(energy)
         kinds.append(f"energy, {family}")
         if np.isfinite(impacts.mass_b[i]):
-            before = np.concatenate([np.asarray(bodies[c])[0] for c in (4, 5, 10, 11)])
+            start = np.concatenate([np.asarray(bodies[c])[0] for c in (4, 5, 10, 11)])
             measured.append(multicontact.momenta(bodies, after))
-            expected.append(multicontact.momenta(bodies, before))
+            expected.append(multicontact.momenta(bodies, start))
             heavy = max(impacts.mass_a[i], impacts.mass_b[i])
-            scales.append(heavy * np.abs(before).max() * 2.0)
+            scales.append(heavy * np.abs(start).max() * 2.0)
             kinds.append(f"momenta, {family}")
     return Comparison(np.array(measured), np.array(expected), np.array(scales), kinds)
 
@@ -310,8 +318,8 @@ def depth_and_normal_by_bullet(run: Run) -> Comparison:
     rows = np.flatnonzero(count > 0)
     pairs, normal, depth = pairs.select(rows), normal[rows], depth[rows]
     distance, theirs = pybullet_world.closest(*pairs)
-    agree = np.sum(normal * theirs, axis=1) > 0.5
-    tie = ~agree & (np.abs(distance + depth) < 1e-9 * pairs.extent)
+    differ = np.linalg.norm(normal - theirs, axis=1) > 1e-9
+    tie = differ & (np.abs(distance + depth) < 1e-9 * pairs.extent)
     measured = np.column_stack([depth / pairs.extent, normal])[~tie]
     expected = np.column_stack([-distance / pairs.extent, theirs])[~tie]
     kinds = np.array(["edge on edge" if axis >= 6 else "face" for _, _, axis in box_separations(pairs)])[~tie]
@@ -349,14 +357,14 @@ def points_on_surfaces(run: Run) -> Comparison:
 
 @check(
     family=FAMILY,
-    claim="A vertex on a face, and edges that cross, touch where Bullet says.",
+    claim="A vertex on a face, and edges that cross, touch where Bullet says, seen along the normal.",
     section="4.4",
     piece="softbody.collision.manifold.box_box_manifold",
     reference="pybullet's contact point in one step",
     engines=("pybullet",),
     unit="of the size",
     tolerance=1e-9,
-    because="on edges Bullet's depth, and so its point, is off by up to 1e-5 of the overlap of 1e-6",
+    because="rounding; along the normal Bullet's edge contacts are 1e-5 m off, which is its own error",
     detects="a point on another vertex or edge, or 1e-9 of the size aside",
 )
 def points_by_bullet(run: Run) -> Comparison:
@@ -364,8 +372,10 @@ def points_by_bullet(run: Run) -> Comparison:
     count, _, point, _ = manifold.box_pairs_manifolds(*impacts.pairs, 0.0, False)
     names = np.array([kind.split(",")[0] for kind in impacts.kinds])
     single = (count == 1) & (judged.count == 1) & ((names == FAMILIES[0]) | (names == FAMILIES[1]))
-    part = impacts.select(single)
-    return Comparison(point[single, 0], judged.point[single], part.pairs.extent, names[single])
+    normal = judged.normal[single]
+    apart = point[single, 0] - judged.point[single]
+    apart -= np.sum(apart * normal, axis=1)[:, None] * normal
+    return Comparison(apart, np.zeros_like(apart), impacts.select(single).pairs.extent, names[single])
 
 
 @check(

@@ -1,0 +1,356 @@
+"""Boxes over many steps: they turn, bounce, slide, topple, stand and pile up."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softbody import World
+from softbody.geometry.box import box_corners
+from validation.cases import random_orientations, rotation_matrix
+from validation.check import DISAGREEMENTS, Comparison, Misprint, Run, check
+
+FAMILY = "boxes in motion"
+G = 9.81
+
+
+def spun(size: np.ndarray, q: np.ndarray, spin: np.ndarray, seconds: float, h: float) -> np.ndarray:
+    """Return the rotation matrix (9,) of a free box of the core, with its gyroscopic torque, after `seconds`."""
+    world = World(gravity=(0.0, 0.0, 0.0), gyroscopic=True)
+    box = world.add_box(size, 1.0, orientation=q, angular_velocity=spin)
+    world.step(h, round(seconds / h))
+    return np.asarray(rotation_matrix(box.orientation)).ravel()
+
+
+def spins(run: Run, count: int) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Return sizes, orientations and spins of boxes with three different inertias."""
+    rng = run.rng
+    return [(np.array([1.0, 0.6, 0.3]) * rng.uniform(0.8, 1.2, 3), q, 2.0 * rng.normal(size=3)) for q in random_orientations(rng, count)]  # fmt: skip  # noqa: E501
+
+
+@check(
+    family=FAMILY,
+    claim="With the gyroscopic torque, a free asymmetric box tumbles as Euler's equations say.",
+    section="5.2",
+    piece="softbody.dynamics.rigid.advance_boxes",
+    reference="SciPy DOP853 on Euler's equations, extrapolating our steps h and h/2 as for an order of 2",
+    engines=("scipy",),
+    unit="of the rotation matrix",
+    tolerance=2e-6,
+    because="after 2 s the rest beyond the order h², which is of order h³, with h = 0.5 ms and |ω| of up to 8 rad/s",
+    detects="a scheme of order 1; a torque 1e-6 off",
+    erratum=Misprint("E19", "no gyroscopic term: ω stays", "ω × I ω: I ω stays"),
+)
+def free_rotation(run: Run) -> Comparison:
+    from references import printed, rotation
+
+    measured, expected, wrong = [], [], []
+    for size, q, spin in spins(run, run.count(4, 20, 100)):
+        coarse, fine = (spun(size, q, spin, 2.0, h) for h in (1e-3, 5e-4))
+        measured.append((4.0 * fine - coarse) / 3.0)
+        expected.append(rotation.free_rotation(size, q, spin, 2.0)[0].ravel())
+        wrong.append(printed.turn_without_gyroscopic_torque(q, spin, 2.0)[0].ravel())
+    return Comparison(np.array(measured), np.array(expected), printed=np.array(wrong))
+
+
+@check(
+    family=FAMILY,
+    claim="… and as MuJoCo's RK4 makes it tumble.",
+    section="5.2",
+    piece="softbody.dynamics.rigid.advance_boxes",
+    reference="MuJoCo, RK4, steps of 1 ms",
+    engines=("mujoco",),
+    unit="of the rotation matrix",
+    tolerance=2e-6,
+    because="as above; MuJoCo itself is within 1e-8",
+    detects="a scheme of order 1; a torque 1e-6 off",
+)
+def free_rotation_by_mujoco(run: Run) -> Comparison:
+    from references import mujoco
+
+    measured, expected = [], []
+    for size, q, spin in spins(run, run.count(4, 20, 100)):
+        coarse, fine = (spun(size, q, spin, 2.0, h) for h in (1e-3, 5e-4))
+        measured.append((4.0 * fine - coarse) / 3.0)
+        expected.append(mujoco.free_rotation(size, 1.0, q, spin, 2.0, 1e-3).ravel())
+    return Comparison(np.array(measured), np.array(expected))
+
+
+@check(
+    family=FAMILY,
+    claim="A free box with the gyroscopic torque keeps its angular momentum; without it, its angular velocity.",
+    section="5.2",
+    piece="softbody.dynamics.rigid.advance_boxes",
+    reference="invariants",
+    tolerance=1e-12,
+    because="rounding of a thousand steps",
+    detects="a torque that is not exactly ω × I ω over the step",
+)
+def free_rotation_keeps(run: Run) -> Comparison:
+    measured, expected, kinds = [], [], []
+    for size, q, spin in spins(run, run.count(4, 20, 100)):
+        for gyroscopic in (False, True):
+            world = World(gravity=(0.0, 0.0, 0.0), gyroscopic=gyroscopic)
+            box = world.add_box(size, 1.0, orientation=q, angular_velocity=spin)
+            start = world.angular_momentum() if gyroscopic else spin
+            world.step(1e-2, 1000)
+            end = world.angular_momentum() if gyroscopic else box.angular_velocity
+            measured.append(end / np.linalg.norm(start))
+            expected.append(start / np.linalg.norm(start))
+            kinds.append("angular momentum" if gyroscopic else "angular velocity")
+    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="A box dropped flat bounces to e², e⁴, … of its height.",
+    section="4.4, 5.2",
+    piece="softbody.step.step_boxes",
+    reference="closed form e²ⁿ h",
+    unit="of the first height",
+    tolerance=6e-3,
+    because="an impact is seen up to a step early: 2 v h of the first height at each of three bounces, v = 4.4 m/s, h = 1/4 ms",
+    detects="restitution 0.3 % off; energy gained at an impact",
+)
+def bounce_heights(run: Run) -> Comparison:
+    measured, expected, kinds = [], [], []
+    for e in (0.5, 0.8, 1.0):
+        for size in ((1.0, 1.0, 1.0), (1.0, 0.6, 0.4))[: run.count(1, 2, 2)]:
+            world = World()
+            world.add_ground(restitution=e)
+            box = world.add_box(size, 1.0, (0.0, 0.0, 1.0 + 0.5 * size[2]))
+            tops, top = [], 0.0
+            falling = True
+            while len(tops) < 3:
+                world.step(2.5e-4)
+                height = box.position[2] - 0.5 * size[2]
+                rises = box.velocity[2] > 0.0
+                if rises:
+                    top, falling = max(top, height), False
+                elif not falling:
+                    tops.append(top)
+                    top, falling = 0.0, True
+            measured += tops
+            expected += [e ** (2 * n) for n in (1, 2, 3)]
+            kinds += [f"e = {e}"] * 3
+    return Comparison(measured, expected, groups=kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="A box that slides stops after v²/2μg.",
+    section="beyond the paper",
+    piece="softbody.collision.solver.solve_velocities",
+    reference="closed form",
+    unit="of the way",
+    tolerance=5e-3,
+    because="Euler's steps: the way differs by v h / 2 of v²/2μg, which is μ g h / v",
+    detects="friction 0.5 % off; friction that does not point against the sliding",
+)
+def sliding_distance(run: Run) -> Comparison:
+    rng = run.rng
+    measured, expected = [], []
+    for _ in range(run.count(4, 20, 200)):
+        friction, speed, angle = rng.uniform(0.2, 0.8), rng.uniform(1.0, 3.0), rng.uniform(0.0, 2.0 * np.pi)
+        world = World()
+        world.add_ground(friction=friction)
+        # Low and wide, so that friction cannot lift its rear.
+        size = np.array([1.0, 1.0, 0.2]) * rng.uniform(0.7, 1.3, 3)
+        v = speed * np.array([np.cos(angle), np.sin(angle), 0.0])
+        box = world.add_box(size, rng.uniform(0.1, 10.0), (0.0, 0.0, 0.5 * size[2]), velocity=v, friction=friction)
+        world.run(1.2 * speed / (friction * G), 5e-4)
+        measured.append(np.linalg.norm(box.position[:2]))
+        expected.append(speed**2 / (2.0 * friction * G))
+    return Comparison(measured, expected, np.array(expected))
+
+
+@check(
+    family=FAMILY,
+    claim="A box on an incline holds if and only if tan θ < μ; else it slides down by g (sin θ − μ cos θ) t²/2.",
+    section="beyond the paper",
+    piece="softbody.collision.solver.solve_velocities",
+    reference="closed form",
+    unit="of g t²/2",
+    tolerance=2e-3,
+    because="Euler's steps: t² becomes t (t + h), h/t = 1e-3; θ is 1 % or more off the threshold",
+    detects="friction 0.2 % off; a box that creeps",
+)
+def incline(run: Run) -> Comparison:
+    rng = run.rng
+    measured, expected, kinds = [], [], []
+    for i in range(run.count(6, 20, 200)):
+        friction = rng.uniform(0.2, 0.8)
+        part = 1.0 + rng.uniform(0.01, 0.3) * (1.0 if i % 2 else -1.0)
+        slope = np.arctan(part * friction)
+        world = World()
+        tilt = (np.cos(0.5 * slope), 0.0, np.sin(0.5 * slope), 0.0)
+        up = np.array([np.sin(slope), 0.0, np.cos(slope)])
+        world.add_box((50.0, 50.0, 1.0), None, orientation=tilt, friction=friction)
+        box = world.add_box((1.0, 1.0, 0.2), 1.0, 0.6 * up, tilt, friction=friction)
+        world.step(1e-3, 1000)
+        measured.append(np.linalg.norm(box.position - 0.6 * up) / (0.5 * G))
+        expected.append(max(0.0, np.sin(slope) - friction * np.cos(slope)))
+        kinds.append("slides" if i % 2 else "holds")
+    return Comparison(measured, expected, groups=kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="A tower leaning on its edge falls back or topples as its centre is inside or outside that edge.",
+    section="5.2",
+    piece="softbody.step.step_boxes",
+    reference="closed form: the edge is under the centre at tan θ = width / height",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="a yes-or-no answer, 1 % or more of the angle off the threshold",
+    detects="one wrong answer",
+)
+def toppling(run: Run) -> Comparison:
+    rng = run.rng
+    measured, expected = [], []
+    for i in range(run.count(6, 30, 200)):
+        width, height = rng.uniform(0.4, 1.0), rng.uniform(0.8, 1.5)
+        balance = np.arctan(width / height)
+        angle = balance * (1.0 + rng.uniform(0.01, 0.2) * (1.0 if i % 2 else -1.0))
+        world = World()
+        world.add_ground(friction=1.0)
+        q = (np.cos(0.5 * angle), 0.0, np.sin(0.5 * angle), 0.0)
+        low = box_corners((width, 0.7, height), (0.0, 0.0, 0.0), q)[:, 2].min()
+        box = world.add_box((width, 0.7, height), 1.0, (0.0, 0.0, -low), q, friction=1.0)
+        world.run(3.0, 2e-3)
+        measured.append(bool(abs(rotation_matrix(box.orientation)[2, 2]) < 0.5))
+        expected.append(bool(i % 2))
+    return Comparison(np.array(measured), np.array(expected))
+
+
+@check(
+    family=FAMILY,
+    claim="A stack of ten boxes stands for 20 s: it hardly sinks, drifts or moves.",
+    section="4.4",
+    piece="softbody.collision.solver.solve_velocities",
+    reference="bounds; pybullet's stack is in the note",
+    engines=("pybullet",),
+    unit="of the bound",
+    tolerance=1.0,
+    because="bounds: sinking 10 g h² (one fall in a step at each contact), drift 1 % of a side, speed at rest g h / 4",
+    detects="a stack that topples, creeps, sinks or shakes",
+)
+def stack(run: Run) -> Comparison:
+    from references.pybullet_world import BulletWorld
+
+    h, seconds = 1.0 / 240.0, 20.0
+    world, bullet = World(), BulletWorld(h, world_iterations())
+    world.add_ground()
+    bullet.add_ground()
+    for i in range(10):
+        world.add_box((1.0, 1.0, 1.0), 1.0, (0.0, 0.0, 0.5 + i))
+        bullet.add_box((1.0, 1.0, 1.0), 1.0, (0.0, 0.0, 0.5 + i))
+    world.run(seconds, h)
+    bullet.step(round(seconds / h))
+    ours = _rest(world.state.box_position, np.hstack([world.state.box_velocity, world.state.box_angular_velocity]))
+    theirs = _rest(bullet.positions(), bullet.velocities())
+    bullet.close()
+    bounds = np.array([10.0 * G * h * h, 0.01, 0.25 * G * h])
+    return Comparison(
+        ours,
+        np.zeros(3),
+        bounds,
+        ["sinking", "drift", "speed"],
+        notes=["after 20 s: sunk {:.1e} m, drifted {:.1e} m, still moving at {:.1e} m/s; ".format(*ours)
+               + "Bullet's stack {:.1e} m, {:.1e} m, {:.1e} m/s".format(*theirs)],
+    )  # fmt: skip
+
+
+def world_iterations() -> int:
+    """Return the sweeps of the contact solver in a world by default, for Bullet to have as many."""
+    return World().rules.iterations
+
+
+def _rest(position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+    """Return how far a stack has sunk and drifted [m], and how fast it still moves [m/s]."""
+    heights = 0.5 + np.arange(len(position))
+    return np.array([np.abs(position[:, 2] - heights).max(), np.abs(position[:, :2]).max(), np.abs(velocity).max()])
+
+
+@check(
+    family=FAMILY,
+    claim="Boxes that fall into a pile stay above the ground and out of each other, and come to rest.",
+    section="4.4",
+    piece="softbody.step.step_boxes",
+    reference="bounds; pybullet's pile is in the note",
+    engines=("pybullet",),
+    unit="of the bound",
+    tolerance=1.0,
+    because="bounds: 5 % of a side below the ground or inside each other, no energy above that of the step before but "
+    "for 1e-4 of the whole, 1 m/s root mean square at the end of 3 s",
+    detects="boxes that pass through the ground or each other; energy from friction or from undoing depths",
+)
+def pile(run: Run) -> Comparison:
+    from references.pybullet_world import BulletWorld
+
+    rng = run.rng
+    count, h = run.count(30, 120, 1000), 1.0 / 240.0
+    world, bullet = World(), BulletWorld(h, world_iterations())
+    world.add_ground()
+    bullet.add_ground()
+    side = max(2, round((count / 3.0) ** (1.0 / 3.0)))
+    for i in range(count):
+        x, y, z = i % side, i // side % side, i // side**2
+        size = rng.uniform(0.5, 1.0, 3)
+        place = np.array([1.3 * x, 1.3 * y, 1.0 + 1.3 * z]) + rng.uniform(-0.1, 0.1, 3)
+        q = random_orientations(rng, 1)[0]
+        world.add_box(size, float(np.prod(size)), place, q)
+        bullet.add_box(size, float(np.prod(size)), place, q)
+    energy = start = world.energy()
+    rise = below = inside = 0.0
+    for _ in range(round(3.0 / h)):
+        world.step(h)
+        now = world.energy()
+        rise, energy = max(rise, now - energy), now
+        contacts = world.contacts
+        depth, other = contacts.depth[: contacts.count[0]], contacts.body[: contacts.count[0], 1]
+        below = max(below, depth[other < 0].max(initial=0.0))
+        inside = max(inside, depth[other >= 0].max(initial=0.0))
+    bullet.step(round(3.0 / h))
+    speed, theirs = (
+        float(np.sqrt(np.mean(np.sum(v**2, axis=1)))) for v in (world.state.box_velocity, bullet.velocities()[:, :3])
+    )
+    ours_top, their_top = world.state.box_position[:, 2].max(), bullet.positions()[:, 2].max()
+    bullet.close()
+    measured = np.array([below, inside, rise, speed])
+    return Comparison(
+        measured,
+        np.zeros(4),
+        np.array([0.05, 0.05, 1e-4 * start, 1.0]),
+        ["below the ground", "inside each other", "energy gained in a step", "speed at the end"],
+        notes=[
+            f"{count} boxes after 3 s: root mean square {speed:.2g} m/s, top at {ours_top:.2f} m; "
+            f"Bullet's {theirs:.2g} m/s, {their_top:.2f} m"
+        ],
+    )
+
+
+@check(
+    family=FAMILY,
+    claim="Boxes that start inside each other part, and no speed comes of it.",
+    section="4.4",
+    piece="softbody.collision.solver.solve_displacements",
+    reference="bounds",
+    unit="m/s gained, m inside",
+    tolerance=1e-6,
+    because="displacements are no velocities: the speed is exactly 0; depths decay by a fifth a step, to 1e-15 of the first",
+    detects="a push that becomes a velocity; boxes that stay inside each other",
+)
+def deep_start(run: Run) -> Comparison:
+    rng = run.rng
+    measured, kinds = [], []
+    for _ in range(run.count(5, 30, 300)):
+        world = World(gravity=(0.0, 0.0, 0.0))
+        for _ in range(4):
+            q = random_orientations(rng, 1)[0]
+            world.add_box(rng.uniform(0.5, 1.0, 3), rng.uniform(0.1, 10.0), rng.uniform(-0.2, 0.2, 3), q)
+        world.step(1e-2, 400)
+        contacts = world.contacts
+        speed = max(np.abs(world.state.box_velocity).max(), np.abs(world.state.box_angular_velocity).max())
+        measured += [speed, contacts.depth[: contacts.count[0]].max(initial=0.0)]
+        kinds += ["speed", "depth left"]
+    return Comparison(measured, np.zeros(len(measured)), groups=kinds)
