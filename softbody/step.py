@@ -31,6 +31,10 @@ DIVERGED = 1
 COLLAPSED = 2
 OVERFLOW = 3
 
+# The part of the speed that gravity gives in a step below which a correction by the contact solver is not worth another
+# sweep. Without gravity all sweeps are made.
+ENOUGH = 1e-4
+
 
 @jit
 def run(
@@ -114,9 +118,10 @@ def step_boxes(
     prepare_contacts(contacts, bodies, inverse)
     recall_impulses(contacts)
     accelerate_boxes(model, state, h)
-    solve_velocities(contacts, bodies, inverse, h, rules.iterations)
+    fall = fall_in_step(model, h)
+    solve_velocities(contacts, bodies, inverse, h, rules.iterations, ENOUGH * fall / h)
     remember_impulses(contacts)
-    shift = solve_displacements(contacts, bodies, inverse, fall_in_step(model, h), rules.iterations)
+    shift = solve_displacements(contacts, bodies, inverse, fall, rules.iterations)
     advance_boxes(model, state, h, rules.gyroscopic)
     shift_boxes(state, shift)
     grounded[:] = False
