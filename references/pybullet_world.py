@@ -1,6 +1,7 @@
 """What does Bullet make of many boxes under gravity, step by step? And how near are two boxes? (pybullet 3.2.7.)
 
-Chosen against the defaults: no damping, the solver runs all its iterations (solverResidualThreshold 0), restitution and
+Chosen against the defaults: no damping, the solver runs all its iterations unless a `residual` is given (1e-7 is the
+default), restitution and
 friction of the pair are put on one body and 1 on the other (Bullet multiplies), no restitution threshold, no sleeping,
 `useMaximalCoordinates` (plain rigid bodies; also the faster path). The ground is a big static box: Bullet's plane gives
 one contact a step only.
@@ -18,7 +19,13 @@ class BulletWorld:
     """Boxes on a static ground whose top is z = 0, in Bullet."""
 
     def __init__(
-        self, step: float, iterations: int, restitution: float = 0.0, friction: float = 0.5, gravity: float = 9.81
+        self,
+        step: float,
+        iterations: int,
+        restitution: float = 0.0,
+        friction: float = 0.5,
+        gravity: float = 9.81,
+        residual: float = 0.0,
     ) -> None:
         self.client = pybullet.connect(pybullet.DIRECT)
         self.friction = friction
@@ -27,7 +34,7 @@ class BulletWorld:
         pybullet.setGravity(0.0, 0.0, -gravity, physicsClientId=self.client)
         pybullet.setPhysicsEngineParameter(
             numSolverIterations=iterations,
-            solverResidualThreshold=0.0,
+            solverResidualThreshold=residual,
             restitutionVelocityThreshold=0.0,
             deterministicOverlappingPairs=1,
             physicsClientId=self.client,

@@ -31,6 +31,10 @@ from softbody.vec import Vec, accumulate, load, scale, store
 # What stopped `run`, besides a soft body that DIVERGED or COLLAPSED: more contacts than there is room for.
 OVERFLOW = 3
 
+# The part of the speed that gravity gives in a step below which a correction by the contact solver is not worth another
+# sweep. Without gravity all sweeps are made.
+ENOUGH = 1e-4
+
 
 @jit
 def run_soft_bodies(
@@ -125,9 +129,10 @@ def step_boxes(
     prepare_contacts(contacts, bodies, inverse)
     recall_impulses(contacts)
     accelerate_boxes(model, state, h)
-    solve_velocities(contacts, bodies, inverse, h, rules.iterations)
+    fall = fall_in_step(model, h)
+    solve_velocities(contacts, bodies, inverse, h, rules.iterations, ENOUGH * fall / h)
     remember_impulses(contacts)
-    shift = solve_displacements(contacts, bodies, inverse, fall_in_step(model, h), rules.iterations)
+    shift = solve_displacements(contacts, bodies, inverse, fall, rules.iterations)
     advance_boxes(model, state, h, rules.gyroscopic)
     shift_boxes(state, shift)
     grounded[:] = False

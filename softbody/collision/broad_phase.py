@@ -75,7 +75,9 @@ def near_pairs(centre: np.ndarray, radius: np.ndarray, movable: np.ndarray) -> n
             x = int(floor(centre[i, 0] * width))
             y = int(floor(centre[i, 1] * width))
             z = int(floor(centre[i, 2] * width))
-            for near in range(27):
+            # In its own grid each sphere looks at its own cell, number 13, and half of those around: the other half look
+            # at it.
+            for near in range(13 if coarse == level[i] else 0, 27):
                 u = x + near // 9 - 1
                 v = y + near // 3 % 3 - 1
                 w = z + near % 3 - 1
@@ -84,7 +86,7 @@ def near_pairs(centre: np.ndarray, radius: np.ndarray, movable: np.ndarray) -> n
                     j = listed[place]
                     if level[j] != coarse or cell[j, 0] != u or cell[j, 1] != v or cell[j, 2] != w:
                         continue
-                    if coarse == level[i] and j >= i:
+                    if near == 13 and coarse == level[i] and j >= i:
                         continue
                     if (movable[i] or movable[j]) and spheres_meet(centre, radius, i, j):
                         pairs = _with_room(pairs, found)

@@ -111,6 +111,26 @@ def pairs_of_boxes(model: Model, state: State, reach: np.ndarray, exhaustive: bo
 
 
 @jit
+def half_shadows(size: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """Return half the lengths (m, 3) [m] of the boxes' shadows on the world's axes; arrays as of `box_axes`."""
+    extent = np.zeros((size.shape[0], 3))
+    for i in range(size.shape[0]):
+        for k in range(3):
+            for c in range(3):
+                extent[i, c] += 0.5 * size[i, k] * abs(axes[i, k, c])
+    return extent
+
+
+@jit
+def shadows_apart(position: np.ndarray, extent: np.ndarray, a: int, b: int, margin: float) -> bool:
+    """Tell whether two boxes are more than `margin` [m] apart along one of the world's axes: three quick tests."""
+    for c in range(3):
+        if abs(position[a, c] - position[b, c]) > extent[a, c] + extent[b, c] + margin:
+            return True
+    return False
+
+
+@jit
 def find_contacts(model: Model, state: State, h: float, rules: Rules, contacts: Contacts, scratch: Scratch) -> None:
     """Fill in every point where boxes touch each other or the ground, or may do so within the next `h` [s].
 
@@ -124,6 +144,7 @@ def find_contacts(model: Model, state: State, h: float, rules: Rules, contacts: 
         reach[i] = reach_in_step(model, state, i, h)
     pairs = pairs_of_boxes(model, state, reach, rules.exhaustive_pairs)
     axes = box_axes(state.box_orientation)
+    extent = half_shadows(model.box_size, axes)
     slack = fall_in_step(model, h)
     count = 0
     pair = 0
@@ -132,6 +153,8 @@ def find_contacts(model: Model, state: State, h: float, rules: Rules, contacts: 
         while pair < pairs.shape[0] and pairs[pair, 0] == a:
             b = pairs[pair, 1]
             pair += 1
+            if shadows_apart(state.box_position, extent, a, b, reach[a] + reach[b]):
+                continue
             found = box_box_manifold(
                 model.box_size,
                 state.box_position,

@@ -136,7 +136,7 @@ def solved_at(impacts: Impacts, i: int, point: np.ndarray, normal: np.ndarray) -
     contacts.impulse[:] = 0.0
     inverse = inverse_masses(bodies)
     prepare_contacts(contacts, bodies, inverse)
-    solve_velocities(contacts, bodies, inverse, INSTANT, SWEEPS)
+    solve_velocities(contacts, bodies, inverse, INSTANT, SWEEPS, 0.0)
     after = np.concatenate([bodies.velocity[0], bodies.angular_velocity[0], bodies.velocity[1], bodies.angular_velocity[1]])  # fmt: skip  # noqa: E501
     return after, np.sum(contacts.impulse * contacts.normal, axis=1)
 

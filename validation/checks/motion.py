@@ -81,8 +81,8 @@ def free_rotation_by_mujoco(run: Run) -> Comparison:
     section="5.2",
     piece="softbody.dynamics.rigid.advance_boxes",
     reference="invariants",
-    tolerance=1e-12,
-    because="rounding of a thousand steps",
+    tolerance=1e-11,
+    because="rounding of a thousand steps, 1e-15 each, always the same way at worst",
     detects="a torque that is not exactly ω × I ω over the step",
 )
 def free_rotation_keeps(run: Run) -> Comparison:
@@ -280,8 +280,8 @@ def _rest(position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
     engines=("pybullet",),
     unit="of the bound",
     tolerance=1.0,
-    because="bounds: 5 % of a side below the ground or inside each other, no energy above that of the step before but "
-    "for 1e-4 of the whole, 1 m/s root mean square at the end of 3 s",
+    because="bounds: 1 % of a side below the ground, 10 % inside each other (where an impact changes the nearest faces), "
+    "1e-4 of all energy gained in a step, 1 m/s root mean square at the end of 4 s",
     detects="boxes that pass through the ground or each other; energy from friction or from undoing depths",
 )
 def pile(run: Run) -> Comparison:
@@ -289,20 +289,21 @@ def pile(run: Run) -> Comparison:
 
     rng = run.rng
     count, h = run.count(30, 120, 1000), 1.0 / 240.0
-    world, bullet = World(), BulletWorld(h, world_iterations())
+    # Without its gyroscopic torque even a free box would not keep its energy.
+    world, bullet = World(gyroscopic=True), BulletWorld(h, world_iterations())
     world.add_ground()
     bullet.add_ground()
     side = max(2, round((count / 3.0) ** (1.0 / 3.0)))
     for i in range(count):
         x, y, z = i % side, i // side % side, i // side**2
         size = rng.uniform(0.5, 1.0, 3)
-        place = np.array([1.3 * x, 1.3 * y, 1.0 + 1.3 * z]) + rng.uniform(-0.1, 0.1, 3)
+        place = np.array([1.8 * x, 1.8 * y, 1.0 + 1.8 * z]) + rng.uniform(-0.03, 0.03, 3)
         q = random_orientations(rng, 1)[0]
         world.add_box(size, float(np.prod(size)), place, q)
         bullet.add_box(size, float(np.prod(size)), place, q)
     energy = start = world.energy()
     rise = below = inside = 0.0
-    for _ in range(round(3.0 / h)):
+    for _ in range(round(4.0 / h)):
         world.step(h)
         now = world.energy()
         rise, energy = max(rise, now - energy), now
@@ -310,7 +311,7 @@ def pile(run: Run) -> Comparison:
         depth, other = contacts.depth[: contacts.count[0]], contacts.body[: contacts.count[0], 1]
         below = max(below, depth[other < 0].max(initial=0.0))
         inside = max(inside, depth[other >= 0].max(initial=0.0))
-    bullet.step(round(3.0 / h))
+    bullet.step(round(4.0 / h))
     speed, theirs = (
         float(np.sqrt(np.mean(np.sum(v**2, axis=1)))) for v in (world.state.box_velocity, bullet.velocities()[:, :3])
     )
@@ -320,10 +321,10 @@ def pile(run: Run) -> Comparison:
     return Comparison(
         measured,
         np.zeros(4),
-        np.array([0.05, 0.05, 1e-4 * start, 1.0]),
+        np.array([0.01, 0.1, 1e-4 * start, 1.0]),
         ["below the ground", "inside each other", "energy gained in a step", "speed at the end"],
         notes=[
-            f"{count} boxes after 3 s: root mean square {speed:.2g} m/s, top at {ours_top:.2f} m; "
+            f"{count} boxes after 4 s: root mean square {speed:.2g} m/s, top at {ours_top:.2f} m; "
             f"Bullet's {theirs:.2g} m/s, {their_top:.2f} m"
         ],
     )

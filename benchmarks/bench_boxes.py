@@ -1,0 +1,112 @@
+"""What do boxes cost: a step of a pile of them, and the contact of a pair? Bullet and FCL alongside, one thread."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import fcl
+import numpy as np
+import pytest
+
+from references.pybullet_world import BulletWorld
+from softbody import World
+from softbody.collision.manifold import box_pairs_manifolds
+from softbody.dynamics.integrators import INTEGRATORS
+from softbody.step import OVERFLOW, run
+
+SIZES = (10, 100, 1_000)
+STEP = 1.0 / 240.0
+SETTLE = 120  # steps before the clock starts: by then the lower layers have landed
+PAIRS = 2_000
+
+
+def pile(count: int) -> tuple[World, BulletWorld]:
+    """Return the same boxes in both engines, above the ground in layers; both may stop their as many iterations early."""
+    rng = np.random.default_rng(count)
+    world = World()
+    bullet = BulletWorld(STEP, world.rules.iterations, residual=1e-7)
+    world.add_ground()
+    bullet.add_ground()
+    side = max(2, round((count / 3.0) ** (1.0 / 3.0)))
+    for i in range(count):
+        place = np.array([1.2 * (i % side), 1.2 * (i // side % side), 0.6 + 1.05 * (i // side**2)])
+        place[:2] += rng.uniform(-0.1, 0.1, 2)
+        q = np.array([1.0, *(0.05 * rng.normal(size=3))])
+        q /= np.linalg.norm(q)
+        world.add_box((0.8, 0.8, 0.8), 1.0, place, q)
+        bullet.add_box((0.8, 0.8, 0.8), 1.0, place, q)
+    world.step(STEP, SETTLE)
+    bullet.step(SETTLE)
+    return world, bullet
+
+
+@pytest.mark.parametrize("count", [*SIZES, 10_000])
+def bench_pile(race, request: pytest.FixtureRequest, count: int) -> None:
+    """A step of a pile of boxes."""
+    level = request.config.getoption("--level")
+    if count > {"quick": 100, "standard": 1_000, "full": 10_000}[level]:
+        pytest.skip("larger piles are for higher levels")
+    world, bullet = pile(count)
+    steps = max(1, 2_000 // count)
+
+    def ours() -> None:
+        done, fault, _ = run(
+            world.model, world.state, STEP, steps, INTEGRATORS[world.integrator], world.rules, world.contacts
+        )
+        if fault == OVERFLOW:
+            world.step(STEP, steps - done)
+
+    race(
+        ours,
+        count * steps,
+        table="A time step of a pile of boxes",
+        name="softbody",
+        size=count,
+        of="boxes",
+        per="box and step",
+        peers={"pybullet": (lambda: bullet.step(steps), count * steps)},
+    )
+    bullet.close()
+
+
+def pairs_of_boxes() -> tuple[np.ndarray, ...]:
+    """Return sizes, positions and orientations of a and b: random poses, two in three of which overlap."""
+    rng = np.random.default_rng(1)
+    size_a, size_b = rng.uniform(0.4, 2.0, (2, PAIRS, 3))
+    q_a, q_b = rng.normal(size=(2, PAIRS, 4))
+    q_a /= np.linalg.norm(q_a, axis=1, keepdims=True)
+    q_b /= np.linalg.norm(q_b, axis=1, keepdims=True)
+    x_a = rng.uniform(-1.0, 1.0, (PAIRS, 3))
+    reach = 0.5 * (np.linalg.norm(size_a, axis=1) + np.linalg.norm(size_b, axis=1))
+    direction = rng.normal(size=(PAIRS, 3))
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    return size_a, x_a, q_a, size_b, x_a + (rng.uniform(0.0, 1.2, PAIRS) * reach)[:, None] * direction, q_b
+
+
+def fcl_calls(pairs: tuple[np.ndarray, ...]) -> Callable[[], None]:
+    """Return a call that asks FCL for the contacts of all pairs, its objects made beforehand."""
+    objects = [
+        [fcl.CollisionObject(fcl.Box(*s), fcl.Transform(q, x)) for s, x, q in zip(*pairs[k : k + 3])] for k in (0, 3)
+    ]
+    request = fcl.CollisionRequest(num_max_contacts=8, enable_contact=True)
+
+    def call() -> None:
+        for a, b in zip(*objects):
+            fcl.collide(a, b, request, fcl.CollisionResult())
+
+    return call
+
+
+def bench_contacts_of_pairs(race) -> None:
+    """Separating axes and clipped contact points of many pairs in one call; FCL pair by pair, as its binding wants."""
+    pairs = pairs_of_boxes()
+    race(
+        lambda: box_pairs_manifolds(*pairs, 0.0, False),
+        PAIRS,
+        table="The contact points of two boxes",
+        name="softbody",
+        size=PAIRS,
+        of="pairs",
+        per="pair",
+        peers={"python-fcl": (fcl_calls(pairs), PAIRS)},
+    )
