@@ -12,6 +12,7 @@ from references.pybullet_world import BulletWorld
 from softbody import World
 from softbody.collision.manifold import box_pairs_manifolds
 from softbody.dynamics.integrators import INTEGRATORS
+from softbody.dynamics.motion import scratch_for
 from softbody.step import OVERFLOW, run
 
 SIZES = (10, 100, 1_000)
@@ -21,7 +22,7 @@ PAIRS = 2_000
 
 
 def pile(count: int) -> tuple[World, BulletWorld]:
-    """Return the same boxes in both engines, above the ground in layers; both may stop their as many iterations early."""
+    """Return the same boxes in both engines, above the ground in layers; both may stop iterating early."""
     rng = np.random.default_rng(count)
     world = World()
     bullet = BulletWorld(STEP, world.rules.iterations, residual=1e-7)
@@ -48,11 +49,12 @@ def bench_pile(race, request: pytest.FixtureRequest, count: int) -> None:
         pytest.skip("larger piles are for higher levels")
     world, bullet = pile(count)
     steps = max(1, 2_000 // count)
+    scratch = scratch_for(world.model)
 
     def ours() -> None:
-        done, fault, _ = run(
-            world.model, world.state, STEP, steps, INTEGRATORS[world.integrator], world.rules, world.contacts
-        )
+        integrator = INTEGRATORS[world.integrator]
+        arguments = world.model, world.state, scratch, STEP, steps, integrator, world.rules, 1
+        done, fault, _ = run(*arguments, world.contacts, world.skins)
         if fault == OVERFLOW:
             world.step(STEP, steps - done)
 

@@ -13,7 +13,7 @@ import softbody
 from benchmarks import peers
 from softbody.dynamics.integrators import INTEGRATORS
 from softbody.dynamics.motion import scratch_for
-from softbody.step import run
+from softbody.step import run_soft_bodies
 
 SUBDIVISIONS = (1, 2, 3, 4, 5, 6, 7)  # 42, 162, 642, 2 562, 10 242, 40 962, 163 842 particles
 BODIES = (1, 10, 100, 1_000)
@@ -52,7 +52,7 @@ def stepping(world: softbody.World, integrator: str) -> Peer:
     scratch = scratch_for(world.model)
 
     def call() -> None:
-        done, _, _ = run(world.model, world.state, scratch, time_step, steps, INTEGRATORS[integrator], False, 1)
+        done, _, _ = run_soft_bodies(world.model, world.state, scratch, time_step, steps, INTEGRATORS[integrator], 1)
         assert done == steps
         assert np.isfinite(world.state.position[0, 0])
 

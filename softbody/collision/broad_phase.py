@@ -75,8 +75,8 @@ def near_pairs(centre: np.ndarray, radius: np.ndarray, movable: np.ndarray) -> n
             x = int(floor(centre[i, 0] * width))
             y = int(floor(centre[i, 1] * width))
             z = int(floor(centre[i, 2] * width))
-            # In its own grid each sphere looks at its own cell, number 13, and half of those around: the other half look
-            # at it.
+            # In its own grid each sphere looks at its own cell, number 13, and half of those around: the other half
+            # look at it.
             for near in range(13 if coarse == level[i] else 0, 27):
                 u = x + near // 9 - 1
                 v = y + near // 3 % 3 - 1

@@ -124,7 +124,7 @@ def half_shadows(size: np.ndarray, axes: np.ndarray) -> np.ndarray:
 @jit
 def shadows_apart(position: np.ndarray, extent: np.ndarray, a: int, b: int, margin: float) -> bool:
     """Tell whether two boxes are more than `margin` [m] apart along one of the world's axes: three quick tests."""
-    for c in range(3):
+    for c in range(3):  # noqa: SIM110 (Numba has no any() of a generator)
         if abs(position[a, c] - position[b, c]) > extent[a, c] + extent[b, c] + margin:
             return True
     return False

@@ -236,7 +236,7 @@ def _impulse(row: np.ndarray, k: int) -> Vec:
 
 @jit
 def _rub(row: np.ndarray, k: int, motion: np.ndarray, inverse: np.ndarray, a: int, b: int, limit: float) -> float:
-    """Correct the friction of contact `k` towards what stops its sliding, within `limit` [N s]; return the change [m/s].
+    """Correct the friction of contact `k` towards rest, within `limit` [N s]; return the change [m/s].
 
     The correction is along the sliding, by one number for both tangents: with the exact 2 × 2 solve, what the bound
     leaves would not point against the sliding, and a box would slide on by a seventh too far.

@@ -58,7 +58,7 @@ def force_is_slope_of_energy(run: Run) -> Comparison:
     unit="of size, or of the distance × 1e-16",
     tolerance=1e-13,
     because="rounding; 1e6 m away a position itself is rounded to 1e-10 m",
-    detects="a volume about the origin; a force that knows an axis; a neighbour lost in reordering",
+    detects="a force that knows an axis; a neighbour lost in reordering",
 )
 def same_anywhere(run: Run) -> Comparison:
     rng = run.rng
