@@ -27,7 +27,9 @@ def stepping(integrator: str, subdivisions: int) -> tuple[Callable[[], None], in
     time_step = 1e-3 * world.stable_time_step()
 
     def call() -> None:
-        done, _, _ = run(world.model, world.state, time_step, steps, INTEGRATORS[integrator], world.rules, world.contacts)
+        done, _, _ = run(
+            world.model, world.state, time_step, steps, INTEGRATORS[integrator], world.rules, world.contacts
+        )
         assert done == steps
         assert np.isfinite(world.state.position[0, 0])
 

@@ -27,7 +27,9 @@ def box_impact(*case: ArrayLike) -> Velocities:
     return Velocities(after[:, 0], after[:, 1], after[:, 2], after[:, 3])
 
 
-def _one_impact(a: list[np.ndarray], b: list[np.ndarray], point: np.ndarray, normal: np.ndarray, e: float) -> np.ndarray:
+def _one_impact(
+    a: list[np.ndarray], b: list[np.ndarray], point: np.ndarray, normal: np.ndarray, e: float
+) -> np.ndarray:
     model = _model([a, b])
     data = mujoco.MjData(model)
     rows = _place(data, [a, b])

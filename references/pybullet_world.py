@@ -119,7 +119,9 @@ def closest(
             ids = []
             for size, position, orientation in (row[:3], row[3:]):
                 shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=0.5 * size, physicsClientId=client)
-                body = pybullet.createMultiBody(0.0, shape, -1, position, np.roll(orientation, -1), physicsClientId=client)
+                body = pybullet.createMultiBody(
+                    0.0, shape, -1, position, np.roll(orientation, -1), physicsClientId=client
+                )
                 pybullet.changeDynamics(body, -1, collisionMargin=0.0, physicsClientId=client)
                 ids.append(body)
             found = pybullet.getClosestPoints(*ids, 0.0, physicsClientId=client)

@@ -10,7 +10,6 @@ from softbody.dynamics.rigid import accelerate_boxes, advance_boxes, nearest_rig
 from softbody.quaternion import product
 
 
-
 def move_boxes(model, state, h, gyroscopic=False):
     accelerate_boxes(model, state, h)
     advance_boxes(model, state, h, gyroscopic)
