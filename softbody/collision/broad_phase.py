@@ -10,7 +10,10 @@ from math import floor, frexp
 
 import numpy as np
 
-from softbody.jit import compile_apart, jit
+from softbody.jit import jit
+
+# Cells are this much wider than the spheres in them: else two that just touch could, by rounding, lie two cells apart.
+WIDER = 1.0 + 1e-6
 
 
 @jit
@@ -19,13 +22,13 @@ def near_pairs_exhaustive(centre: np.ndarray, radius: np.ndarray, movable: np.nd
 
     `centre` (m, 3) [m] and `radius` (m,) [m] of the bounding spheres; `movable` (m,) bool.
     """
-    compile_apart()
     pairs = np.empty((4 * centre.shape[0] + 4, 2), np.int64)
     count = 0
     for a in range(centre.shape[0]):
         for b in range(a):
             if (movable[a] or movable[b]) and spheres_meet(centre, radius, a, b):
-                pairs = _with_room(pairs, count)
+                if count == pairs.shape[0]:
+                    pairs = _longer(pairs)
                 pairs[count, 0] = a
                 pairs[count, 1] = b
                 count += 1
@@ -36,15 +39,18 @@ def near_pairs_exhaustive(centre: np.ndarray, radius: np.ndarray, movable: np.nd
 def near_pairs(centre: np.ndarray, radius: np.ndarray, movable: np.ndarray) -> np.ndarray:
     """Return the near pairs (p, 2) in a time that grows as m + p; arguments as above.
 
-    Grids of cells of 2^k m (Teschner et al. 2003): a sphere is listed at its centre, in the grid of the smallest cells
-    that are wider than it. Whatever meets it and is not smaller lies, in a grid as coarse or coarser, in the cell of
-    its centre or in one of the 26 around.
+    Grids (Teschner et al. 2003), one as wide as the largest sphere, the others half, a quarter … of it: a sphere is
+    listed at its centre, in the finest grid that is still wider than it. Whatever meets it and is not smaller lies, in
+    a grid as coarse or coarser, in the cell of its centre or in one of the 26 around.
     """
-    compile_apart()
     count = centre.shape[0]
+    largest = 0.0
+    for i in range(count):
+        largest = max(largest, radius[i])
+    widest = 2.0 * WIDER * largest
     level = np.empty(count, np.int64)
     for i in range(count):
-        level[i] = frexp(2.0 * radius[i])[1]
+        level[i] = frexp(largest / radius[i])[1] - 1
     levels = _distinct(level)
     cell = np.empty((count, 3), np.int64)
     buckets = 8
@@ -54,7 +60,7 @@ def near_pairs(centre: np.ndarray, radius: np.ndarray, movable: np.ndarray) -> n
     bucket = np.empty(count, np.int64)
     for i in range(count):
         for c in range(3):
-            cell[i, c] = int(floor(centre[i, c] * 2.0 ** -level[i]))
+            cell[i, c] = int(floor(centre[i, c] / (widest * 0.5 ** level[i])))
         bucket[i] = _bucket(cell[i, 0], cell[i, 1], cell[i, 2], level[i], buckets)
         start[bucket[i] + 1] += 1
     for k in range(buckets):
@@ -69,30 +75,30 @@ def near_pairs(centre: np.ndarray, radius: np.ndarray, movable: np.ndarray) -> n
     found = 0
     for i in range(count):
         for coarse in levels:
-            if coarse < level[i]:
+            if coarse > level[i]:
                 continue
-            width = 2.0**-coarse
-            x = int(floor(centre[i, 0] * width))
-            y = int(floor(centre[i, 1] * width))
-            z = int(floor(centre[i, 2] * width))
-            # In its own grid each sphere looks at its own cell, number 13, and half of those around: the other half
-            # look at it.
-            for near in range(13 if coarse == level[i] else 0, 27):
-                u = x + near // 9 - 1
-                v = y + near // 3 % 3 - 1
-                w = z + near % 3 - 1
-                k = _bucket(u, v, w, coarse, buckets)
-                for place in range(start[k], start[k + 1]):
-                    j = listed[place]
-                    if level[j] != coarse or cell[j, 0] != u or cell[j, 1] != v or cell[j, 2] != w:
-                        continue
-                    if near == 13 and coarse == level[i] and j >= i:
-                        continue
-                    if (movable[i] or movable[j]) and spheres_meet(centre, radius, i, j):
-                        pairs = _with_room(pairs, found)
-                        pairs[found, 0] = max(i, j)
-                        pairs[found, 1] = min(i, j)
-                        found += 1
+            width = widest * 0.5**coarse
+            x = int(floor(centre[i, 0] / width))
+            y = int(floor(centre[i, 1] / width))
+            z = int(floor(centre[i, 2] / width))
+            # In its own grid each sphere looks at its own cell and half of those around: the other half look at it.
+            own = coarse == level[i]
+            for u in range(x if own else x - 1, x + 2):
+                for v in range(y if own and u == x else y - 1, y + 2):
+                    for w in range(z if own and u == x and v == y else z - 1, z + 2):
+                        k = _bucket(u, v, w, coarse, buckets)
+                        for place in range(start[k], start[k + 1]):
+                            j = listed[place]
+                            if cell[j, 0] != u or cell[j, 1] != v or cell[j, 2] != w or level[j] != coarse:
+                                continue
+                            if own and j >= i and u == x and v == y and w == z:
+                                continue
+                            if (movable[i] or movable[j]) and spheres_meet(centre, radius, i, j):
+                                if found == pairs.shape[0]:
+                                    pairs = _longer(pairs)
+                                pairs[found, 0] = max(i, j)
+                                pairs[found, 1] = min(i, j)
+                                found += 1
     return _sorted(pairs[:found], count)
 
 
@@ -128,12 +134,10 @@ def _distinct(level: np.ndarray) -> np.ndarray:
 
 
 @jit
-def _with_room(pairs: np.ndarray, count: int) -> np.ndarray:
-    """Return `pairs` if it has a row for one more, else a copy of twice the length."""
-    if count < pairs.shape[0]:
-        return pairs
-    longer = np.empty((2 * count, 2), np.int64)
-    longer[:count] = pairs
+def _longer(pairs: np.ndarray) -> np.ndarray:
+    """Return a copy of `pairs` with as many free rows after them."""
+    longer = np.empty((2 * pairs.shape[0], 2), np.int64)
+    longer[: pairs.shape[0]] = pairs
     return longer
 
 

@@ -16,7 +16,7 @@ from softbody.quaternion import load_quaternion
 from softbody.state import Model, Rules, State
 from softbody.vec import load, norm
 
-ROW = 24  # numbers that the solver keeps for each contact
+ROW = 56  # numbers that the solver keeps for each contact
 
 
 class Contacts(NamedTuple):

@@ -27,6 +27,9 @@ MOST_POINTS = 8  # of two rectangles' intersection
 ROUNDING = 4e-15
 
 
+AFTER = (1, 2, 0, 1)  # the axes after axis i, round and round: AFTER[i] and AFTER[i + 1]
+
+
 class Scratch(NamedTuple):
     """Working memory of one manifold, made once for many."""
 
@@ -161,9 +164,9 @@ def least_overlap(
     sine = 0.0
     if not paper_axes:
         for i in range(3):
-            i1, i2 = (i + 1) % 3, (i + 2) % 3
+            i1, i2 = AFTER[i], AFTER[i + 1]
             for j in range(3):
-                j1, j2 = (j + 1) % 3, (j + 2) % 3
+                j1, j2 = AFTER[j], AFTER[j + 1]
                 # On the axis a_i × b_j, times the sine of their angle.
                 t = apart[0, i2] * cosine[i1, j] - apart[0, i1] * cosine[i2, j]
                 shadow = abs(t) - 0.5 * (
@@ -229,8 +232,8 @@ def _clip_faces(
             least = -abs(cosine)
             facing = k
             sign = -1.0 if cosine > 0.0 else 1.0
-    u, v = (axis + 1) % 3, (axis + 2) % 3
-    f, g = (facing + 1) % 3, (facing + 2) % 3
+    u, v = AFTER[axis], AFTER[axis + 1]
+    f, g = AFTER[facing], AFTER[facing + 1]
     half_u, half_v, height = 0.5 * size[r, u], 0.5 * size[r, v], 0.5 * size[r, axis]
     # Middle and half edges of the facing face, seen from the reference box: along u, along v, above the face.
     m0 = position[s, 0] - position[r, 0] + 0.5 * sign * size[s, facing] * axes[s, facing, 0]

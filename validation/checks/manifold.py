@@ -333,9 +333,9 @@ def depth_and_normal_by_bullet(run: Run) -> Comparison:
     piece="softbody.collision.manifold.box_box_manifold",
     reference="geometry: the point ± half the depth lies on the boundary of a and of b",
     unit="of the size",
-    tolerance=2e-6,
-    because="overlaps of 1e-6 m: beside a reference face, a corner of the other box is that far off its boundary",
-    detects="a point 1e-5 of the size off; a clipped corner outside; depth and normal of another axis",
+    tolerance=1e-12,
+    because="rounding of the points, 1e-15 of the size, a thousand times",
+    detects="a point that far off; a clipped corner outside; depth and normal of another axis",
 )
 def points_on_surfaces(run: Run) -> Comparison:
     impacts = family_impacts(run.rng, run.count(100, 1_000, 10_000))
