@@ -17,9 +17,9 @@ from softbody.quaternion import load_quaternion, rotate_diagonal
 from softbody.state import RigidBodies
 from softbody.vec import Vec, cross, load, normalize, sub
 
-# The directions of a contact: its normal and two tangents. In a contact's row, three columns for each direction hold the
-# direction d itself; the twists r × d of a and of b; and the turns R I⁻¹ Rᵀ (r × d) of a and of b. With these stored, an
-# impulse takes a dozen multiplications a body, a third of what it takes from the arms.
+# The directions of a contact: its normal and two tangents. In a contact's row, three columns for each direction hold
+# the direction d itself; the twists r × d of a and of b; and the turns R I⁻¹ Rᵀ (r × d) of a and of b. With these
+# stored, an impulse takes a dozen multiplications a body, a third of what it takes from the arms.
 NORMAL, TANGENT, SECOND = 0, 1, 2
 TWIST_A, TWIST_B, TURN_A, TURN_B = 9, 18, 27, 36
 # Mass that an impulse meets along the normal, and the least one across it [kg]; speeds after and before [m/s].

@@ -281,7 +281,7 @@ def _rest(position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
     engines=("pybullet",),
     unit="of the bound",
     tolerance=1.0,
-    because="bounds: 1 % of a side below the ground, 10 % inside each other (where an impact changes the nearest faces), "
+    because="bounds: 1 % of a side below the ground, 10 % inside each other (an impact can change the nearest faces), "
     "1e-4 of all energy gained in a step, 1 m/s root mean square at the end of 4 s",
     detects="boxes that pass through the ground or each other; energy from friction or from undoing depths",
 )
