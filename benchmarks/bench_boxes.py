@@ -21,7 +21,7 @@ PAIRS = 2_000
 
 
 def pile(count: int) -> tuple[World, BulletWorld]:
-    """Return the same boxes in both engines, above the ground in layers; both may stop their as many iterations early."""
+    """Return the same boxes in both engines, in layers above the ground; both may end their sweeps early."""
     rng = np.random.default_rng(count)
     world = World()
     bullet = BulletWorld(STEP, world.rules.iterations, residual=1e-7)

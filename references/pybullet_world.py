@@ -107,7 +107,7 @@ def closest(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return (distance (m,) [m], normal (m, 3) from b to a) of m overlapping pairs, by Bullet's getClosestPoints.
 
-    A negative distance is the least depth; margins are set to 0 (the default adds 5e-4 m). Arrays as in `references.fcl`.
+    A negative distance is the least depth; margins are set to 0 (the default adds 5e-4 m). Arrays as in `fcl`.
     """
     arrays = [np.asarray(x, float) for x in (size_a, position_a, orientation_a, size_b, position_b, orientation_b)]
     distance, normal = np.full(len(arrays[0]), np.nan), np.full((len(arrays[0]), 3), np.nan)

@@ -54,7 +54,7 @@ def run(
     for done in range(steps):
         if not rules.single_contact:
             find_contacts(model, state, h, rules, contacts, scratch)
-            if contacts.count[0] > contacts.depth.shape[0]:
+            if contacts.number[0] > contacts.depth.shape[0]:
                 return done, OVERFLOW, -1
         integrate(integrator, model, state.position, state.velocity, h, next_position, next_velocity, work)
         fault, body = find_fault(model, next_position, next_velocity, h)
@@ -125,7 +125,7 @@ def step_boxes(
     advance_boxes(model, state, h, rules.gyroscopic)
     shift_boxes(state, shift)
     grounded[:] = False
-    for k in range(contacts.count[0]):
+    for k in range(contacts.number[0]):
         if contacts.body[k, 1] == NOBODY and contacts.impulse[k, 2] > 0.0:
             grounded[contacts.body[k, 0]] = True
 

@@ -17,9 +17,9 @@ from softbody.quaternion import load_quaternion, rotate_diagonal
 from softbody.state import RigidBodies
 from softbody.vec import Vec, cross, load, normalize, sub
 
-# The directions of a contact: its normal and two tangents. In a contact's row, three columns for each direction hold the
-# direction d itself; the twists r × d of a and of b; and the turns R I⁻¹ Rᵀ (r × d) of a and of b. With these stored, an
-# impulse takes a dozen multiplications a body, a third of what it takes from the arms.
+# The directions of a contact: its normal and two tangents. In a contact's row, three columns for each direction hold
+# the direction d itself; the twists r × d of a and of b; and the turns R I⁻¹ Rᵀ (r × d) of a and of b. With these
+# stored, an impulse takes a dozen multiplications a body, a third of what it takes from the arms.
 NORMAL, TANGENT, SECOND = 0, 1, 2
 TWIST_A, TWIST_B, TURN_A, TURN_B = 9, 18, 27, 36
 # Mass that an impulse meets along the normal, and the least one across it [kg]; speeds after and before [m/s].
@@ -145,7 +145,7 @@ def prepare_contacts(contacts: Contacts, bodies: RigidBodies, inverse: np.ndarra
     motion = load_motion(bodies)
     row = contacts.row
     ground = bodies.inverse_mass.shape[0]
-    for k in range(contacts.count[0]):
+    for k in range(contacts.number[0]):
         a, b = contacts.body[k, 0], contacts.body[k, 1]
         n = load(contacts.normal, k)
         # Any two tangents do; these turn with the normal except where its smallest component changes.
@@ -189,7 +189,7 @@ def solve_velocities(
     motion = load_motion(bodies)
     row = contacts.row
     ground = bodies.inverse_mass.shape[0]
-    count = contacts.count[0]
+    count = contacts.number[0]
     for k in range(count):
         a, b = contacts.body[k, 0], contacts.body[k, 1]
         b = ground if b == NOBODY else b
@@ -252,9 +252,9 @@ def _impulse(row: np.ndarray, k: int) -> Vec:
 
 @jit
 def _rub(row: np.ndarray, k: int, motion: np.ndarray, inverse: np.ndarray, a: int, b: int, limit: float) -> float:
-    """Correct the friction of contact `k` towards what stops its sliding, within `limit` [N s]; return the change [m/s].
+    """Correct the friction of contact `k` towards what stops its sliding, within `limit` [N s]; return the change.
 
-    The correction is along the sliding, by one number for both tangents: with the exact 2 × 2 solve, what the bound
+    The change is a speed [m/s], no less than that of the point. The correction is along the sliding, by one number for both tangents: with the exact 2 × 2 solve, what the bound
     leaves would not point against the sliding, and a box would slide on by a seventh too far.
     """
     before, before2 = row[k, DRAG], row[k, DRAG2]
@@ -282,7 +282,7 @@ def _rub(row: np.ndarray, k: int, motion: np.ndarray, inverse: np.ndarray, a: in
 def solve_displacements(
     contacts: Contacts, bodies: RigidBodies, inverse: np.ndarray, allowed: float, iterations: int
 ) -> np.ndarray:
-    """Return (m + 1, 6) displacements [m] and turns [rad] that undo RECOVERY of what each depth has above `allowed` [m].
+    """Return (m + 1, 6) displacements [m] and turns [rad] that undo RECOVERY of each depth beyond `allowed` [m].
 
     By pushes only. Depths as small as the way that gravity moves a body in one step are what a solve that stops early
     leaves; undoing them too would lift a stack again and again, and feed it energy: ten boxes then never come to rest.
@@ -290,9 +290,9 @@ def solve_displacements(
     row = contacts.row
     ground = bodies.inverse_mass.shape[0]
     shift = np.zeros((ground + 1, 6))
-    deep = np.empty(contacts.count[0], np.int64)
+    deep = np.empty(contacts.number[0], np.int64)
     count = 0
-    for k in range(contacts.count[0]):
+    for k in range(contacts.number[0]):
         if contacts.depth[k] > allowed:
             deep[count] = k
             count += 1

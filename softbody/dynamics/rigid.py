@@ -122,7 +122,7 @@ def nearest_right_angles(q: Quaternion) -> Quaternion:
         if one >= two and one >= four:
             result[c] = sign if c == largest else 0.0
         elif two >= four:
-            result[c] = sign * sqrt(0.5) if c == largest or c == second else 0.0
+            result[c] = sign * sqrt(0.5) if c in (largest, second) else 0.0
         else:
             result[c] = 0.5 * sign
     return result[0], result[1], result[2], result[3]

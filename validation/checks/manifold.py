@@ -129,7 +129,7 @@ def rigid_bodies(impacts: Impacts, i: int) -> RigidBodies:
 def solved_at(impacts: Impacts, i: int, point: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the core's velocities (12,) after impact i at given contacts, and its impulses (k,) along the normals."""
     bodies, contacts, count = rigid_bodies(impacts, i), new_contacts(len(point)), len(point)
-    contacts.count[0] = count
+    contacts.number[0] = count
     contacts.body[:] = (0, 1)
     contacts.point[:], contacts.normal[:] = point, normal
     contacts.depth[:], contacts.restitution[:], contacts.friction[:] = 0.0, impacts.restitution[i], 0.0

@@ -118,7 +118,8 @@ def bounce_heights(run: Run) -> Comparison:
             world = World()
             world.add_ground(restitution=e)
             box = world.add_box(size, 1.0, (0.0, 0.0, 1.0 + 0.5 * size[2]))
-            tops, top = [], 0.0
+            tops: list[float] = []
+            top = 0.0
             falling = True
             while len(tops) < 3:
                 world.step(2.5e-4)
@@ -280,7 +281,7 @@ def _rest(position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
     engines=("pybullet",),
     unit="of the bound",
     tolerance=1.0,
-    because="bounds: 1 % of a side below the ground, 10 % inside each other (where an impact changes the nearest faces), "
+    because="bounds: 1 % of a side below the ground, 10 % inside each other (when the nearest faces change), "
     "1e-4 of all energy gained in a step, 1 m/s root mean square at the end of 4 s",
     detects="boxes that pass through the ground or each other; energy from friction or from undoing depths",
 )
@@ -308,7 +309,7 @@ def pile(run: Run) -> Comparison:
         now = world.energy()
         rise, energy = max(rise, now - energy), now
         contacts = world.contacts
-        depth, other = contacts.depth[: contacts.count[0]], contacts.body[: contacts.count[0], 1]
+        depth, other = contacts.depth[: contacts.number[0]], contacts.body[: contacts.number[0], 1]
         below = max(below, depth[other < 0].max(initial=0.0))
         inside = max(inside, depth[other >= 0].max(initial=0.0))
     bullet.step(round(4.0 / h))
@@ -338,7 +339,7 @@ def pile(run: Run) -> Comparison:
     reference="bounds",
     unit="m/s gained, m inside",
     tolerance=1e-6,
-    because="displacements are no velocities: the speed is exactly 0; depths decay by a fifth a step, to 1e-15 of the first",
+    because="displacements are no velocities: the speed is exactly 0; depths decay by a fifth a step",
     detects="a push that becomes a velocity; boxes that stay inside each other",
 )
 def deep_start(run: Run) -> Comparison:
@@ -352,6 +353,6 @@ def deep_start(run: Run) -> Comparison:
         world.step(1e-2, 400)
         contacts = world.contacts
         speed = max(np.abs(world.state.box_velocity).max(), np.abs(world.state.box_angular_velocity).max())
-        measured += [speed, contacts.depth[: contacts.count[0]].max(initial=0.0)]
+        measured += [speed, contacts.depth[: contacts.number[0]].max(initial=0.0)]
         kinds += ["speed", "depth left"]
     return Comparison(measured, np.zeros(len(measured)), groups=kinds)
