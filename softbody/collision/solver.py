@@ -254,8 +254,9 @@ def _impulse(row: np.ndarray, k: int) -> Vec:
 def _rub(row: np.ndarray, k: int, motion: np.ndarray, inverse: np.ndarray, a: int, b: int, limit: float) -> float:
     """Correct the friction of contact `k` towards what stops its sliding, within `limit` [N s]; return the change.
 
-    The change is a speed [m/s], no less than that of the point. The correction is along the sliding, by one number for both tangents: with the exact 2 × 2 solve, what the bound
-    leaves would not point against the sliding, and a box would slide on by a seventh too far.
+    The change is a speed [m/s], no less than that of the point. The correction is along the sliding, by one number for
+    both tangents: with the exact 2 × 2 solve, what the bound leaves would not point against the sliding, and a box
+    would slide on by a seventh too far.
     """
     before, before2 = row[k, DRAG], row[k, DRAG2]
     drag = before - row[k, DRAG_MASS] * _speed(row, k, TANGENT, motion, a, b)
