@@ -282,7 +282,8 @@ def _rest(position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
     unit="of the bound",
     tolerance=1.0,
     because="bounds: 2 % of a side below the ground, 10 % inside each other (when the nearest faces change), "
-    "1e-3 of all energy gained in a step (by lifting boxes out of each other; no velocity feels that), 1 m/s root mean square at the end of 4 s",
+    "1e-3 of all energy gained in a step (by lifting boxes out of each other; no velocity feels that), "
+    "1 m/s root mean square at the end of 4 s",
     detects="boxes that pass through the ground or each other; energy from friction or from undoing depths",
 )
 def pile(run: Run) -> Comparison:
