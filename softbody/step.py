@@ -83,7 +83,7 @@ def run(
     for done in range(steps):
         if not rules.single_contact:
             find_contacts(model, state, h, rules, contacts, clipping)
-            if contacts.count[0] > contacts.depth.shape[0]:
+            if contacts.number[0] > contacts.depth.shape[0]:
                 return done, OVERFLOW, -1
         _, fault, body = step_soft_bodies(model, state, scratch, h, 1, integrator, substeps)
         if fault:
@@ -136,7 +136,7 @@ def step_boxes(
     advance_boxes(model, state, h, rules.gyroscopic)
     shift_boxes(state, shift)
     grounded[:] = False
-    for k in range(contacts.count[0]):
+    for k in range(contacts.number[0]):
         if contacts.body[k, 1] == NOBODY and contacts.impulse[k, 2] > 0.0:
             grounded[contacts.body[k, 0]] = True
 

@@ -60,7 +60,7 @@ def near_pairs(centre: np.ndarray, radius: np.ndarray, movable: np.ndarray) -> n
     bucket = np.empty(count, np.int64)
     for i in range(count):
         for c in range(3):
-            cell[i, c] = int(floor(centre[i, c] / (widest * 0.5 ** level[i])))
+            cell[i, c] = floor(centre[i, c] / (widest * 0.5 ** level[i]))
         bucket[i] = _bucket(cell[i, 0], cell[i, 1], cell[i, 2], level[i], buckets)
         start[bucket[i] + 1] += 1
     for k in range(buckets):
@@ -78,9 +78,9 @@ def near_pairs(centre: np.ndarray, radius: np.ndarray, movable: np.ndarray) -> n
             if coarse > level[i]:
                 continue
             width = widest * 0.5**coarse
-            x = int(floor(centre[i, 0] / width))
-            y = int(floor(centre[i, 1] / width))
-            z = int(floor(centre[i, 2] / width))
+            x = floor(centre[i, 0] / width)
+            y = floor(centre[i, 1] / width)
+            z = floor(centre[i, 2] / width)
             # In its own grid each sphere looks at its own cell and half of those around: the other half look at it.
             own = coarse == level[i]
             for u in range(x if own else x - 1, x + 2):

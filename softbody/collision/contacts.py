@@ -20,13 +20,13 @@ ROW = 56  # numbers that the solver keeps for each contact
 
 
 class Contacts(NamedTuple):
-    """The contacts of one step, sorted by (a, b), with room for a number of them that `count` may exceed.
+    """The contacts of one step, sorted by (a, b), with room for fewer, perhaps, than their `number`.
 
     Then the rows beyond are missing, and the step must be tried again with longer arrays: `grown`. The fields `old_…`
     hold what the last step left, for the solver to start from.
     """
 
-    count: np.ndarray  # type: ignore[assignment]  # (2,) contacts found in this step, and in the one before
+    number: np.ndarray  # (2,) of contacts found in this step, and in the one before
     body: np.ndarray  # (c, 2) a and b; b is NOBODY for the ground
     feature: np.ndarray  # (c,) what touches what, within a pair
     point: np.ndarray  # (c, 3) [m] half-way between the surfaces
@@ -64,9 +64,9 @@ def new_contacts(capacity: int) -> Contacts:
 
 def grown(contacts: Contacts) -> Contacts:
     """Return contacts with room for half as many again as were found, and the same memory of the last step."""
-    longer = new_contacts(max(64, 3 * int(contacts.count[0]) // 2))
-    kept = int(contacts.count[1])
-    longer.count[1] = kept
+    longer = new_contacts(max(64, 3 * int(contacts.number[0]) // 2))
+    kept = int(contacts.number[1])
+    longer.number[1] = kept
     longer.old_body[:kept] = contacts.old_body[:kept]
     longer.old_feature[:kept] = contacts.old_feature[:kept]
     longer.old_point[:kept] = contacts.old_point[:kept]
@@ -182,7 +182,7 @@ def find_contacts(model: Model, state: State, h: float, rules: Rules, contacts: 
                     )
                     contacts.friction[count] = combined_friction(model.box_friction[a], model.box_friction[b])
                 count += 1
-    contacts.count[0] = count
+    contacts.number[0] = count
 
 
 @jit
@@ -224,20 +224,20 @@ def recall_impulses(contacts: Contacts) -> None:
     is nearest to it now: so boxes that slide over each other's edges keep what holds them.
     """
     compile_apart()
-    for k in range(contacts.count[0]):
+    for k in range(contacts.number[0]):
         for c in range(3):
             contacts.impulse[k, c] = 0.0
     first = 0
-    for old in range(contacts.count[1]):
+    for old in range(contacts.number[1]):
         a, b = contacts.old_body[old, 0], contacts.old_body[old, 1]
-        while first < contacts.count[0] and (
+        while first < contacts.number[0] and (
             contacts.body[first, 0] < a or (contacts.body[first, 0] == a and contacts.body[first, 1] < b)
         ):
             first += 1
         heir = -1
         nearest = np.inf
         k = first
-        while k < contacts.count[0] and contacts.body[k, 0] == a and contacts.body[k, 1] == b:
+        while k < contacts.number[0] and contacts.body[k, 0] == a and contacts.body[k, 1] == b:
             distance = 0.0
             for c in range(3):
                 distance += (contacts.point[k, c] - contacts.old_point[old, c]) ** 2
@@ -256,8 +256,8 @@ def recall_impulses(contacts: Contacts) -> None:
 def remember_impulses(contacts: Contacts) -> None:
     """Keep what `recall_impulses` will ask for."""
     compile_apart()
-    contacts.count[1] = contacts.count[0]
-    for k in range(contacts.count[0]):
+    contacts.number[1] = contacts.number[0]
+    for k in range(contacts.number[0]):
         contacts.old_body[k, 0] = contacts.body[k, 0]
         contacts.old_body[k, 1] = contacts.body[k, 1]
         contacts.old_feature[k] = contacts.feature[k]

@@ -147,7 +147,7 @@ def prepare_contacts(contacts: Contacts, bodies: RigidBodies, inverse: np.ndarra
     motion = load_motion(bodies)
     row = contacts.row
     ground = bodies.inverse_mass.shape[0]
-    for k in range(contacts.count[0]):
+    for k in range(contacts.number[0]):
         a, b = contacts.body[k, 0], contacts.body[k, 1]
         n = load(contacts.normal, k)
         # Any two tangents do; these turn with the normal except where its smallest component changes.
@@ -192,7 +192,7 @@ def solve_velocities(
     motion = load_motion(bodies)
     row = contacts.row
     ground = bodies.inverse_mass.shape[0]
-    count = contacts.count[0]
+    count = contacts.number[0]
     for k in range(count):
         a, b = contacts.body[k, 0], contacts.body[k, 1]
         b = ground if b == NOBODY else b
@@ -255,10 +255,11 @@ def _impulse(row: np.ndarray, k: int) -> Vec:
 
 @jit
 def _rub(row: np.ndarray, k: int, motion: np.ndarray, inverse: np.ndarray, a: int, b: int, limit: float) -> float:
-    """Correct the friction of contact `k` towards rest, within `limit` [N s]; return the change [m/s].
+    """Correct the friction of contact `k` towards what stops its sliding, within `limit` [N s]; return the change.
 
-    The correction is along the sliding, by one number for both tangents: with the exact 2 × 2 solve, what the bound
-    leaves would not point against the sliding, and a box would slide on by a seventh too far.
+    The change is a speed [m/s], no less than that of the point. The correction is along the sliding, by one number for
+    both tangents: with the exact 2 × 2 solve, what the bound leaves would not point against the sliding, and a box
+    would slide on by a seventh too far.
     """
     before, before2 = row[k, DRAG], row[k, DRAG2]
     drag = before - row[k, DRAG_MASS] * _speed(row, k, TANGENT, motion, a, b)
@@ -294,9 +295,9 @@ def solve_displacements(
     row = contacts.row
     ground = bodies.inverse_mass.shape[0]
     shift = np.zeros((ground + 1, 6))
-    deep = np.empty(contacts.count[0], np.int64)
+    deep = np.empty(contacts.number[0], np.int64)
     count = 0
-    for k in range(contacts.count[0]):
+    for k in range(contacts.number[0]):
         if contacts.depth[k] > allowed:
             deep[count] = k
             count += 1

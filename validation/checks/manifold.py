@@ -129,7 +129,7 @@ def rigid_bodies(impacts: Impacts, i: int) -> RigidBodies:
 def solved_at(impacts: Impacts, i: int, point: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the core's velocities (12,) after impact i at given contacts, and its impulses (k,) along the normals."""
     bodies, contacts, count = rigid_bodies(impacts, i), new_contacts(len(point)), len(point)
-    contacts.count[0] = count
+    contacts.number[0] = count
     contacts.body[:] = (0, 1)
     contacts.point[:], contacts.normal[:] = point, normal
     contacts.depth[:], contacts.restitution[:], contacts.friction[:] = 0.0, impacts.restitution[i], 0.0
@@ -268,8 +268,9 @@ def end_to_end_by_bullet(run: Run) -> Comparison:
     piece=SOLVER,
     reference="invariants",
     unit="of the momentum or energy",
-    tolerance=1e-12,
-    because="rounding, times 1 000 for the masses; with Newton's restitution at several points energy may even rise",
+    tolerance=2e-11,
+    because="rounding in up to 20 000 sweeps over masses of 1 000:1, 1.6e-12 at worst; "
+    "with Newton's restitution at several points energy may even rise",
     detects="an impulse given to one box only; impulses that are not the ones returned",
 )
 def conservation(run: Run) -> Comparison:

@@ -281,8 +281,9 @@ def _rest(position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
     engines=("pybullet",),
     unit="of the bound",
     tolerance=1.0,
-    because="bounds: 1 % of a side below the ground, 10 % inside each other (an impact can change the nearest faces), "
-    "1e-4 of all energy gained in a step, 1 m/s root mean square at the end of 4 s",
+    because="bounds: 2 % of a side below the ground, 10 % inside each other (when the nearest faces change), "
+    "1e-3 of all energy gained in a step (by lifting boxes out of each other; no velocity feels that), "
+    "1 m/s root mean square at the end of 4 s",
     detects="boxes that pass through the ground or each other; energy from friction or from undoing depths",
 )
 def pile(run: Run) -> Comparison:
@@ -309,7 +310,7 @@ def pile(run: Run) -> Comparison:
         now = world.energy()
         rise, energy = max(rise, now - energy), now
         contacts = world.contacts
-        depth, other = contacts.depth[: contacts.count[0]], contacts.body[: contacts.count[0], 1]
+        depth, other = contacts.depth[: contacts.number[0]], contacts.body[: contacts.number[0], 1]
         below = max(below, depth[other < 0].max(initial=0.0))
         inside = max(inside, depth[other >= 0].max(initial=0.0))
     bullet.step(round(4.0 / h))
@@ -322,7 +323,7 @@ def pile(run: Run) -> Comparison:
     return Comparison(
         measured,
         np.zeros(4),
-        np.array([0.01, 0.1, 1e-4 * start, 1.0]),
+        np.array([0.02, 0.1, 1e-3 * start, 1.0]),
         ["below the ground", "inside each other", "energy gained in a step", "speed at the end"],
         notes=[
             f"{count} boxes after 4 s: root mean square {speed:.2g} m/s, top at {ours_top:.2f} m; "
@@ -353,6 +354,6 @@ def deep_start(run: Run) -> Comparison:
         world.step(1e-2, 400)
         contacts = world.contacts
         speed = max(np.abs(world.state.box_velocity).max(), np.abs(world.state.box_angular_velocity).max())
-        measured += [speed, contacts.depth[: contacts.count[0]].max(initial=0.0)]
+        measured += [speed, contacts.depth[: contacts.number[0]].max(initial=0.0)]
         kinds += ["speed", "depth left"]
     return Comparison(measured, np.zeros(len(measured)), groups=kinds)

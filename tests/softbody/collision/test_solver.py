@@ -37,7 +37,7 @@ def test_ten_boxes_stand_for_twenty_seconds():
 def test_the_impulses_under_a_stack_carry_its_weight():
     world, _ = stack(3)
     world.step(1e-3, 2000)
-    count = world.contacts.count[0]
+    count = world.contacts.number[0]
     below = world.contacts.body[:count, 1]
     for body, weight in ((-1, 3 * G), (0, 2 * G), (1, G)):
         assert world.contacts.impulse[:count][below == body].sum(axis=0) == pytest.approx(
@@ -108,7 +108,7 @@ def test_boxes_that_start_deep_inside_each_other_part_without_gaining_speed(offs
     assert np.abs(world.state.box_velocity).max() == 0.0
     assert np.abs(world.state.box_angular_velocity).max() == 0.0
     contacts = world.contacts
-    assert (contacts.depth[: contacts.count[0]] < 1e-3).all()
+    assert (contacts.depth[: contacts.number[0]] < 1e-3).all()
 
 
 seeds = st.integers(0, 10**6)
@@ -150,7 +150,7 @@ def test_impulses_conserve_momentum(seed, e):
 def test_contacts_only_push_and_friction_stays_in_its_cone(seed):
     world = tangle(seed, friction=0.3)
     world.step(1e-3, 5)
-    count = world.contacts.count[0]
+    count = world.contacts.number[0]
     normal, impulse = world.contacts.normal[:count], world.contacts.impulse[:count]
     push = np.sum(normal * impulse, axis=1)
     assert (push >= -1e-15).all()
@@ -176,11 +176,11 @@ def test_contacts_beyond_the_capacity_are_counted_and_found_again_when_there_is_
     world, _ = stack(3)
     few = new_contacts(5)
     find_contacts(world.model, world.state, 1e-3, world.rules, few, new_scratch())
-    assert few.count[0] == 12
+    assert few.number[0] == 12
     more = grown(few)
     assert more.depth.shape[0] >= 12
     find_contacts(world.model, world.state, 1e-3, world.rules, more, new_scratch())
-    assert more.count[0] == 12
+    assert more.number[0] == 12
     assert (more.body[:5] == few.body).all()
 
 
@@ -190,7 +190,7 @@ def test_a_world_makes_room_for_its_contacts_and_keeps_what_they_remember():
     for i in range(1, 60):
         world.add_box((1.0, 1.0, 1.0), 1.0, (2.0 * i, 0.0, 0.5))
     world.step(1e-3, 10)
-    assert world.contacts.count[0] == 240
+    assert world.contacts.number[0] == 240
     assert world.steps == 20
     assert np.abs(world.state.box_velocity).max() < 1e-6  # the solver stops when little changes
     assert boxes[0].position[2] == pytest.approx(0.5, abs=1e-9)
