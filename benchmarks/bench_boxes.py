@@ -11,6 +11,7 @@ import pytest
 from references.pybullet_world import BulletWorld
 from softbody import World
 from softbody.collision.manifold import box_pairs_manifolds
+from softbody.collision.soft_contacts import build_skins
 from softbody.dynamics.integrators import INTEGRATORS
 from softbody.dynamics.motion import scratch_for
 from softbody.step import OVERFLOW, run
@@ -49,12 +50,12 @@ def bench_pile(race, request: pytest.FixtureRequest, count: int) -> None:
         pytest.skip("larger piles are for higher levels")
     world, bullet = pile(count)
     steps = max(1, 2_000 // count)
-    scratch = scratch_for(world.model)
+    scratch, skins = scratch_for(world.model), build_skins(world.model, world.state.position)
 
     def ours() -> None:
         integrator = INTEGRATORS[world.integrator]
         arguments = world.model, world.state, scratch, STEP, steps, integrator, world.rules, 1
-        done, fault, _ = run(*arguments, world.contacts, world.skins)
+        done, fault, _ = run(*arguments, world.contacts, skins)
         if fault == OVERFLOW:
             world.step(STEP, steps - done)
 

@@ -12,6 +12,9 @@ import llvmlite.binding
 import numba
 from llvmlite import ir
 from numba.core.caching import FunctionCache
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
+from numba.core.registry import CPUDispatcher
 from numba.extending import intrinsic
 
 Kernel = TypeVar("Kernel", bound=Callable[..., Any])
@@ -43,6 +46,60 @@ class _CoreCache(FunctionCache):
         return (*super()._index_key(sig, codegen), CORE_DIGEST)
 
 
+class _PartLibrary(JITCodeLibrary):
+    """What a kernel is to its callers: LLVM's code, which they link, optimise and make machine code of with their own.
+
+    Numba would do all three for every kernel, and once more in every caller up the chain: two thirds of the time that
+    the step of a world takes to compile.
+    """
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        return 0  # there is no machine code to point to
+
+    @property
+    def codegen(self) -> Any:
+        return self
+
+    def set_env(self, name: str, environment: Any) -> None:
+        """Do nothing: only code in object mode looks at its environment."""
+
+
+class _PartCompiler(Compiler):
+    """Numba's compiler, except that it ends in a _PartLibrary."""
+
+    def __init__(self, typing_context: Any, target_context: Any, library: Any, *rest: Any) -> None:
+        library = _PartLibrary(target_context.codegen(), "part of a kernel")
+        super().__init__(typing_context, target_context, library, *rest)
+
+
+class _Kernel(CPUDispatcher):
+    """A function that is compiled as a whole where Python calls it, and as a part where other kernels call it."""
+
+    def __init__(self, function: Any, **options: Any) -> None:
+        options |= {"nopython": True, "nogil": True, "error_model": "numpy"}
+        super().__init__(function, targetoptions=options)
+        self._cache = _CoreCache(function)
+        bare = options | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+        self._part = CPUDispatcher(function, targetoptions=bare, pipeline_class=_PartCompiler)
+
+    @property
+    def _numba_type_(self) -> Any:
+        """What Numba takes this for, where it compiles a call of it."""
+        return self._part._numba_type_
+
+
+def _compiled(function: Kernel, **options: Any) -> Kernel:
+    kernel: Any = function if numba.config.DISABLE_JIT else _Kernel(function, **options)  # type: ignore[attr-defined]
+    return kernel  # type: ignore[no-any-return]
+
+
 def jit(function: Kernel) -> Kernel:
     """Compile `function` in nopython mode: strict IEEE arithmetic, disk cache, no GIL, x/0 = inf."""
     return _compiled(function)
@@ -54,13 +111,6 @@ def jit_inlined(function: Kernel) -> Kernel:
     For a large function in the innermost loop: LLVM leaves a call there, and then does not vectorise the loop.
     """
     return _compiled(function, inline="always")
-
-
-def _compiled(function: Kernel, **options: Any) -> Kernel:
-    kernel: Any = numba.njit(error_model="numpy", nogil=True, **options)(function)
-    if kernel is not function:  # as it is under NUMBA_DISABLE_JIT=1
-        kernel._cache = _CoreCache(function)
-    return kernel
 
 
 # How the vector loops are compiled: whole registers, and single loads where the processor's own gather instruction
@@ -79,20 +129,7 @@ if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
     def arrays_do_not_overlap() -> None:
         """Promise that no array that the calling kernel writes to overlaps another of its arguments."""
 
-    def compile_apart() -> None:
-        """Keep the calling kernel out of its callers' machine code."""
-
 else:
-
-    @intrinsic
-    def compile_apart(typing_context: Any) -> Any:  # type: ignore[misc]
-        """Keep the calling kernel out of its callers' machine code: else each of them takes as long to compile."""
-
-        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            builder.function.attributes.add("noinline")
-            return context.get_dummy_value()
-
-        return numba.types.void(), generate
 
     @intrinsic
     def arrays_do_not_overlap(typing_context: Any) -> Any:  # type: ignore[misc]
@@ -107,7 +144,7 @@ else:
             for argument in builder.function.args:
                 if isinstance(argument.type, ir.PointerType):
                     argument.add_attribute("noalias")
-            builder.function.attributes.add("noinline")  # as for compile_apart
+            builder.function.attributes.add("noinline")  # these attributes are of a whole function
             for attribute in _vector_attributes():
                 set.add(builder.function.attributes, attribute)  # llvmlite's own `add` knows plain names only
             return context.get_dummy_value()

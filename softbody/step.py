@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from softbody.collision.box_box import box_box_contact
@@ -19,11 +17,11 @@ from softbody.collision.ground import ground_boxes, ground_soft_bodies
 from softbody.collision.impulse import NOBODY, resolve_contact
 from softbody.collision.manifold import new_scratch
 from softbody.collision.material import combined_friction, combined_restitution
-from softbody.collision.soft_contacts import collide_soft_bodies
+from softbody.collision.soft_contacts import Skins, collide_soft_bodies
 from softbody.collision.solver import inverse_masses, prepare_contacts, solve_displacements, solve_velocities
 from softbody.dynamics.motion import Scratch, move_soft_bodies
 from softbody.dynamics.rigid import accelerate_boxes, advance_boxes, limit_boxes, shift_boxes
-from softbody.jit import compile_apart, jit
+from softbody.jit import jit
 from softbody.quaternion import load_quaternion
 from softbody.state import Model, RigidBodies, Rules, State, boxes_of
 from softbody.vec import Vec, accumulate, load, scale, store
@@ -70,7 +68,7 @@ def run(
     rules: Rules,
     substeps: int,
     contacts: Contacts,
-    skins: Any,
+    skins: Skins,
 ) -> tuple[int, int, int]:
     """Advance any world by `steps` steps of `h` [s]; return (steps done, fault, soft body).
 
@@ -103,7 +101,6 @@ def step_soft_bodies(
     model: Model, state: State, scratch: Scratch, h: float, steps: int, integrator: int, substeps: int
 ) -> tuple[int, int, int]:
     """Advance the soft bodies alone by `steps` steps of `h` [s]; return (steps done, fault, body)."""
-    compile_apart()
     part = h / substeps
     moved, fault, body = move_soft_bodies(model, state, part, steps * substeps, integrator, scratch)
     if fault:
@@ -124,7 +121,6 @@ def step_boxes(
     Contacts come from where the boxes are, velocities are made to suit them, and then the boxes move: so a box that
     rests never enters what it rests on.
     """
-    compile_apart()
     inverse = inverse_masses(bodies)
     prepare_contacts(contacts, bodies, inverse)
     recall_impulses(contacts)
@@ -146,7 +142,6 @@ def step_boxes_singly(
     model: Model, state: State, bodies: RigidBodies, h: float, rules: Rules, grounded: np.ndarray
 ) -> None:
     """Advance all boxes by `h` [s], then part each pair that overlaps by one impulse, as in the paper; §4.4, §5.2."""
-    compile_apart()
     accelerate_boxes(model, state, h)
     advance_boxes(model, state, h, rules.gyroscopic)
     collide_boxes(model, state, bodies, rules)
@@ -156,7 +151,6 @@ def step_boxes_singly(
 @jit
 def collide_boxes(model: Model, state: State, bodies: RigidBodies, rules: Rules) -> None:
     """Part every pair of boxes that overlap: first their velocities by an impulse, then their positions."""
-    compile_apart()
     pairs = pairs_of_boxes(model, state, np.zeros(model.box_size.shape[0]), rules.exhaustive_pairs)
     for k in range(pairs.shape[0]):
         a, b = pairs[k, 0], pairs[k, 1]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from softbody.collision.contacts import grown, new_contacts
-from softbody.collision.soft_contacts import make_skin, no_skins
+from softbody.collision.soft_contacts import Skins, build_skins
 from softbody.dynamics.energy import angular_momentum, linear_momentum, total_energy
 from softbody.dynamics.equilibrium import relax
 from softbody.dynamics.integrators import INTEGRATORS, STABILITY_LIMIT
@@ -84,9 +84,9 @@ class World:
             float(angular_speed_floor),
         )
         self.contacts = new_contacts(0)
-        self.skins = no_skins()
         self.model = _empty_model(_vector(gravity, "gravity"))
         self.state = State(*(np.empty((0, columns)) for columns in (3, 3, 3, 4, 3, 3)))
+        self._kept_skins: Skins | None = None
         self.steps = 0
         self.time = 0.0
         self._stable_key: tuple[str, int, bytes] | None = None
@@ -179,7 +179,7 @@ class World:
             position=np.concatenate([self.state.position, points]),
             velocity=np.concatenate([self.state.velocity, speeds]),
         )
-        self.skins.append(make_skin(points, mesh.triangles))
+        self._kept_skins = None
         return SoftBody(self, len(self.model.gas) - 1)
 
     def add_box(
@@ -285,9 +285,9 @@ class World:
         integrator, scratch = INTEGRATORS[self.integrator], self._scratch()
         left, fault, body = steps, OVERFLOW, -1
         while fault == OVERFLOW:
-            if len(self.model.box_size) or len(self.skins) > 1:
+            if len(self.model.box_size) or len(self.model.gas) > 1:
                 every = self.model, self.state, scratch, time_step, left, integrator, self.rules, substeps
-                done, fault, body = run(*every, self.contacts, self.skins)
+                done, fault, body = run(*every, self.contacts, self._skins())
             else:
                 soft = self.model, self.state, scratch, time_step, left, integrator, substeps
                 done, fault, body = run_soft_bodies(*soft)
@@ -356,6 +356,12 @@ class World:
             alone[rows] = points
         self.state.position[:] = alone
         self.state.velocity[:] = 0.0
+
+    def _skins(self) -> Skins:
+        """Return what finds the contacts of soft bodies, kept until one is added."""
+        if self._kept_skins is None:
+            self._kept_skins = build_skins(self.model, self.state.position)
+        return self._kept_skins
 
     def _scratch(self) -> Scratch:
         """Return memory for a run, kept until bodies are added."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from softbody.collision.sat import box_box_separation
 from softbody.geometry.box import box_corner
-from softbody.jit import compile_apart, jit
+from softbody.jit import jit
 from softbody.quaternion import Quaternion, rotate, rotate_inverse
 from softbody.vec import Vec, add, cross, dot, multiply, scale, sub
 
@@ -31,7 +31,6 @@ def box_box_contact(
     along it parts the boxes. `point` is half-way between the surfaces: at the deepest corner (the mean of the
     deepest ones where a face or an edge lies flat) or between the two edges that cross.
     """
-    compile_apart()
     separation, normal, axis = box_box_separation(
         size_a, position_a, orientation_a, size_b, position_b, orientation_b, paper_axes
     )

@@ -6,7 +6,7 @@ import numpy as np
 
 from softbody.collision.impulse import apply_impulse, point_mobility, point_velocity
 from softbody.collision.patch import Corners, patch_mobility, patch_point, push_patch
-from softbody.jit import compile_apart, jit
+from softbody.jit import jit
 from softbody.quaternion import Quaternion, rotate, rotate_inverse
 from softbody.state import RigidBodies
 from softbody.vec import Vec, accumulate, dot, norm, scale, sub
@@ -50,7 +50,6 @@ def part_patch_and_box(
     box without turning. Then one impulse at the patch's point, with the mobility 1/m + 1/M + n · [(I⁻¹ (r × n)) × r]
     (the paper bounces from the masses alone), and friction as between soft bodies. Arrays as in soft_soft.
     """
-    compile_apart()
     soft = patch_mobility(inverse_mass, corners, weights)
     give = soft + bodies.inverse_mass[box]
     if give == 0.0:

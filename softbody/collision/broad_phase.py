@@ -137,7 +137,8 @@ def _distinct(level: np.ndarray) -> np.ndarray:
 def _longer(pairs: np.ndarray) -> np.ndarray:
     """Return a copy of `pairs` with as many free rows after them."""
     longer = np.empty((2 * pairs.shape[0], 2), np.int64)
-    longer[: pairs.shape[0]] = pairs
+    for k in range(pairs.shape[0]):
+        longer[k, 0], longer[k, 1] = pairs[k, 0], pairs[k, 1]
     return longer
 
 

@@ -11,7 +11,7 @@ from softbody.collision.impulse import NOBODY
 from softbody.collision.manifold import Scratch, box_axes, box_box_manifold
 from softbody.collision.material import combined_friction, combined_restitution
 from softbody.geometry.box import box_corner
-from softbody.jit import compile_apart, jit
+from softbody.jit import jit
 from softbody.quaternion import load_quaternion
 from softbody.state import Model, Rules, State
 from softbody.vec import load, norm
@@ -98,7 +98,6 @@ def reach_in_step(model: Model, state: State, box: int, h: float) -> float:
 @jit
 def pairs_of_boxes(model: Model, state: State, reach: np.ndarray, exhaustive: bool) -> np.ndarray:
     """Return the pairs (p, 2) of boxes whose bounding spheres, grown by `reach` (m,) [m], meet; paper §4."""
-    compile_apart()
     boxes = model.box_size.shape[0]
     radius = np.empty(boxes)
     movable = np.empty(boxes, np.bool_)
@@ -137,7 +136,6 @@ def find_contacts(model: Model, state: State, h: float, rules: Rules, contacts: 
     Looking one step ahead keeps a box that rests, its depth now a rounding above zero and now below, in contact; and
     turns back a fast one before it is inside.
     """
-    compile_apart()
     boxes = model.box_size.shape[0]
     reach = np.empty(boxes)
     for i in range(boxes):
@@ -188,7 +186,6 @@ def find_contacts(model: Model, state: State, h: float, rules: Rules, contacts: 
 @jit
 def _ground_contacts(model: Model, state: State, box: int, reach: float, contacts: Contacts, count: int) -> int:
     """Add the corners of a box that are, or may come, below the ground; return the new count."""
-    compile_apart()
     top = model.ground_height + reach
     radius = 0.5 * norm(load(model.box_size, box))
     if model.box_inverse_mass[box] == 0.0 or state.box_position[box, 2] - radius > top:
@@ -223,7 +220,6 @@ def recall_impulses(contacts: Contacts) -> None:
     It is known by its bodies and features. Where a feature is gone, its impulse goes to the contact of that pair that
     is nearest to it now: so boxes that slide over each other's edges keep what holds them.
     """
-    compile_apart()
     for k in range(contacts.number[0]):
         for c in range(3):
             contacts.impulse[k, c] = 0.0
@@ -255,7 +251,6 @@ def recall_impulses(contacts: Contacts) -> None:
 @jit
 def remember_impulses(contacts: Contacts) -> None:
     """Keep what `recall_impulses` will ask for."""
-    compile_apart()
     contacts.number[1] = contacts.number[0]
     for k in range(contacts.number[0]):
         contacts.old_body[k, 0] = contacts.body[k, 0]

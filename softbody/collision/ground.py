@@ -9,7 +9,7 @@ import numpy as np
 from softbody.collision.impulse import NOBODY, apply_friction, apply_impulse, point_mobility, point_velocity
 from softbody.collision.material import combined_friction, combined_restitution
 from softbody.geometry.box import box_corner
-from softbody.jit import compile_apart, jit
+from softbody.jit import jit
 from softbody.quaternion import load_quaternion
 from softbody.state import Model, RigidBodies, State
 from softbody.vec import Vec, load
@@ -24,7 +24,6 @@ BOX_ROUNDS = 16
 @jit
 def ground_soft_bodies(model: Model, state: State) -> None:
     """Lift particles that are below the ground on to it, and turn back those that still go down."""
-    compile_apart()
     for body in range(model.gas.shape[0]):
         restitution = combined_restitution(model.soft_restitution[body], model.ground_restitution)
         friction = combined_friction(model.soft_friction[body], model.ground_friction)
@@ -54,7 +53,6 @@ def ground_boxes(model: Model, state: State, bodies: RigidBodies, grounded: np.n
 
     `grounded` (m,) of bool is set to whether each box was below.
     """
-    compile_apart()
     grounded[:] = False
     for box in range(model.box_size.shape[0]):
         if model.box_inverse_mass[box] == 0.0:

@@ -16,7 +16,7 @@ import numpy as np
 
 from softbody.collision.box_box import box_box_contact
 from softbody.collision.sat import FACE_PREFERENCE, PARALLEL_SINE
-from softbody.jit import compile_apart, jit
+from softbody.jit import jit
 from softbody.quaternion import load_quaternion, rotate
 from softbody.vec import load
 
@@ -88,7 +88,6 @@ def box_box_manifold(
     `size` (m, 3) full extents [m], `position` (m, 3) [m], `orientation` (m, 4), `axes` (m, 3, 3) of `box_axes`,
     `margin` and `slack` [m] ≥ 0. `paper_axes` tries face normals only.
     """
-    compile_apart()
     separation, axis = least_overlap(size, position, axes, a, b, margin, slack, paper_axes, scratch)
     if separation > margin:
         return 0

@@ -9,7 +9,6 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba.typed import List
 
 from softbody.collision.box_soft import part_patch_and_box, point_in_box
 from softbody.collision.broad_phase import near_pairs
@@ -17,11 +16,11 @@ from softbody.collision.material import combined_friction, combined_restitution
 from softbody.collision.patch import WHOLE, Corners, patch_point
 from softbody.collision.soft_soft import part_particle_and_patch
 from softbody.geometry.box import box_corner
-from softbody.geometry.parity_grid import ParityGrid, bounding_box, build_parity_grid
+from softbody.geometry.parity_grid import COLUMNS_PER_TRIANGLE, ParityGrid, bounding_box, build_parity_grid
 from softbody.geometry.penetration import Penetrations, find_penetrations, room_for_penetrations
 from softbody.geometry.triangle import area_vector
 from softbody.geometry.triangle_tree import TriangleTree, build_triangle_tree
-from softbody.jit import compile_apart, jit
+from softbody.jit import jit
 from softbody.quaternion import load_quaternion
 from softbody.state import Model, RigidBodies, State
 from softbody.vec import Vec, add, dot, load, norm, normalize, scale, store, sub
@@ -34,24 +33,74 @@ class Skin(NamedTuple):
     tree: TriangleTree
 
 
-def make_skin(vertices: np.ndarray, triangles: np.ndarray) -> Skin:
-    """Return the skin of a mesh: `vertices` (n, 3) [m], `triangles` (t, 3)."""
-    return Skin(build_parity_grid(vertices, triangles), build_triangle_tree(vertices, triangles))
+class Skins(NamedTuple):
+    """The skins of all soft bodies, in arrays that hold one body's rows after another's."""
+
+    grids: ParityGrid
+    trees: TriangleTree
+    grid_start: np.ndarray  # (b + 1, fields of a ParityGrid) first row of each body in each of its arrays
+    tree_start: np.ndarray  # (b + 1, fields of a TriangleTree)
 
 
-def no_skins() -> Any:
-    """Return an empty list of skins, of the type that the kernels take."""
-    corner = np.eye(4, 3)
-    faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
-    skins = List([make_skin(corner, faces)])
-    skins.pop()
-    return skins
+def build_skins(model: Model, position: np.ndarray) -> Skins:
+    """Return the skins of all soft bodies of a model whose particles are at `position` (n, 3) [m]."""
+    tetrahedron = np.eye(4, 3), np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+    meshes = [tetrahedron]  # of which no row is kept: it tells what arrays look like where there are no bodies
+    for body in range(len(model.gas)):
+        first, end = model.particle_start[body : body + 2]
+        faces = slice(*model.triangle_start[body : body + 2])
+        meshes.append((position[first:end], model.triangles[faces] - first))
+    grids, grid_start = _join([build_parity_grid(*mesh) for mesh in meshes])
+    trees, tree_start = _join([build_triangle_tree(*mesh) for mesh in meshes])
+    return Skins(ParityGrid(*grids), TriangleTree(*trees), grid_start, tree_start)
+
+
+def _join(parts: list[Any]) -> tuple[list[Any], np.ndarray]:
+    """Return each field's arrays in one, those of the first part left out, and where each other part's rows start."""
+    joined = [
+        np.concatenate([rows[0][:0], *rows[1:]]) if isinstance(rows[0], np.ndarray) else rows[0]
+        for rows in zip(*parts, strict=True)
+    ]
+    lengths = [[len(rows) if isinstance(rows, np.ndarray) else 0 for rows in part] for part in parts]
+    lengths[0] = [0] * len(joined)
+    return joined, np.cumsum(lengths, axis=0)
 
 
 @jit
-def collide_soft_bodies(model: Model, state: State, bodies: RigidBodies, skins: Any) -> None:
+def skin_of(skins: Skins, body: int) -> Skin:
+    """Return the skin of one body, which shares its memory with all."""
+    grids, first, end = skins.grids, skins.grid_start[body], skins.grid_start[body + 1]
+    grid = ParityGrid(
+        grids.triangles[first[0] : end[0]],
+        True,
+        max(1.0, COLUMNS_PER_TRIANGLE * (end[0] - first[0])),
+        grids.frame[first[3] : end[3]],
+        grids.shape[first[4] : end[4]],
+        grids.start[first[5] : end[5]],
+        grids.entries[first[6] : end[6]],
+        grids.marked[first[7] : end[7]],
+        grids.inside[first[8] : end[8]],
+        grids.outside[first[9] : end[9]],
+        grids.unsorted_column[first[10] : end[10]],
+        grids.unsorted_entry[first[11] : end[11]],
+        grids.lattice[first[12] : end[12]],
+    )
+    trees, first, end = skins.trees, skins.tree_start[body], skins.tree_start[body + 1]
+    tree = TriangleTree(
+        trees.triangles[first[0] : end[0]],
+        trees.order[first[1] : end[1]],
+        trees.corners[first[2] : end[2]],
+        trees.level_start[first[3] : end[3]],
+        trees.level_count[first[4] : end[4]],
+        trees.boxes[first[5] : end[5]],
+        trees.frame[first[6] : end[6]],
+    )
+    return Skin(grid, tree)
+
+
+@jit
+def collide_soft_bodies(model: Model, state: State, bodies: RigidBodies, skins: Skins) -> None:
     """Part all soft bodies from each other, then from the boxes; velocities and positions are changed."""
-    compile_apart()
     soft, boxes = model.gas.shape[0], model.box_size.shape[0]
     centre = np.empty((soft + boxes, 3))
     radius = np.empty(soft + boxes)
@@ -71,17 +120,16 @@ def collide_soft_bodies(model: Model, state: State, bodies: RigidBodies, skins: 
     for k in range(pairs.shape[0]):
         a, b = min(pairs[k, 0], pairs[k, 1]), max(pairs[k, 0], pairs[k, 1])
         if b < soft:
-            _part_soft_bodies(model, state, a, b, skins[b], found)
-            _part_soft_bodies(model, state, b, a, skins[a], found)
+            _part_soft_bodies(model, state, a, b, skin_of(skins, b), found)
+            _part_soft_bodies(model, state, b, a, skin_of(skins, a), found)
         else:
             _part_particles_from_box(model, state, bodies, a, b - soft)
-            _part_corners_from_skin(model, state, bodies, a, b - soft, skins[a], found)
+            _part_corners_from_skin(model, state, bodies, a, b - soft, skin_of(skins, a), found)
 
 
 @jit
 def _part_soft_bodies(model: Model, state: State, a: int, b: int, skin: Skin, found: Penetrations) -> None:
     """Part the particles of a that are inside b from the nearest triangle of b's `skin`."""
-    compile_apart()
     first_a, first_b = model.particle_start[a], model.particle_start[b]
     points = state.position[first_a : model.particle_start[a + 1]]
     vertices = state.position[first_b : model.particle_start[b + 1]]
@@ -113,7 +161,6 @@ def _part_soft_bodies(model: Model, state: State, a: int, b: int, skin: Skin, fo
 @jit
 def _part_particles_from_box(model: Model, state: State, bodies: RigidBodies, body: int, box: int) -> None:
     """Part the particles of a soft body that are inside a box from its closest face."""
-    compile_apart()
     size = load(model.box_size, box)
     orientation = load_quaternion(state.box_orientation, box)
     reach = 0.5 * norm(size)
@@ -144,7 +191,6 @@ def _part_corners_from_skin(
     model: Model, state: State, bodies: RigidBodies, body: int, box: int, skin: Skin, found: Penetrations
 ) -> None:
     """Part the corners of a box that are inside a soft body from the nearest triangle of its `skin`."""
-    compile_apart()
     first = model.particle_start[body]
     vertices = state.position[first : model.particle_start[body + 1]]
     size = load(model.box_size, box)

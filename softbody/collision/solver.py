@@ -12,7 +12,7 @@ import numpy as np
 
 from softbody.collision.contacts import Contacts
 from softbody.collision.impulse import NOBODY
-from softbody.jit import compile_apart, jit
+from softbody.jit import jit
 from softbody.quaternion import load_quaternion, rotate_diagonal
 from softbody.state import RigidBodies
 from softbody.vec import Vec, cross, load, normalize, sub
@@ -33,7 +33,6 @@ RECOVERY = 0.2
 @jit
 def inverse_masses(bodies: RigidBodies) -> np.ndarray:
     """Return (m + 1, 10): 1/m and R I⁻¹ Rᵀ, row by row, of each body; the last row is the ground's, zeros."""
-    compile_apart()
     count = bodies.inverse_mass.shape[0]
     result = np.zeros((count + 1, 10))
     for i in range(count):
@@ -54,8 +53,10 @@ def load_motion(bodies: RigidBodies) -> np.ndarray:
     """Return (m + 1, 6): v [m/s] and ω [rad/s] of each body; the last row is the ground's, zeros."""
     count = bodies.inverse_mass.shape[0]
     motion = np.zeros((count + 1, 6))
-    motion[:count, :3] = bodies.velocity
-    motion[:count, 3:] = bodies.angular_velocity
+    for i in range(count):
+        for c in range(3):
+            motion[i, c] = bodies.velocity[i, c]
+            motion[i, 3 + c] = bodies.angular_velocity[i, c]
     return motion
 
 
@@ -143,7 +144,6 @@ def _push(
 @jit
 def prepare_contacts(contacts: Contacts, bodies: RigidBodies, inverse: np.ndarray) -> None:
     """Fill in the solver's row of each contact, from where the bodies are and how they move before the step."""
-    compile_apart()
     motion = load_motion(bodies)
     row = contacts.row
     ground = bodies.inverse_mass.shape[0]
@@ -188,7 +188,6 @@ def solve_velocities(
     stays open may close, but no further. Friction is bounded by μ times the normal impulse, in every direction alike.
     Ends after `iterations` sweeps, or after one that changed no speed at a contact by more than `enough` [m/s].
     """
-    compile_apart()
     motion = load_motion(bodies)
     row = contacts.row
     ground = bodies.inverse_mass.shape[0]
@@ -291,7 +290,6 @@ def solve_displacements(
     By pushes only. Depths as small as the way that gravity moves a body in one step are what a solve that stops early
     leaves; undoing them too would lift a stack again and again, and feed it energy: ten boxes then never come to rest.
     """
-    compile_apart()
     row = contacts.row
     ground = bodies.inverse_mass.shape[0]
     shift = np.zeros((ground + 1, 6))

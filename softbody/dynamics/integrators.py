@@ -23,7 +23,7 @@ from softbody.dynamics.ring_forces import (
     add_other_forces,
     ring_forces,
 )
-from softbody.jit import arrays_do_not_overlap, compile_apart, jit
+from softbody.jit import arrays_do_not_overlap, jit
 from softbody.state import Model
 
 RK4_VELOCITY = 0
@@ -44,7 +44,6 @@ def advance_body(
     `inverse_mass` (n,) [1/kg] by place. Returns the least volume [m³] of all starts of steps and of the end (NaN if
     one is NaN).
     """
-    compile_apart()
     one, other = work[POSITION : POSITION + 6], work[NEXT_POSITION : NEXT_POSITION + 6]
     pull, area, moment = work[PULL : PULL + 3], work[AREA : AREA + 3], work[MOMENT]
     stage_velocity, shift = work[STAGE_VELOCITY : STAGE_VELOCITY + 3], work[SHIFT : SHIFT + 3]

@@ -24,7 +24,7 @@ from softbody.dynamics.ring_forces import (
     ring_forces,
     sum_in_lanes,
 )
-from softbody.jit import compile_apart, jit
+from softbody.jit import jit
 from softbody.state import Model, State
 
 # What is said of the soft body that stopped a run.
@@ -68,7 +68,6 @@ def move_soft_bodies(
     Returns (steps done, fault, body). On a fault (DIVERGED or COLLAPSED, else 0) that is fewer steps: as many as
     every body can do.
     """
-    compile_apart()
     fault, culprit = 0, -1
     rounds = 1
     while rounds > 0:

@@ -6,7 +6,7 @@ from math import sqrt
 
 import numpy as np
 
-from softbody.jit import compile_apart, jit
+from softbody.jit import jit
 from softbody.quaternion import (
     Quaternion,
     from_rotation_vector,
@@ -41,7 +41,6 @@ def advance_boxes(model: Model, state: State, h: float, gyroscopic: bool) -> Non
     and ω follows from L and the orientation half-way (midpoint rule of order 2): adding −ω × I ω h to ω instead gains
     energy in every step.
     """
-    compile_apart()
     for i in range(state.box_position.shape[0]):
         if model.box_inverse_mass[i] > 0.0:
             for c in range(3):
@@ -85,7 +84,6 @@ def limit_boxes(model: Model, state: State, rules: Rules, grounded: np.ndarray) 
     Speed and angular speed are cut to their ceilings. A box on the ground that turns more slowly than the floor stops
     turning, and its axes snap to the nearest multiples of 90°.
     """
-    compile_apart()
     for i in range(state.box_position.shape[0]):
         if model.box_inverse_mass[i] > 0.0:
             v, w = load(state.box_velocity, i), load(state.box_angular_velocity, i)

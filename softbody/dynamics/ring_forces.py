@@ -11,7 +11,7 @@ from math import sqrt
 
 import numpy as np
 
-from softbody.jit import arrays_do_not_overlap, compile_apart, jit
+from softbody.jit import arrays_do_not_overlap, jit
 from softbody.state import Model, Rings
 
 # Rows of the work array in which one body moves, by place: three each for x, y and z.
@@ -115,7 +115,6 @@ def any_ring_sums(
 
     `following`, from `behind` on, has the particle that comes next around the ring after each neighbour.
     """
-    compile_apart()
     count = end - first
     for q in range(count):
         i = first + q
@@ -147,7 +146,6 @@ def ring_forces(
 
     `x` [m], `pull` and `area` have a row for each component; all by place.
     """
-    compile_apart()
     k = rings.common_stiffness[body]
     nb, ks, rest = rings.neighbour, rings.stiffness, rings.rest_pull
     rx, ry, rz = x[0], x[1], x[2]
@@ -210,7 +208,6 @@ def add_other_forces(model: Model, body: int, x: np.ndarray, velocity: np.ndarra
 
     A damped spring resists by `damping` [N s/m] times the speed at which its ends part; drag is −`drag` m v.
     """
-    compile_apart()
     start = model.particle_start[body]
     rings = model.rings
     if model.external_force.shape[0] > 0:

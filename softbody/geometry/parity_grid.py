@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from softbody.geometry.polyhedron import ray_hits_triangle
 from softbody.geometry.triangle_list import checked_triangles, edges_meet_evenly
-from softbody.jit import compile_apart, jit
+from softbody.jit import jit
 from softbody.vec import Vec, load
 
 # Of a column: one bit each of a 64-bit word. Triangles and points keep to 1 … 62; 0 lies below the mesh, 63 above it.
@@ -129,7 +129,6 @@ def rebuild_parity_grid_within(grid: ParityGrid, vertices: np.ndarray, low: Vec,
     `high` must not be lower (in z) than any point that is asked about; from it up to the mesh's top, levels are added.
     `columns` is about how many columns to make.
     """
-    compile_apart()
     if not (isfinite(low[0] + low[1] + low[2]) and isfinite(high[0] + high[1] + high[2])):
         grid.frame[:] = np.nan
         grid.shape[:] = 1
@@ -455,7 +454,6 @@ def points_in_parity_grid(
 
     The grid must have been built for `vertices` (n, 3) [m]; `answers` is (m,) of bool. The range lets threads share.
     """
-    compile_apart()
     f = _frame(grid)
     inside, outside = grid.inside, grid.outside
     triangles, start, entries = grid.triangles, grid.start, grid.entries

@@ -17,7 +17,7 @@ from softbody.geometry.parity_grid import (
 )
 from softbody.geometry.polyhedron import point_in_polyhedron
 from softbody.geometry.triangle_tree import TriangleTree, closest_in_tree, refit_triangle_tree, search_space
-from softbody.jit import compile_apart, jit
+from softbody.jit import jit
 from softbody.vec import Vec, load, store
 
 
@@ -56,7 +56,6 @@ def find_penetrations(
     bodies overlap. Returns how many are inside; the first rows of `found` hold them. If there are more than it
     has room for, the rest are counted only. If any number is not finite, nothing is inside.
     """
-    compile_apart()
     low_a, high_a = bounding_box(points)
     low_b, high_b = bounding_box(vertices)
     if not isfinite(low_a[0] + high_a[0] + low_b[0] + high_b[0]):

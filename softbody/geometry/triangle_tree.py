@@ -18,7 +18,7 @@ from softbody.geometry.closest import Closest, with_weights, write_answer
 from softbody.geometry.parity_grid import bounding_box
 from softbody.geometry.triangle import squared_distance_to_triangle
 from softbody.geometry.triangle_list import checked_triangles
-from softbody.jit import compile_apart, jit, jit_inlined
+from softbody.jit import jit, jit_inlined
 from softbody.vec import Vec, load, scale, sub
 
 WIDTH = 8  # children of a node: what a processor with 256-bit registers compares at once in float32
@@ -141,7 +141,6 @@ def _part(points: np.ndarray, order: np.ndarray, first: int, last: int, middle: 
 @jit
 def refit_triangle_tree(tree: TriangleTree, vertices: np.ndarray) -> None:
     """Fit the boxes to where `vertices` (n, 3) [m] now are. If any is not finite, every answer is then −1."""
-    compile_apart()
     low, high = bounding_box(vertices)
     middle = scale(0.5, (low[0] + high[0], low[1] + high[1], low[2] + high[2]))
     half = 0.5 * max(high[0] - low[0], high[1] - low[1], high[2] - low[2])
@@ -336,7 +335,6 @@ def closest_in_tree(p: Vec, tree: TriangleTree, vertices: np.ndarray, search: Se
 
     The tree must have been fitted to `vertices` (n, 3) [m]; `search` comes from `search_space`.
     """
-    compile_apart()
     middle = tree.frame[0], tree.frame[1], tree.frame[2]
     t = _search(
         p,

@@ -65,6 +65,26 @@ def test_code_without_bounds_checks_is_not_used_where_they_are_asked_for(copy):
     assert output(BEYOND, copy) == "unchecked 1"
 
 
+NESTED = """
+import numba, numpy as np
+from softbody.vec import load, norm, sub
+
+@numba.njit
+def distance(rows, i, j):
+    return norm(sub(load(rows, i), load(rows, j)))
+
+rows = np.array([[3.0, 0.0, 0.0], [0.0, 4.0, 0.0]])
+try:
+    print(distance(rows, 0, 1), distance(rows, 0, 2))
+except IndexError as error:
+    print(distance(rows, 0, 1), error)
+"""
+
+
+def test_other_numba_code_calls_kernels_and_sees_their_errors(copy):
+    assert output(NESTED, copy, NUMBA_BOUNDSCHECK="1").startswith("5.0 index")
+
+
 STEP = """
 import hashlib, warnings
 import softbody
