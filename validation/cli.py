@@ -7,7 +7,9 @@ import os
 import subprocess
 import sys
 import time
+from concurrent.futures import ProcessPoolExecutor
 from datetime import datetime, timezone
+from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -80,7 +82,7 @@ def main(
         pictures = timings
     report, interrupted = run_report(checks, level, seed, jobs, timings)
     if pictures and not interrupted:
-        report.pictures = film_scenes(out)
+        report.pictures = film_scenes(out, jobs)
     write_outputs(report, out)
     summarize(report, out)
     if interrupted:
@@ -164,18 +166,20 @@ def run_report(checks: list[Check], level: str, seed: int, jobs: int, timings: b
     return report, interrupted
 
 
-def film_scenes(out: Path) -> list[Picture]:
-    """Run and film the scenes; a scene that fails is left out, and said."""
+def film_scenes(out: Path, jobs: int) -> list[Picture]:
+    """Run and film the scenes, `jobs` at a time; a scene that fails is left out, and said."""
     from rich.progress import track
 
     from validation.pictures import SCENES, make_picture
 
     filmed = []
-    for scene in track(SCENES, "scenes", console=progress_console()):
-        try:
-            filmed.append(make_picture(scene, out / "pictures"))
-        except Exception as error:
-            click.echo(f"{scene.name} could not be filmed: {error}", err=True)
+    with ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
+        films = [pool.submit(make_picture, scene, out / "pictures") for scene in SCENES]
+        for scene, film in track(list(zip(SCENES, films)), "scenes", console=progress_console()):
+            try:
+                filmed.append(film.result())
+            except Exception as error:
+                click.echo(f"{scene.name} could not be filmed: {error}", err=True)
     return filmed
 
 

@@ -14,6 +14,9 @@ from validation.engines import missing
 from validation.judge import blank_record, judge
 from validation.record import FAILS, NOT_RUN, ClaimRecord
 
+# Families that step whole worlds. They go to one lane, the first: its kernel takes longer to compile than all others.
+WORLDS = ("contact manifolds", "boxes in motion", "rigid boxes", "soft contacts and scenes")
+
 
 def run_checks(
     checks: list[Check], level: str, seed: int, jobs: int, started: Callable[[Check], None]
@@ -24,8 +27,11 @@ def run_checks(
     lane's worker process that dies fails the claim it was at, and a new one goes on with the next.
     """
     families: queue.SimpleQueue[list[Check]] = queue.SimpleQueue()
-    for family in dict.fromkeys(check.family for check in checks):
-        families.put([check for check in checks if check.family == family])
+    for group in [
+        WORLDS,
+        *((family,) for family in dict.fromkeys(check.family for check in checks) if family not in WORLDS),
+    ]:
+        families.put([check for family in group for check in checks if check.family == family])
     done: queue.SimpleQueue[ClaimRecord | BaseException] = queue.SimpleQueue()
     stop = threading.Event()
     lanes = [
