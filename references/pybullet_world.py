@@ -14,6 +14,8 @@ from numpy.typing import ArrayLike
 
 from references.pybullet import pybullet
 
+GROUND = 0  # Bullet's number of the first body
+
 
 class BulletWorld:
     """Boxes on a static ground whose top is z = 0, in Bullet."""
@@ -91,6 +93,16 @@ class BulletWorld:
     def velocities(self) -> np.ndarray:
         """Return v and ω (m, 6)."""
         return np.array([np.concatenate(pybullet.getBaseVelocity(box, self.client)) for box in self.boxes])
+
+    def deepest(self) -> tuple[float, float]:
+        """Return how deep [m] boxes are inside each other, and in the ground, at the worst contact of the last step."""
+        inside = below = 0.0
+        for contact in pybullet.getContactPoints(physicsClientId=self.client):
+            if GROUND in contact[1:3]:
+                below = max(below, -contact[8])
+            else:
+                inside = max(inside, -contact[8])
+        return inside, below
 
     def close(self) -> None:
         """Disconnect."""

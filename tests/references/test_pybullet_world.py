@@ -21,3 +21,13 @@ def test_the_depth_of_two_cubes_by_hand():
     distance, normal = closest(np.ones((1, 3)), [[0.1, 0.2, 0.9]], upright, np.ones((1, 3)), np.zeros((1, 3)), upright)
     assert distance == pytest.approx([-0.1], abs=1e-15)
     assert normal[0] == pytest.approx([0.0, 0.0, 1.0], abs=1e-15)
+
+
+def test_deepest_tells_boxes_from_the_ground():
+    world = BulletWorld(1e-3, 50)
+    world.add_ground()
+    world.add_box((1.0, 1.0, 1.0), 1.0, (0.0, 0.0, 0.48))
+    world.add_box((1.0, 1.0, 1.0), 1.0, (0.0, 0.0, 1.45))
+    world.step()
+    assert world.deepest() == pytest.approx((0.03, 0.02), abs=2e-3)
+    world.close()
