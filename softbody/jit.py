@@ -105,6 +105,15 @@ def jit(function: Kernel) -> Kernel:
     return _compiled(function)
 
 
+def jit_lean(function: Kernel) -> Kernel:
+    """Compile like `jit` a kernel that makes no array, and gets none from a kernel that it calls.
+
+    Numba then does not count the references to its arguments, which costs a small kernel of many arrays more than its
+    work does (224 against 339 ns for the contacts of two boxes).
+    """
+    return _compiled(function, _nrt=False)
+
+
 def jit_inlined(function: Kernel) -> Kernel:
     """Compile like `jit`, and paste the body into every kernel that calls it.
 

@@ -10,7 +10,7 @@ from math import floor, frexp
 
 import numpy as np
 
-from softbody.jit import jit
+from softbody.jit import jit, jit_lean
 
 # Cells are this much wider than the spheres in them: else two that just touch could, by rounding, lie two cells apart.
 WIDER = 1.0 + 1e-6
@@ -102,7 +102,7 @@ def near_pairs(centre: np.ndarray, radius: np.ndarray, movable: np.ndarray) -> n
     return _sorted(pairs[:found], count)
 
 
-@jit
+@jit_lean
 def spheres_meet(centre: np.ndarray, radius: np.ndarray, a: int, b: int) -> bool:
     """Tell whether two spheres overlap or touch; paper §4."""
     x = centre[a, 0] - centre[b, 0]
@@ -112,7 +112,7 @@ def spheres_meet(centre: np.ndarray, radius: np.ndarray, a: int, b: int) -> bool
     return x * x + y * y + z * z <= reach * reach
 
 
-@jit
+@jit_lean
 def _bucket(x: int, y: int, z: int, level: int, buckets: int) -> int:
     """Return the place of a cell in a table of 2^k buckets (hash of Teschner et al. 2003)."""
     return ((x * 73856093) ^ (y * 19349663) ^ (z * 83492791) ^ (level * 50331653)) & (buckets - 1)

@@ -11,7 +11,7 @@ from softbody.collision.impulse import NOBODY
 from softbody.collision.manifold import Scratch, box_axes, box_box_manifold
 from softbody.collision.material import combined_friction, combined_restitution
 from softbody.geometry.box import box_corner
-from softbody.jit import jit
+from softbody.jit import jit, jit_lean
 from softbody.quaternion import load_quaternion
 from softbody.state import Model, Rules, State
 from softbody.vec import load, norm
@@ -74,13 +74,13 @@ def grown(contacts: Contacts) -> Contacts:
     return longer
 
 
-@jit
+@jit_lean
 def fall_in_step(model: Model, h: float) -> float:
     """Return how far [m] gravity moves a body within a step of `h` [s]: lengths below it are the solver's noise."""
     return h * h * norm((model.gravity[0], model.gravity[1], model.gravity[2]))
 
 
-@jit
+@jit_lean
 def reach_in_step(model: Model, state: State, box: int, h: float) -> float:
     """Return how far [m] any point of a box may come within a step of `h` [s]: by its motion, and what acts on it."""
     if model.box_inverse_mass[box] == 0.0:
@@ -120,7 +120,7 @@ def half_shadows(size: np.ndarray, axes: np.ndarray) -> np.ndarray:
     return extent
 
 
-@jit
+@jit_lean
 def shadows_apart(position: np.ndarray, extent: np.ndarray, a: int, b: int, margin: float) -> bool:
     """Tell whether two boxes are more than `margin` [m] apart along one of the world's axes: three quick tests."""
     for c in range(3):  # noqa: SIM110 (Numba has no any() of a generator)
@@ -183,7 +183,7 @@ def find_contacts(model: Model, state: State, h: float, rules: Rules, contacts: 
     contacts.number[0] = count
 
 
-@jit
+@jit_lean
 def _ground_contacts(model: Model, state: State, box: int, reach: float, contacts: Contacts, count: int) -> int:
     """Add the corners of a box that are, or may come, below the ground; return the new count."""
     top = model.ground_height + reach
@@ -213,7 +213,7 @@ def _ground_contacts(model: Model, state: State, box: int, reach: float, contact
     return count
 
 
-@jit
+@jit_lean
 def recall_impulses(contacts: Contacts) -> None:
     """Give each contact the impulse that it had a step ago, else none.
 
@@ -248,7 +248,7 @@ def recall_impulses(contacts: Contacts) -> None:
                 contacts.impulse[heir, c] += contacts.old_impulse[old, c]
 
 
-@jit
+@jit_lean
 def remember_impulses(contacts: Contacts) -> None:
     """Keep what `recall_impulses` will ask for."""
     contacts.number[1] = contacts.number[0]

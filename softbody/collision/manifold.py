@@ -16,7 +16,7 @@ import numpy as np
 
 from softbody.collision.box_box import box_box_contact
 from softbody.collision.sat import FACE_PREFERENCE, PARALLEL_SINE
-from softbody.jit import jit
+from softbody.jit import jit, jit_lean
 from softbody.quaternion import load_quaternion, rotate
 from softbody.vec import load
 
@@ -37,6 +37,7 @@ class Scratch(NamedTuple):
     apart: np.ndarray  # (2, 3) [m] from b to a, in the frame of a and of b
     polygon: np.ndarray  # (2, 64, 3) corners [m]: two along the reference face, one above it
     side: np.ndarray  # (2, 64) which line the edge after each corner lies on
+    edge: np.ndarray  # (2, 3) middle of an edge of a and of one of b [m]
     normal: np.ndarray  # (3,) unit, from b to a
     point: np.ndarray  # (8, 3) [m]
     depth: np.ndarray  # (8,) [m]
@@ -51,6 +52,7 @@ def new_scratch() -> Scratch:
         np.empty((2, 3)),
         np.empty((2, 64, 3)),
         np.empty((2, 64), np.int64),
+        np.empty((2, 3)),
         np.empty(3),
         np.empty((MOST_POINTS, 3)),
         np.empty(MOST_POINTS),
@@ -70,7 +72,7 @@ def box_axes(orientation: np.ndarray) -> np.ndarray:
     return axes
 
 
-@jit
+@jit_lean
 def box_box_manifold(
     size: np.ndarray,
     position: np.ndarray,
@@ -112,7 +114,7 @@ def box_box_manifold(
     return count
 
 
-@jit
+@jit_lean
 def least_overlap(
     size: np.ndarray,
     position: np.ndarray,
@@ -202,7 +204,7 @@ def least_overlap(
     return best, best_axis
 
 
-@jit
+@jit_lean
 def _clip_faces(
     size: np.ndarray,
     position: np.ndarray,
@@ -301,7 +303,7 @@ def _clip_faces(
     return kept
 
 
-@jit
+@jit_lean
 def _edge_point(
     size: np.ndarray,
     position: np.ndarray,
@@ -319,26 +321,25 @@ def _edge_point(
     """
     normal = scratch.normal
     feature = 0
-    p = np.empty(3)
-    q = np.empty(3)
+    edge = scratch.edge
     for c in range(3):
-        p[c] = position[a, c]
-        q[c] = position[b, c]
+        edge[0, c] = position[a, c]
+        edge[1, c] = position[b, c]
     for k in range(3):
         if k != i:
             towards = normal[0] * axes[a, k, 0] + normal[1] * axes[a, k, 1] + normal[2] * axes[a, k, 2]
             sign = -0.5 if towards >= 0.0 else 0.5
             feature = 2 * feature + (towards >= 0.0)
             for c in range(3):
-                p[c] += sign * size[a, k] * axes[a, k, c]
+                edge[0, c] += sign * size[a, k] * axes[a, k, c]
         if k != j:
             towards = normal[0] * axes[b, k, 0] + normal[1] * axes[b, k, 1] + normal[2] * axes[b, k, 2]
             sign = 0.5 if towards >= 0.0 else -0.5
             feature = 2 * feature + (towards >= 0.0)
             for c in range(3):
-                q[c] += sign * size[b, k] * axes[b, k, c]
+                edge[1, c] += sign * size[b, k] * axes[b, k, c]
     cosine = scratch.cosine[i, j]
-    x, y, z = p[0] - q[0], p[1] - q[1], p[2] - q[2]
+    x, y, z = edge[0, 0] - edge[1, 0], edge[0, 1] - edge[1, 1], edge[0, 2] - edge[1, 2]
     along_a = x * axes[a, i, 0] + y * axes[a, i, 1] + z * axes[a, i, 2]
     along_b = x * axes[b, j, 0] + y * axes[b, j, 1] + z * axes[b, j, 2]
     half_a, half_b = 0.5 * size[a, i], 0.5 * size[b, j]
@@ -347,7 +348,7 @@ def _edge_point(
     t = min(max(along_b + s * cosine, -half_b), half_b)
     s = min(max(t * cosine - along_a, -half_a), half_a)
     for c in range(3):
-        scratch.point[0, c] = 0.5 * (p[c] + s * axes[a, i, c] + q[c] + t * axes[b, j, c])
+        scratch.point[0, c] = 0.5 * (edge[0, c] + s * axes[a, i, c] + edge[1, c] + t * axes[b, j, c])
     scratch.depth[0] = -separation
     scratch.feature[0] = (1 << 16) + (feature * 3 + i) * 3 + j
 
@@ -381,8 +382,10 @@ def box_pairs_manifolds(
     for i in range(pairs):
         found = box_box_manifold(size, position, orientation, axes, i, pairs + i, margin, 0.0, paper_axes, scratch)
         count[i] = found
-        if found:
-            normal[i] = scratch.normal
-        point[i, :found] = scratch.point[:found]
-        depth[i, :found] = scratch.depth[:found]
+        for c in range(3 if found else 0):
+            normal[i, c] = scratch.normal[c]
+        for k in range(found):
+            depth[i, k] = scratch.depth[k]
+            for c in range(3):
+                point[i, k, c] = scratch.point[k, c]
     return count, normal, point, depth

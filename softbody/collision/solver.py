@@ -12,10 +12,10 @@ import numpy as np
 
 from softbody.collision.contacts import Contacts
 from softbody.collision.impulse import NOBODY
-from softbody.jit import jit
+from softbody.jit import jit, jit_lean
 from softbody.quaternion import load_quaternion, rotate_diagonal
 from softbody.state import RigidBodies
-from softbody.vec import Vec, cross, load, normalize, sub
+from softbody.vec import Vec, add, cross, dot, load, normalize, scale, sub
 
 # The directions of a contact: its normal and two tangents. In a contact's row, three columns for each direction hold
 # the direction d itself; the twists r × d of a and of b; and the turns R I⁻¹ Rᵀ (r × d) of a and of b. With these
@@ -70,7 +70,7 @@ def store_motion(bodies: RigidBodies, motion: np.ndarray) -> None:
                 bodies.angular_velocity[i, c] = motion[i, 3 + c]
 
 
-@jit
+@jit_lean
 def _fill(
     row: np.ndarray, k: int, direction: int, d: Vec, arm_a: Vec, arm_b: Vec, inverse: np.ndarray, a: int, b: int
 ) -> None:
@@ -85,7 +85,7 @@ def _fill(
         row[k, TURN_B + 3 * direction + c] = turn_b[c]
 
 
-@jit
+@jit_lean
 def _turn(inverse: np.ndarray, i: int, t: Vec) -> Vec:
     """Return I⁻¹ t."""
     return (
@@ -95,7 +95,7 @@ def _turn(inverse: np.ndarray, i: int, t: Vec) -> Vec:
     )
 
 
-@jit
+@jit_lean
 def _coupling(row: np.ndarray, k: int, inverse: np.ndarray, a: int, b: int, first: int, second: int) -> float:
     """Return the speed [m/s per N s] along one direction that an impulse along another one gives its contact."""
     result = inverse[a, 0] + inverse[b, 0] if first == second else 0.0
@@ -105,20 +105,14 @@ def _coupling(row: np.ndarray, k: int, inverse: np.ndarray, a: int, b: int, firs
     return result
 
 
-@jit
+@jit_lean
 def _speed(row: np.ndarray, k: int, direction: int, motion: np.ndarray, a: int, b: int) -> float:
     """Return the speed [m/s] along one direction of a's point of contact `k` seen from b's."""
-    d, p, q = 3 * direction, TWIST_A + 3 * direction, TWIST_B + 3 * direction
-    return (
-        row[k, d] * (motion[a, 0] - motion[b, 0])
-        + row[k, d + 1] * (motion[a, 1] - motion[b, 1])
-        + row[k, d + 2] * (motion[a, 2] - motion[b, 2])
-        + (row[k, p] * motion[a, 3] + row[k, p + 1] * motion[a, 4] + row[k, p + 2] * motion[a, 5])
-        - (row[k, q] * motion[b, 3] + row[k, q + 1] * motion[b, 4] + row[k, q + 2] * motion[b, 5])
-    )
+    v_a, w_a, v_b, w_b = _three(motion, a, 0), _three(motion, a, 3), _three(motion, b, 0), _three(motion, b, 3)
+    return _speed_of(row, k, direction, v_a, w_a, v_b, w_b)
 
 
-@jit
+@jit_lean
 def _push(
     row: np.ndarray, k: int, direction: int, motion: np.ndarray, inverse: np.ndarray, a: int, b: int, p: float
 ) -> None:
@@ -213,20 +207,7 @@ def solve_velocities(
                 _push(row, k, TANGENT, motion, inverse, a, b, row[k, DRAG])
                 _push(row, k, SECOND, motion, inverse, a, b, row[k, DRAG2])
     for _ in range(iterations):
-        most = 0.0
-        for k in range(count):
-            a, b = contacts.body[k, 0], contacts.body[k, 1]
-            b = ground if b == NOBODY else b
-            before = row[k, PUSH]
-            lack = row[k, TARGET] - _speed(row, k, NORMAL, motion, a, b)
-            row[k, PUSH] = max(0.0, before + row[k, MASS] * lack)
-            change = row[k, PUSH] - before
-            if change != 0.0:
-                most = max(most, abs(change) / row[k, MASS])
-                _push(row, k, NORMAL, motion, inverse, a, b, change)
-            if contacts.friction[k] > 0.0 and (before > 0.0 or row[k, PUSH] > 0.0):
-                most = max(most, _rub(row, k, motion, inverse, a, b, contacts.friction[k] * row[k, PUSH]))
-        if most <= enough:
+        if _sweep(contacts, motion, inverse) <= enough:
             break
     for k in range(count):
         p = _impulse(row, k)
@@ -235,13 +216,85 @@ def solve_velocities(
     store_motion(bodies, motion)
 
 
-@jit
+@jit_lean
+def _sweep(contacts: Contacts, motion: np.ndarray, inverse: np.ndarray) -> float:
+    """Correct the impulses of all contacts once, in order; return the largest change of a speed at a contact [m/s].
+
+    The contacts of a pair follow each other: its velocities stay in the processor's registers from one to the next.
+    """
+    row = contacts.row
+    count, ground = contacts.number[0], motion.shape[0] - 1
+    most = 0.0
+    k = 0
+    while k < count:
+        first, second = contacts.body[k, 0], contacts.body[k, 1]
+        a, b = first, ground if second == NOBODY else second
+        share_a, share_b = inverse[a, 0], inverse[b, 0]
+        v_a, w_a, v_b, w_b = _three(motion, a, 0), _three(motion, a, 3), _three(motion, b, 0), _three(motion, b, 3)
+        while k < count and contacts.body[k, 0] == first and contacts.body[k, 1] == second:
+            before = row[k, PUSH]
+            lack = row[k, TARGET] - _speed_of(row, k, NORMAL, v_a, w_a, v_b, w_b)
+            push = max(0.0, before + row[k, MASS] * lack)
+            change = push - before
+            if change != 0.0:
+                row[k, PUSH] = push
+                most = max(most, abs(change) / row[k, MASS])
+                v_a = add(v_a, scale(share_a * change, _three(row, k, 0)))
+                v_b = sub(v_b, scale(share_b * change, _three(row, k, 0)))
+                w_a = add(w_a, scale(change, _three(row, k, TURN_A)))
+                w_b = sub(w_b, scale(change, _three(row, k, TURN_B)))
+            if contacts.friction[k] > 0.0 and (before > 0.0 or push > 0.0):
+                # Along the sliding, by one number for both tangents: with the exact 2 × 2 solve, what the bound leaves
+                # would not point against the sliding, and a box would slide on by a seventh too far.
+                limit = contacts.friction[k] * push
+                drag = row[k, DRAG] - row[k, DRAG_MASS] * _speed_of(row, k, TANGENT, v_a, w_a, v_b, w_b)
+                drag2 = row[k, DRAG2] - row[k, DRAG_MASS] * _speed_of(row, k, SECOND, v_a, w_a, v_b, w_b)
+                square = drag * drag + drag2 * drag2
+                if square > limit * limit:
+                    kept = limit / np.sqrt(square)
+                    drag, drag2 = kept * drag, kept * drag2
+                s, t = drag - row[k, DRAG], drag2 - row[k, DRAG2]
+                row[k, DRAG], row[k, DRAG2] = drag, drag2
+                most = max(most, (abs(s) + abs(t)) / row[k, DRAG_MASS])
+                along = add(scale(s, _three(row, k, 3)), scale(t, _three(row, k, 6)))
+                v_a, v_b = add(v_a, scale(share_a, along)), sub(v_b, scale(share_b, along))
+                w_a = add(w_a, add(scale(s, _three(row, k, TURN_A + 3)), scale(t, _three(row, k, TURN_A + 6))))
+                w_b = sub(w_b, add(scale(s, _three(row, k, TURN_B + 3)), scale(t, _three(row, k, TURN_B + 6))))
+            k += 1
+        _keep(motion, a, v_a, w_a)
+        if second != NOBODY:
+            _keep(motion, b, v_b, w_b)
+    return most
+
+
+@jit_lean
+def _three(rows: np.ndarray, k: int, column: int) -> Vec:
+    """Return three numbers of row `k` from `column` on."""
+    return rows[k, column], rows[k, column + 1], rows[k, column + 2]
+
+
+@jit_lean
+def _keep(motion: np.ndarray, i: int, v: Vec, w: Vec) -> None:
+    for c in range(3):
+        motion[i, c] = v[c]
+        motion[i, 3 + c] = w[c]
+
+
+@jit_lean
+def _speed_of(row: np.ndarray, k: int, direction: int, v_a: Vec, w_a: Vec, v_b: Vec, w_b: Vec) -> float:
+    """Return the speed [m/s] along one direction of a's point of contact `k` seen from b's."""
+    d = 3 * direction
+    turning = dot(_three(row, k, TWIST_A + d), w_a) - dot(_three(row, k, TWIST_B + d), w_b)
+    return dot(_three(row, k, d), sub(v_a, v_b)) + turning
+
+
+@jit_lean
 def _along(row: np.ndarray, k: int, direction: int, p: Vec) -> float:
     d = 3 * direction
     return row[k, d] * p[0] + row[k, d + 1] * p[1] + row[k, d + 2] * p[2]
 
 
-@jit
+@jit_lean
 def _impulse(row: np.ndarray, k: int) -> Vec:
     """Return the impulse [N s] on a of contact `k`, in the world."""
     n, s, t = row[k, PUSH], row[k, DRAG], row[k, DRAG2]
@@ -250,35 +303,6 @@ def _impulse(row: np.ndarray, k: int) -> Vec:
         n * row[k, 1] + s * row[k, 4] + t * row[k, 7],
         n * row[k, 2] + s * row[k, 5] + t * row[k, 8],
     )
-
-
-@jit
-def _rub(row: np.ndarray, k: int, motion: np.ndarray, inverse: np.ndarray, a: int, b: int, limit: float) -> float:
-    """Correct the friction of contact `k` towards what stops its sliding, within `limit` [N s]; return the change.
-
-    The change is a speed [m/s], no less than that of the point. The correction is along the sliding, by one number for
-    both tangents: with the exact 2 × 2 solve, what the bound leaves would not point against the sliding, and a box
-    would slide on by a seventh too far.
-    """
-    before, before2 = row[k, DRAG], row[k, DRAG2]
-    drag = before - row[k, DRAG_MASS] * _speed(row, k, TANGENT, motion, a, b)
-    drag2 = before2 - row[k, DRAG_MASS] * _speed(row, k, SECOND, motion, a, b)
-    square = drag * drag + drag2 * drag2
-    if square > limit * limit:
-        kept = limit / np.sqrt(square)
-        drag, drag2 = kept * drag, kept * drag2
-    row[k, DRAG], row[k, DRAG2] = drag, drag2
-    s, t = drag - before, drag2 - before2
-    share = inverse[a, 0]
-    for c in range(3):
-        motion[a, c] += share * (s * row[k, 3 + c] + t * row[k, 6 + c])
-        motion[a, 3 + c] += s * row[k, TURN_A + 3 + c] + t * row[k, TURN_A + 6 + c]
-    share = inverse[b, 0]
-    if share > 0.0:
-        for c in range(3):
-            motion[b, c] -= share * (s * row[k, 3 + c] + t * row[k, 6 + c])
-            motion[b, 3 + c] -= s * row[k, TURN_B + 3 + c] + t * row[k, TURN_B + 6 + c]
-    return (abs(s) + abs(t)) / row[k, DRAG_MASS]
 
 
 @jit

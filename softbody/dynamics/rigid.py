@@ -6,7 +6,7 @@ from math import sqrt
 
 import numpy as np
 
-from softbody.jit import jit
+from softbody.jit import jit, jit_lean
 from softbody.quaternion import (
     Quaternion,
     from_rotation_vector,
@@ -19,7 +19,7 @@ from softbody.state import Model, Rules, State
 from softbody.vec import Vec, accumulate, load, norm, scale, store
 
 
-@jit
+@jit_lean
 def accelerate_boxes(model: Model, state: State, h: float) -> None:
     """Change velocities over `h` [s]: v' = v + (g + F/m) h and ω' = ω + R I⁻¹ Rᵀ τ h; paper §5.2, §10.13."""
     for i in range(state.box_position.shape[0]):
@@ -32,7 +32,7 @@ def accelerate_boxes(model: Model, state: State, h: float) -> None:
             accumulate(state.box_angular_velocity, i, scale(h, turn))
 
 
-@jit
+@jit_lean
 def advance_boxes(model: Model, state: State, h: float, gyroscopic: bool) -> None:
     """Move and turn every box by its velocities over `h` [s]: x' = x + v' h, the velocity first (Euler–Cromer); §5.2.
 
@@ -58,7 +58,7 @@ def advance_boxes(model: Model, state: State, h: float, gyroscopic: bool) -> Non
                 state.box_orientation[i, c] = q[c]
 
 
-@jit
+@jit_lean
 def shift_boxes(state: State, shift: np.ndarray) -> None:
     """Move every box by `shift` [i, :3] [m] and turn it by [i, 3:] [rad], its velocities untouched."""
     for i in range(state.box_position.shape[0]):
