@@ -7,9 +7,11 @@ from collections.abc import Callable
 import fcl
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from references.pybullet_world import BulletWorld
 from softbody import World
+from softbody.collision.broad_phase import near_pairs, near_pairs_exhaustive
 from softbody.collision.manifold import box_pairs_manifolds
 from softbody.collision.soft_contacts import build_skins
 from softbody.dynamics.integrators import INTEGRATORS
@@ -70,6 +72,29 @@ def bench_pile(race, request: pytest.FixtureRequest, count: int) -> None:
         peers={"pybullet": (lambda: bullet.step(steps), count * steps)},
     )
     bullet.close()
+
+
+@pytest.mark.parametrize("count", [*SIZES[1:], 10_000, 100_000])
+def bench_near_pairs(race, request: pytest.FixtureRequest, count: int) -> None:
+    """The broad phase: equal spheres, as dense as a pile; the cost of one must not grow with their number."""
+    if count > {"quick": 1_000, "standard": 10_000, "full": 100_000}[request.config.getoption("--level")]:
+        pytest.skip("more boxes are for higher levels")
+    side = count ** (1.0 / 3.0)
+    centre = np.random.default_rng(count).uniform(0.0, side, (count, 3))
+    radius, movable = np.full(count, 0.6), np.ones(count, bool)
+    peers = {"SciPy's k-d tree": (lambda: cKDTree(centre).query_pairs(1.2, output_type="ndarray"), count)}
+    if count <= 10_000:
+        peers["all pairs"] = (lambda: near_pairs_exhaustive(centre, radius, movable), count)
+    race(
+        lambda: near_pairs(centre, radius, movable),
+        count,
+        table="The pairs of boxes that are near each other",
+        name="softbody",
+        size=count,
+        of="boxes",
+        per="box",
+        peers=peers,
+    )
 
 
 def pairs_of_boxes() -> tuple[np.ndarray, ...]:
