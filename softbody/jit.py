@@ -106,7 +106,7 @@ def jit(function: Kernel) -> Kernel:
 
 
 def jit_lean(function: Kernel) -> Kernel:
-    """Compile like `jit` a kernel that makes no array, and gets none from a kernel that it calls.
+    """Compile like `jit` a kernel that makes no array, and calls no kernel that does (Numba refuses it).
 
     Numba then does not count the references to its arguments, which costs a small kernel of many arrays more than its
     work does (224 against 339 ns for the contacts of two boxes).

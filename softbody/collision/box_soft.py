@@ -6,13 +6,13 @@ import numpy as np
 
 from softbody.collision.impulse import apply_impulse, point_mobility, point_velocity
 from softbody.collision.patch import Corners, patch_mobility, patch_point, push_patch
-from softbody.jit import jit
+from softbody.jit import jit_lean
 from softbody.quaternion import Quaternion, rotate, rotate_inverse
 from softbody.state import RigidBodies
 from softbody.vec import Vec, accumulate, dot, norm, scale, sub
 
 
-@jit
+@jit_lean
 def point_in_box(p: Vec, size: Vec, position: Vec, orientation: Quaternion) -> tuple[float, Vec]:
     """Return (depth [m], normal): how far `p` is behind the closest face, and that face's outward normal; paper §4.7.
 
@@ -30,7 +30,7 @@ def point_in_box(p: Vec, size: Vec, position: Vec, orientation: Quaternion) -> t
     return depth, rotate(orientation, normal)
 
 
-@jit
+@jit_lean
 def part_patch_and_box(
     corners: Corners,
     weights: Vec,

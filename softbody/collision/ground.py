@@ -9,7 +9,7 @@ import numpy as np
 from softbody.collision.impulse import NOBODY, apply_friction, apply_impulse, point_mobility, point_velocity
 from softbody.collision.material import combined_friction, combined_restitution
 from softbody.geometry.box import box_corner
-from softbody.jit import jit
+from softbody.jit import jit, jit_lean
 from softbody.quaternion import load_quaternion
 from softbody.state import Model, RigidBodies, State
 from softbody.vec import Vec, load
@@ -33,7 +33,7 @@ def ground_soft_bodies(model: Model, state: State) -> None:
                 bounce_particle(state.velocity, i, restitution, friction)
 
 
-@jit
+@jit_lean
 def bounce_particle(velocity: np.ndarray, i: int, restitution: float, friction: float) -> None:
     """Reflect particle `i` that goes down: v_z' = −e v_z; friction takes at most μ (1 + e) |v_z| off its slide."""
     down = -velocity[i, 2]

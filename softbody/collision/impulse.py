@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from softbody.jit import jit
+from softbody.jit import jit_lean
 from softbody.quaternion import Quaternion, load_quaternion, rotate_diagonal
 from softbody.state import RigidBodies
 from softbody.vec import Vec, accumulate, add, cross, dot, load, norm, scale, sub
@@ -10,7 +10,7 @@ from softbody.vec import Vec, accumulate, add, cross, dot, load, norm, scale, su
 NOBODY = -1  # the ground, or anything else that no impulse moves
 
 
-@jit
+@jit_lean
 def mobility(arm: Vec, direction: Vec, inverse_mass: float, inverse_inertia: Vec, orientation: Quaternion) -> float:
     """Return the speed [m/s per N s] that an impulse along unit `direction` gives its own point; paper §4.4.
 
@@ -21,7 +21,7 @@ def mobility(arm: Vec, direction: Vec, inverse_mass: float, inverse_inertia: Vec
     return inverse_mass + dot(direction, cross(spin, arm))
 
 
-@jit
+@jit_lean
 def point_velocity(bodies: RigidBodies, body: int, point: Vec) -> Vec:
     """Return v + ω × r [m/s] of the body at `point` [m]; paper §4.4 (which omits ω × r). NOBODY rests."""
     if body == NOBODY:
@@ -30,7 +30,7 @@ def point_velocity(bodies: RigidBodies, body: int, point: Vec) -> Vec:
     return add(load(bodies.velocity, body), cross(load(bodies.angular_velocity, body), arm))
 
 
-@jit
+@jit_lean
 def point_mobility(bodies: RigidBodies, body: int, point: Vec, direction: Vec) -> float:
     """Return the `mobility` of a body at `point` [m] along unit `direction`; NOBODY has none."""
     if body == NOBODY:
@@ -44,7 +44,7 @@ def point_mobility(bodies: RigidBodies, body: int, point: Vec, direction: Vec) -
     )
 
 
-@jit
+@jit_lean
 def apply_impulse(bodies: RigidBodies, body: int, point: Vec, impulse: Vec) -> None:
     """Change v and ω of one body by an `impulse` [N s] at `point` [m]; NOBODY feels nothing."""
     if body == NOBODY:
@@ -56,7 +56,7 @@ def apply_impulse(bodies: RigidBodies, body: int, point: Vec, impulse: Vec) -> N
     accumulate(bodies.angular_velocity, body, spin)
 
 
-@jit
+@jit_lean
 def resolve_contact(
     bodies: RigidBodies, a: int, b: int, point: Vec, normal: Vec, restitution: float, friction: float
 ) -> float:
@@ -80,7 +80,7 @@ def resolve_contact(
     return j
 
 
-@jit
+@jit_lean
 def apply_friction(bodies: RigidBodies, a: int, b: int, point: Vec, normal: Vec, limit: float) -> None:
     """Slow the sliding of a on b by an impulse of at most `limit` [N s]."""
     u = sub(point_velocity(bodies, a, point), point_velocity(bodies, b, point))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softbody.jit import jit
+from softbody.jit import jit_lean
 from softbody.vec import Vec, accumulate, add, load, scale
 
 Corners = tuple[int, int, int]
@@ -17,7 +17,7 @@ Corners = tuple[int, int, int]
 WHOLE = (1.0, 0.0, 0.0)  # the weights of a particle
 
 
-@jit
+@jit_lean
 def patch_point(rows: np.ndarray, corners: Corners, weights: Vec) -> Vec:
     """Return Σ w x [m] of `rows` (n, 3) of positions; of velocities, the velocity [m/s] of the point."""
     i, j, k = corners
@@ -26,7 +26,7 @@ def patch_point(rows: np.ndarray, corners: Corners, weights: Vec) -> Vec:
     )
 
 
-@jit
+@jit_lean
 def patch_mobility(inverse_mass: np.ndarray, corners: Corners, weights: Vec) -> float:
     """Return Σ w²/m [1/kg]: the speed that a unit impulse gives the point that it acts on; paper §4.2, §4.3."""
     i, j, k = corners
@@ -37,7 +37,7 @@ def patch_mobility(inverse_mass: np.ndarray, corners: Corners, weights: Vec) -> 
     )
 
 
-@jit
+@jit_lean
 def push_patch(rows: np.ndarray, inverse_mass: np.ndarray, corners: Corners, weights: Vec, push: Vec) -> None:
     """Add w push/m to each corner's row: of velocities for an impulse [N s], of positions for a shift [kg m]."""
     i, j, k = corners

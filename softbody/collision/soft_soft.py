@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from softbody.collision.patch import WHOLE, Corners, patch_mobility, patch_point, push_patch
-from softbody.jit import jit
+from softbody.jit import jit_lean
 from softbody.vec import Vec, dot, norm, scale, sub
 
 
-@jit
+@jit_lean
 def part_particle_and_patch(
     particle: int,
     corners: Corners,

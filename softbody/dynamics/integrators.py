@@ -23,7 +23,7 @@ from softbody.dynamics.ring_forces import (
     add_other_forces,
     ring_forces,
 )
-from softbody.jit import arrays_do_not_overlap, jit
+from softbody.jit import arrays_do_not_overlap, jit_lean
 from softbody.state import Model
 
 RK4_VELOCITY = 0
@@ -35,7 +35,7 @@ STAGES = (4, 4, 1)  # forces a step, in the same order
 STABILITY_LIMIT = {"rk4_velocity": 2.0, "rk4": 2.0 * 2.0**0.5, "symplectic_euler": 2.0}  # ω h
 
 
-@jit
+@jit_lean
 def advance_body(
     model: Model, body: int, h: float, steps: int, integrator: int, inverse_mass: np.ndarray, work: np.ndarray
 ) -> float:
@@ -81,7 +81,7 @@ def advance_body(
     return least
 
 
-@jit
+@jit_lean
 def copy_rows(work: np.ndarray, source: int, target: int, count: int) -> None:
     """Copy `count` positions and velocities: six rows of `work` from `source` on, to those from `target` on."""
     for row in range(6):
@@ -89,13 +89,13 @@ def copy_rows(work: np.ndarray, source: int, target: int, count: int) -> None:
             work[target + row, i] = work[source + row, i]
 
 
-@jit
+@jit_lean
 def acceleration(pull: float, push: float, inverse_mass: float, gravity: float) -> float:
     """Return one component [m/s²] from forces [N], mass [1/kg] and gravity [m/s²], which does not move a pin."""
     return (pull + push) * inverse_mass + (gravity if inverse_mass > 0.0 else 0.0)
 
 
-@jit
+@jit_lean
 def rk4_velocity_stage(
     stage: int,
     pull: np.ndarray,
@@ -144,7 +144,7 @@ def rk4_velocity_stage(
                 stage_velocity[c, i] = start[3 + c, i] + step * a
 
 
-@jit
+@jit_lean
 def rk4_stage(
     stage: int,
     pull: np.ndarray,
@@ -190,7 +190,7 @@ def rk4_stage(
                 end[3 + c, i] = start[3 + c, i] + h / 6.0 * (end[3 + c, i] + a)
 
 
-@jit
+@jit_lean
 def symplectic_euler_stage(
     pull: np.ndarray,
     area: np.ndarray,

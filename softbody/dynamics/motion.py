@@ -24,7 +24,7 @@ from softbody.dynamics.ring_forces import (
     ring_forces,
     sum_in_lanes,
 )
-from softbody.jit import jit
+from softbody.jit import jit, jit_lean
 from softbody.state import Model, State
 
 # What is said of the soft body that stopped a run.
@@ -122,7 +122,7 @@ def move_body(
     return done, fault
 
 
-@jit
+@jit_lean
 def find_fault(rows: np.ndarray, count: int, h: float, volume: float, least_volume: float) -> int:
     """Return whether a body of `count` particles has DIVERGED or COLLAPSED, or 0; `rows` (6, n) of x and of v.
 

@@ -11,7 +11,7 @@ from math import sqrt
 
 import numpy as np
 
-from softbody.jit import arrays_do_not_overlap, jit
+from softbody.jit import arrays_do_not_overlap, jit_lean
 from softbody.state import Model, Rings
 
 # Rows of the work array in which one body moves, by place: three each for x, y and z.
@@ -30,7 +30,7 @@ WORK_ROWS = 31
 LANES = 8  # partial sums of a long sum
 
 
-@jit
+@jit_lean
 def ring_sums(
     degree: tuple[int, ...],
     differ: tuple[int, ...],
@@ -95,7 +95,7 @@ def ring_sums(
         moment[i] = (here_x - origin_x) * turn_x + (here_y - origin_y) * turn_y + (here_z - origin_z) * turn_z
 
 
-@jit
+@jit_lean
 def any_ring_sums(
     first: int,
     end: int,
@@ -138,7 +138,7 @@ def any_ring_sums(
         moment[i] = (x[0, i] - x[0, 0]) * turn_x + (x[1, i] - x[1, 0]) * turn_y + (x[2, i] - x[2, 0]) * turn_z
 
 
-@jit
+@jit_lean
 def ring_forces(
     rings: Rings, body: int, count: int, x: np.ndarray, pull: np.ndarray, area: np.ndarray, moment: np.ndarray
 ) -> float:
@@ -183,7 +183,7 @@ def ring_forces(
 FOUR, FIVE, SIX, SEVEN, EIGHT = (0,) * 4, (0,) * 5, (0,) * 6, (0,) * 7, (0,) * 8
 
 
-@jit
+@jit_lean
 def sum_in_lanes(values: np.ndarray, count: int) -> float:
     """Return the sum of the first `count` of `values` (n,), in eight partial sums that run side by side."""
     a = b = c = d = e = f = g = h = 0.0
@@ -202,7 +202,7 @@ def sum_in_lanes(values: np.ndarray, count: int) -> float:
     return ((a + b) + (c + d)) + ((e + f) + (g + h))
 
 
-@jit
+@jit_lean
 def add_other_forces(model: Model, body: int, x: np.ndarray, velocity: np.ndarray, pull: np.ndarray) -> None:
     """Add damping, drag and external forces to `pull` [N]; `x` [m], `velocity` [m/s]; a row for each component.
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from softbody.geometry.triangle import closest_weights_on_triangle, squared_distance_to_triangle, weighted_point
-from softbody.jit import jit
+from softbody.jit import jit, jit_lean
 from softbody.vec import Vec, load, store
 
 
@@ -21,7 +21,7 @@ class Closest(NamedTuple):
     distance: np.ndarray  # (m,) [m]
 
 
-@jit
+@jit_lean
 def closest_triangle(p: Vec, vertices: np.ndarray, triangles: np.ndarray) -> tuple[int, Vec, float]:
     """Return (triangle, weights, distance [m]): the triangle of a mesh closest to `p` [m]; paper §4.3.
 
@@ -43,7 +43,7 @@ def closest_triangle(p: Vec, vertices: np.ndarray, triangles: np.ndarray) -> tup
     return with_weights(p, vertices, triangles, closest)
 
 
-@jit
+@jit_lean
 def with_weights(p: Vec, vertices: np.ndarray, triangles: np.ndarray, t: int) -> tuple[int, Vec, float]:
     """Return (triangle, weights, distance [m]) of triangle `t`, seen from `p`; −1 and NaN if there is none."""
     if t < 0:

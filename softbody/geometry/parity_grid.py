@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from softbody.geometry.polyhedron import ray_hits_triangle
 from softbody.geometry.triangle_list import checked_triangles, edges_meet_evenly
-from softbody.jit import jit
+from softbody.jit import jit, jit_lean
 from softbody.vec import Vec, load
 
 # Of a column: one bit each of a 64-bit word. Triangles and points keep to 1 … 62; 0 lies below the mesh, 63 above it.
@@ -99,7 +99,7 @@ def build_parity_grid(
     return grid
 
 
-@jit
+@jit_lean
 def bounding_box(points: np.ndarray) -> tuple[Vec, Vec]:
     """Return the low and the high corner [m] of `points` (n, 3); NaN in both if any number is not finite."""
     x0 = x1 = points[0, 0]
@@ -145,7 +145,7 @@ def rebuild_parity_grid_within(grid: ParityGrid, vertices: np.ndarray, low: Vec,
     _find_sides(grid, vertices, whole)
 
 
-@jit
+@jit_lean
 def _lay_out(grid: ParityGrid, vertices: np.ndarray, low: Vec, high: Vec, columns: float) -> None:
     """Choose the grid's shape and frame, and put the vertices on its lattice."""
     top = high[2]
@@ -175,14 +175,14 @@ def _lay_out(grid: ParityGrid, vertices: np.ndarray, low: Vec, high: Vec, column
         lattice[i, 2] = LOWEST + _step(vertices[i, 2], f[2], f[8], HIGHEST - LOWEST + 1)
 
 
-@jit
+@jit_lean
 def _frame(grid: ParityGrid) -> Frame:
     """Return frame and shape as numbers: a kernel that stores into arrays would read them again and again."""
     f, s = grid.frame, grid.shape
     return f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7], f[8], f[9], s[0], s[1]
 
 
-@jit
+@jit_lean
 def _step(x: float, low: float, per_metre: float, steps: int) -> int:
     """Return in which of `steps` steps from `low` [m] up `x` is; what lies beyond an end is in the last one.
 
@@ -191,7 +191,7 @@ def _step(x: float, low: float, per_metre: float, steps: int) -> int:
     return int(min(max((x - low) * per_metre, 0.0), steps - 0.5))
 
 
-@jit
+@jit_lean
 def _list_triangles(grid: ParityGrid, vertices: np.ndarray, low: Vec, high: Vec, whole: bool) -> int:
     """Write an entry for each triangle and column that it meets, unsorted; return how many, or −1 for too many."""
     along_x, columns = grid.shape[0], grid.shape[0] * grid.shape[1]
@@ -265,7 +265,7 @@ def _list_triangles(grid: ParityGrid, vertices: np.ndarray, low: Vec, high: Vec,
     return count
 
 
-@jit
+@jit_lean
 def _spans(vertices: np.ndarray, low: Vec, high: Vec) -> bool:
     """Tell whether all vertices lie between the corners, so that no triangle can be passed over."""
     for i in range(vertices.shape[0]):
@@ -275,7 +275,7 @@ def _spans(vertices: np.ndarray, low: Vec, high: Vec) -> bool:
     return True
 
 
-@jit
+@jit_lean
 def _may_matter(a: Vec, b: Vec, c: Vec, low: Vec, high: Vec) -> bool:
     """Tell whether a triangle can be met by the +z ray of a point between the corners."""
     return (
@@ -287,7 +287,7 @@ def _may_matter(a: Vec, b: Vec, c: Vec, low: Vec, high: Vec) -> bool:
     )
 
 
-@jit
+@jit_lean
 def _sort_entries(grid: ParityGrid, count: int) -> None:
     """Gather the entries column by column: a counting sort, which keeps triangles in order."""
     start = grid.start
@@ -362,7 +362,7 @@ def _bit_number(bit: np.uint64) -> int:
     return number
 
 
-@jit
+@jit_lean
 def _place(p: Vec, f: Frame) -> tuple[int, int, int, int]:
     """Return where a point that is `_within` lies: fine steps along x and y in its column, column, level."""
     x = min(int((p[0] - f[0]) * f[6]), STEPS * f[10] - 1)
@@ -371,7 +371,7 @@ def _place(p: Vec, f: Frame) -> tuple[int, int, int, int]:
     return x & (STEPS - 1), y & (STEPS - 1), (y >> STEP_BITS) * f[10] + (x >> STEP_BITS), level
 
 
-@jit
+@jit_lean
 def _wanted(x: int, y: int, from_level: int, to_level: int) -> np.uint64:
     """Return the word that an entry, its guards set, can be subtracted by without a borrow if its box is met.
 
@@ -413,7 +413,7 @@ def _odd_hits(
     return odd
 
 
-@jit
+@jit_lean
 def _within(p: Vec, f: Frame) -> bool:
     """Tell whether `p` can be inside: is in the grid's box, or below it if the mesh is open; no number is NaN then."""
     # `&` and not `and`: without a branch for each comparison.
@@ -421,7 +421,7 @@ def _within(p: Vec, f: Frame) -> bool:
     return across & (p[2] >= f[9]) & (p[2] <= f[5]) & (p[2] > -np.inf)
 
 
-@jit
+@jit_lean
 def _next_known(inside: np.uint64, outside: np.uint64, level: int) -> int:
     """Return the first level above `level` whose side is known; the topmost always is."""
     known = (inside | outside) >> np.uint64(level + 1)

@@ -18,7 +18,7 @@ from softbody.geometry.closest import Closest, with_weights, write_answer
 from softbody.geometry.parity_grid import bounding_box
 from softbody.geometry.triangle import squared_distance_to_triangle
 from softbody.geometry.triangle_list import checked_triangles
-from softbody.jit import jit, jit_inlined
+from softbody.jit import jit, jit_inlined, jit_lean
 from softbody.vec import Vec, load, scale, sub
 
 WIDTH = 8  # children of a node: what a processor with 256-bit registers compares at once in float32
@@ -161,7 +161,7 @@ def refit_triangle_tree(tree: TriangleTree, vertices: np.ndarray) -> None:
         )
 
 
-@jit
+@jit_lean
 def _fit_leaves(
     triangles: np.ndarray,
     order: np.ndarray,
@@ -189,7 +189,7 @@ def _fit_leaves(
                 boxes[leaf, 3 + axis, s] = np.float32((high - middle[axis]) * per_metre) + GROWTH
 
 
-@jit
+@jit_lean
 def _fit_level(boxes: np.ndarray, below: int, count_below: int, start: int, count: int) -> None:
     """Fit the boxes of one level around those of the level below. Where a child is missing, the box is empty."""
     width = boxes.shape[2]
@@ -229,7 +229,7 @@ def search_space(tree: TriangleTree) -> Search:
     return Search(np.empty(stack, np.int64), np.empty(stack), np.empty(WIDTH, np.float32), np.empty(WIDTH))
 
 
-@jit
+@jit_lean
 def _box_bounds(boxes: np.ndarray, node: int, x: np.float32, y: np.float32, z: np.float32, near: np.ndarray) -> None:
     """Write into `near` a lower bound of the squared distance of (x, y, z) to each child of a node, in half sizes."""
     zero = np.float32(0.0)
@@ -249,7 +249,7 @@ def _box_bounds(boxes: np.ndarray, node: int, x: np.float32, y: np.float32, z: n
         near[s] = (dx * dx + dy * dy + dz * dz) * SLACK
 
 
-@jit
+@jit_lean
 def _leaf_squares(corners: np.ndarray, leaf: int, p: Vec, square: np.ndarray) -> None:
     """Write into `square` the squared distance [m²] of `p` to each triangle of a leaf."""
     for s in range(square.shape[0]):
@@ -329,7 +329,7 @@ def _search(
     return closest
 
 
-@jit
+@jit_lean
 def closest_in_tree(p: Vec, tree: TriangleTree, vertices: np.ndarray, search: Search) -> tuple[int, Vec, float]:
     """Return (triangle, weights, distance [m]) closest to `p` [m]: as `closest_triangle`.
 
