@@ -18,6 +18,7 @@ from trimesh.ray.ray_pyembree import RayMeshIntersector as Embree
 from trimesh.ray.ray_triangle import RayMeshIntersector as Rtree
 
 import softbody
+from benchmarks.open3d_peer import open3d, open3d_scene
 from softbody.geometry import (
     MeshQuery,
     build_parity_grid,
@@ -118,6 +119,12 @@ def containment_peers(
     }
     if len(triangles) <= 50_000:  # beyond, building its tree takes seconds
         peers["trimesh with rtree, 100 points"] = (by(Rtree, ray), len(ray))
+    if open3d:
+        single = points.astype(np.float32)
+        peers["Open3D, float32"] = (
+            lambda: open3d_scene(vertices, triangles).compute_occupancy(single, nthreads=1),
+            len(points),
+        )
     return peers
 
 
@@ -168,6 +175,12 @@ def bench_closest_triangle(race, request, size: tuple[int, int], points_are: str
     }
     if len(triangles) <= 50_000:
         peers["trimesh.proximity, 1 000 points"] = (by_trimesh, len(ray))
+    if open3d:
+        single = points.astype(np.float32)
+        peers["Open3D, float32"] = (
+            lambda: open3d_scene(vertices, triangles).compute_closest_points(single, nthreads=1),
+            len(points),
+        )
     race(
         ours,
         len(points),

@@ -13,6 +13,7 @@ import trimesh
 from trimesh.ray.ray_pyembree import RayMeshIntersector as Embree
 
 import softbody
+from benchmarks.open3d_peer import open3d, open3d_scene
 from softbody.collision.sat import box_pairs_overlap
 from softbody.geometry import (
     build_parity_grid,
@@ -67,6 +68,12 @@ def bench_soft_against_soft(race, request, subdivisions: int) -> None:
             inside = Embree(mesh).contains_points(rows)
             trimesh.proximity.closest_point(mesh, rows[inside])
 
+    def by_open3d() -> None:
+        for x, y, _, _ in both_ways:
+            rows, scene = of_box(x, y).astype(np.float32), open3d_scene(y, triangles)
+            inside = scene.compute_occupancy(rows, nthreads=1).numpy() > 0.5
+            scene.compute_closest_points(rows[inside], nthreads=1)
+
     def by_surfaces(engine: str) -> Callable[[], object]:
         return (lambda: _fcl_contacts(a, b, triangles)) if engine == "fcl" else lambda: _coal_contacts(a, b, triangles)
 
@@ -79,6 +86,8 @@ def bench_soft_against_soft(race, request, subdivisions: int) -> None:
     if subdivisions <= MOST_EXHAUSTIVE[level]:
         peers["every particle against every triangle"] = (exhaustively, pairs)
         peers["trimesh (embree, proximity)"] = (by_trimesh, pairs)
+    if open3d:
+        peers["Open3D (occupancy, closest), float32"] = (by_open3d, pairs)
     race(
         ours,
         pairs,
