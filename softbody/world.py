@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import isfinite
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,6 +21,7 @@ from softbody.dynamics.stability import highest_damping, highest_frequency, long
 from softbody.errors import ParameterError, SimulationError
 from softbody.geometry.box import box_inertia
 from softbody.mesh import Mesh
+from softbody.snapshot import Snapshot, digest, entry, named_arrays, read, rebuilt, write
 from softbody.state import Model, Rules, State
 from softbody.step import OVERFLOW, run, run_soft_bodies
 
@@ -356,6 +358,59 @@ class World:
             alone[rows] = points
         self.state.position[:] = alone
         self.state.velocity[:] = 0.0
+
+    def snapshot(self) -> Snapshot:
+        """Return all that the coming steps depend on, as named arrays that share no memory with the world.
+
+        A world that is restored from it goes on to the same bits.
+        """
+        parts = {"model": self.model, "state": self.state, "contacts": self.contacts, "rules": self.rules}
+        arrays = {key: array for name, part in parts.items() for key, array in named_arrays(name, part)}
+        return arrays | {
+            "integrator": np.array(self.integrator),
+            "steps": np.array(self.steps),
+            "time": np.array(self.time),
+        }
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Become what a world was when it gave this snapshot; handles of bodies go by number.
+
+        Raises ParameterError, and changes nothing, if something is missing in it.
+        """
+        integrator = str(entry(snapshot, "integrator"))
+        if integrator not in INTEGRATORS:
+            raise ParameterError(f"integrator is {integrator!r}; choose one of {', '.join(INTEGRATORS)}")
+        steps, time = int(entry(snapshot, "steps")), float(entry(snapshot, "time"))
+        model, state = rebuilt("model", self.model, snapshot), rebuilt("state", self.state, snapshot)
+        contacts, rules = rebuilt("contacts", self.contacts, snapshot), rebuilt("rules", self.rules, snapshot)
+        self.integrator, self.steps, self.time = integrator, steps, time
+        self.model, self.state, self.contacts, self.rules = model, state, contacts, rules
+        self._kept_skins, self._kept, self._stable_key = None, scratch_for(model), None
+        self._kept_for = len(model.inverse_mass)
+
+    def state_hash(self) -> str:
+        """Return a SHA-256, in hexadecimal, of where the bodies are and how they move, to the last bit."""
+        return digest(named_arrays("state", self.state))
+
+    def save(self, path: str | Path) -> None:
+        """Write a snapshot to an NPZ file, whole or not at all."""
+        write(path, self.snapshot())
+
+    @classmethod
+    def load(cls, path: str | Path) -> World:
+        """Return the world of a file that `save` wrote; raises ParameterError if it is another kind of file."""
+        world = cls()
+        world.restore(read(path))
+        return world
+
+    def __getstate__(self) -> Snapshot:
+        """Pickle as a snapshot."""
+        return self.snapshot()
+
+    def __setstate__(self, snapshot: Snapshot) -> None:
+        """Unpickle, to go on to the same bits."""
+        World.__init__(self)
+        self.restore(snapshot)
 
     def _skins(self) -> Skins:
         """Return what finds the contacts of soft bodies, kept until one is added."""
