@@ -89,6 +89,10 @@ class _Kernel(CPUDispatcher):
         bare = options | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
         self._part = CPUDispatcher(function, targetoptions=bare, pipeline_class=_PartCompiler)
 
+    def __reduce__(self) -> Any:
+        """Pickle as a name, as functions are: Numba would pickle what its own constructor takes."""
+        return self.py_func.__qualname__
+
     @property
     def _numba_type_(self) -> Any:
         """What Numba takes this for, where it compiles a call of it."""

@@ -1,6 +1,7 @@
 """Is machine code on disk used only while it is what the sources say, and is it what they say at all?"""
 
 import os
+import pickle
 import shutil
 import subprocess
 import sys
@@ -9,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import softbody
+from softbody.vec import norm
 
 CORE = Path(softbody.__file__).parent
 
@@ -83,6 +85,11 @@ except IndexError as error:
 
 def test_other_numba_code_calls_kernels_and_sees_their_errors(copy):
     assert output(NESTED, copy, NUMBA_BOUNDSCHECK="1").startswith("5.0 index")
+
+
+def test_a_kernel_is_pickled_for_another_process(copy):
+    there = f"import pickle; print(pickle.loads({pickle.dumps(norm)!r})((0.0, 3.0, 4.0)))"
+    assert output(there, copy) == "5.0"
 
 
 STEP = """
