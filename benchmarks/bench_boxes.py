@@ -13,10 +13,6 @@ from references.pybullet_world import BulletWorld
 from softbody import World
 from softbody.collision.broad_phase import near_pairs, near_pairs_exhaustive
 from softbody.collision.manifold import box_pairs_manifolds
-from softbody.collision.soft_contacts import build_skins
-from softbody.dynamics.integrators import INTEGRATORS
-from softbody.dynamics.motion import scratch_for
-from softbody.step import OVERFLOW, run
 
 SIZES = (10, 100, 1_000)
 STEP = 1.0 / 240.0
@@ -52,17 +48,8 @@ def bench_pile(race, request: pytest.FixtureRequest, count: int) -> None:
         pytest.skip("larger piles are for higher levels")
     world, bullet = pile(count)
     steps = max(1, 2_000 // count)
-    scratch, skins = scratch_for(world.model), build_skins(world.model, world.state.position)
-
-    def ours() -> None:
-        integrator = INTEGRATORS[world.integrator]
-        arguments = world.model, world.state, scratch, STEP, steps, integrator, world.rules, 1
-        done, fault, _ = run(*arguments, world.contacts, skins)
-        if fault == OVERFLOW:
-            world.step(STEP, steps - done)
-
     race(
-        ours,
+        lambda: world.step(STEP, steps),
         count * steps,
         table="A time step of a pile of boxes",
         name="softbody",

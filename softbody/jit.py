@@ -118,6 +118,11 @@ def jit_lean(function: Kernel) -> Kernel:
     return _compiled(function, _nrt=False)
 
 
+def jit_threaded(function: Kernel) -> Kernel:
+    """Compile like `jit`, the turns of its `prange` loops side by side on threads; elsewhere they run as `range`."""
+    return _compiled(function, parallel=True)
+
+
 def jit_inlined(function: Kernel) -> Kernel:
     """Compile like `jit`, and paste the body into every kernel that calls it.
 

@@ -44,7 +44,6 @@ class Model(NamedTuple):
     damping: np.ndarray  # (b,) of the springs, along their edges [N s/m]
     drag: np.ndarray  # (b,) rate at which velocities fade [1/s]
     external_force: np.ndarray  # (n, 3) [N] on each particle, or (0, 3) where there is none
-    rings: Rings
     soft_restitution: np.ndarray  # (b,) 0 … 1
     soft_friction: np.ndarray  # (b,) Coulomb coefficient, ≥ 0
     box_size: np.ndarray  # (m, 3) full extent [m]

@@ -23,7 +23,7 @@ from softbody.dynamics.motion import Scratch, move_soft_bodies
 from softbody.dynamics.rigid import accelerate_boxes, advance_boxes, limit_boxes, shift_boxes
 from softbody.jit import jit
 from softbody.quaternion import load_quaternion
-from softbody.state import Model, RigidBodies, Rules, State, boxes_of
+from softbody.state import Model, RigidBodies, Rings, Rules, State, boxes_of
 from softbody.vec import Vec, accumulate, load, scale, store
 
 # What stopped `run`, besides a soft body that DIVERGED or COLLAPSED: more contacts than there is room for.
@@ -36,20 +36,29 @@ ENOUGH = 1e-4
 
 @jit
 def run_soft_bodies(
-    model: Model, state: State, scratch: Scratch, h: float, steps: int, integrator: int, substeps: int
+    model: Model,
+    rings: Rings,
+    state: State,
+    scratch: Scratch,
+    h: float,
+    steps: int,
+    integrator: int,
+    substeps: int,
+    threads: int | None,
 ) -> tuple[int, int, int]:
     """Advance a world of one soft body by `steps` steps of `h` [s]; return (steps done, fault, soft body).
 
     `scratch` from scratch_for. Soft bodies take each step in `substeps` equal parts, contacts take it as one. On a
     fault (DIVERGED or COLLAPSED, else 0) the state is that of the last good step. The same as `run`, but compiled in a
-    third of the time.
+    third of the time. On `threads`, of which `scratch` must know, with the same result; None: on one, for which
+    nothing else needs to be compiled.
     """
     # Without a ground they meet nothing, and need not stop after every step.
     stretch = 1 if model.ground_height > -np.inf else steps
     done = 0
     while done < steps:
         count = min(stretch, steps - done)
-        count, fault, body = step_soft_bodies(model, state, scratch, h, count, integrator, substeps)
+        count, fault, body = step_soft_bodies(model, rings, state, scratch, h, count, integrator, substeps, threads)
         ground_soft_bodies(model, state)
         done += count
         if fault:
@@ -60,6 +69,7 @@ def run_soft_bodies(
 @jit
 def run(
     model: Model,
+    rings: Rings,
     state: State,
     scratch: Scratch,
     h: float,
@@ -69,11 +79,13 @@ def run(
     substeps: int,
     contacts: Contacts,
     skins: Skins,
+    threads: int | None,
 ) -> tuple[int, int, int]:
     """Advance any world by `steps` steps of `h` [s]; return (steps done, fault, soft body).
 
     Boxes take each step as one, as contacts do. On a fault the state is that of the last good step; so it is on
-    OVERFLOW, when `contacts` must grow before the run can go on.
+    OVERFLOW, when `contacts` must grow before the run can go on. `threads` as of run_soft_bodies; they move soft
+    bodies.
     """
     bodies = boxes_of(model, state)
     grounded = np.zeros(state.box_position.shape[0], np.bool_)
@@ -83,7 +95,7 @@ def run(
             find_contacts(model, state, h, rules, contacts, clipping)
             if contacts.number[0] > contacts.depth.shape[0]:
                 return done, OVERFLOW, -1
-        _, fault, body = step_soft_bodies(model, state, scratch, h, 1, integrator, substeps)
+        _, fault, body = step_soft_bodies(model, rings, state, scratch, h, 1, integrator, substeps, threads)
         if fault:
             return done, fault, body
         if rules.single_contact:
@@ -98,14 +110,22 @@ def run(
 
 @jit
 def step_soft_bodies(
-    model: Model, state: State, scratch: Scratch, h: float, steps: int, integrator: int, substeps: int
+    model: Model,
+    rings: Rings,
+    state: State,
+    scratch: Scratch,
+    h: float,
+    steps: int,
+    integrator: int,
+    substeps: int,
+    threads: int | None,
 ) -> tuple[int, int, int]:
     """Advance the soft bodies alone by `steps` steps of `h` [s]; return (steps done, fault, body)."""
     part = h / substeps
-    moved, fault, body = move_soft_bodies(model, state, part, steps * substeps, integrator, scratch)
+    moved, fault, body = move_soft_bodies(model, rings, state, part, steps * substeps, integrator, scratch, threads)
     if fault:
         steps = moved // substeps
-        move_soft_bodies(model, state, part, steps * substeps, integrator, scratch)
+        move_soft_bodies(model, rings, state, part, steps * substeps, integrator, scratch, threads)
     for i in range(state.position.shape[0]):
         store(state.position, i, load(scratch.position, i))
         store(state.velocity, i, load(scratch.velocity, i))

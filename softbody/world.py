@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from math import isfinite
 from pathlib import Path
+from typing import Any
 
+import numba
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -15,19 +19,20 @@ from softbody.dynamics.equilibrium import relax
 from softbody.dynamics.integrators import INTEGRATORS, STABILITY_LIMIT
 from softbody.dynamics.motion import COLLAPSED, Scratch, scratch_for
 from softbody.dynamics.pressure import gas_pressure
-from softbody.dynamics.rings import append_rings, build_rings, no_rings, with_springs
+from softbody.dynamics.rings import append_rings, build_rings, in_precision, no_rings, with_springs
 from softbody.dynamics.soft import body_volume
 from softbody.dynamics.stability import highest_damping, highest_frequency, longest_stable_step
 from softbody.errors import ParameterError, SimulationError
 from softbody.geometry.box import box_inertia
 from softbody.mesh import Mesh
 from softbody.snapshot import Snapshot, digest, entry, named_arrays, read, rebuilt, write
-from softbody.state import Model, Rules, State
+from softbody.state import Model, Rings, Rules, State
 from softbody.step import OVERFLOW, run, run_soft_bodies
 
 AXES = ("complete", "paper")
 CONTACTS = ("manifold", "single")
 PAIRS = ("grid", "exhaustive")
+PRECISIONS: dict[str, type[np.floating[Any]]] = {"double": np.float64, "single": np.float32}
 
 STABLE_FOR = 100  # steps for which an estimate of the stable step is trusted; making one costs about a step
 RELAX_ROUND = 500  # steps of relaxation between two looks at the forces left and at the stable step
@@ -45,6 +50,11 @@ class World:
     that turns more slowly than `angular_speed_floor` [rad/s] stops turning and snaps to the nearest multiples of 90°.
     Beyond it: `gyroscopic` torque, so that a free box keeps its angular momentum.
 
+    `precision` in which soft bodies move between contacts: "double", or "single", which is faster and rounds their
+    positions to 6e-8 of the distance from the origin; everything else is double in both. `threads` that move soft
+    bodies, with the same result to the last bit; they are compiled for when first used, and pay where there are many
+    bodies or some 10 000 particles. Worlds that are stepped at the same time by threads of their own need 1.
+
     Bodies may be added at any time. Every input is checked before it is stored: ParameterError and MeshError name the
     culprit and the cure.
     """
@@ -61,10 +71,17 @@ class World:
         speed_ceiling: float = np.inf,
         angular_speed_ceiling: float = np.inf,
         angular_speed_floor: float = 0.0,
+        precision: str = "double",
+        threads: int = 1,
     ) -> None:
         if integrator not in list(INTEGRATORS):
             raise ParameterError(f"integrator is {integrator!r}; choose one of {', '.join(INTEGRATORS)}")
-        for name, value, choice in (("axes", axes, AXES), ("contact", contact, CONTACTS), ("pairs", pairs, PAIRS)):
+        for name, value, choice in (
+            ("axes", axes, AXES),
+            ("contact", contact, CONTACTS),
+            ("pairs", pairs, PAIRS),
+            ("precision", precision, tuple(PRECISIONS)),
+        ):
             if value not in choice:
                 raise ParameterError(f"{name} is {value!r}; choose one of {', '.join(choice)}")
         if not isinstance(iterations, (int, np.integer)) or not 1 <= iterations < 2**31:
@@ -75,6 +92,8 @@ class World:
                 _check_range(ceiling, name, least=0.0)
         _check_range(angular_speed_floor, "angular_speed_floor", "rad/s", least=0.0)
         self.integrator = integrator
+        self.precision = precision
+        self.threads = threads
         self.rules = Rules(
             axes == "paper",
             contact == "single",
@@ -87,14 +106,15 @@ class World:
         )
         self.contacts = new_contacts(0)
         self.model = _empty_model(_vector(gravity, "gravity"))
+        self.rings = in_precision(no_rings(), PRECISIONS[precision])
         self.state = State(*(np.empty((0, columns)) for columns in (3, 3, 3, 4, 3, 3)))
         self._kept_skins: Skins | None = None
         self.steps = 0
         self.time = 0.0
         self._stable_key: tuple[str, int, bytes] | None = None
         self._stable_at = 0
-        self._kept_for = 0
-        self._kept = scratch_for(self.model)
+        self._kept: Scratch | None = None
+        self._kept_for = 0, 0
         self._stable_step = np.inf
 
     def add_soft_body(
@@ -169,14 +189,11 @@ class World:
                 if len(model.external_force)
                 else model.external_force
             ),
-            rings=append_rings(
-                model.rings,
-                build_rings(count, edges, mesh.triangles, lengths, spring_stiffness),
-                len(model.edges),
-            ),
             soft_restitution=np.append(model.soft_restitution, float(restitution)),
             soft_friction=np.append(model.soft_friction, float(friction)),
         )
+        rings = build_rings(count, edges, mesh.triangles, lengths, spring_stiffness)
+        self.rings = append_rings(self.rings, in_precision(rings, PRECISIONS[self.precision]), len(model.edges))
         self.state = self.state._replace(
             position=np.concatenate([self.state.position, points]),
             velocity=np.concatenate([self.state.velocity, speeds]),
@@ -285,20 +302,45 @@ class World:
     def _run(self, time_step: float, steps: int, substeps: int) -> tuple[int, int]:
         """Do the steps, make room for contacts where it is needed, count them; return (fault, soft body)."""
         integrator, scratch = INTEGRATORS[self.integrator], self._scratch()
+        threads = None if self.threads == 1 else self.threads
         left, fault, body = steps, OVERFLOW, -1
         while fault == OVERFLOW:
-            if len(self.model.box_size) or len(self.model.gas) > 1:
-                every = self.model, self.state, scratch, time_step, left, integrator, self.rules, substeps
-                done, fault, body = run(*every, self.contacts, self._skins())
-            else:
-                soft = self.model, self.state, scratch, time_step, left, integrator, substeps
-                done, fault, body = run_soft_bodies(*soft)
+            with _team_of(self.threads):
+                if len(self.model.box_size) or len(self.model.gas) > 1:
+                    every = (
+                        self.model,
+                        self.rings,
+                        self.state,
+                        scratch,
+                        time_step,
+                        left,
+                        integrator,
+                        self.rules,
+                        substeps,
+                    )
+                    done, fault, body = run(*every, self.contacts, self._skins(), threads)
+                else:
+                    soft = self.model, self.rings, self.state, scratch, time_step, left, integrator, substeps
+                    done, fault, body = run_soft_bodies(*soft, threads)
             left -= done
             self.steps += done
             self.time += done * time_step
             if fault == OVERFLOW:
                 self.contacts = grown(self.contacts)
         return fault, body
+
+    @property
+    def threads(self) -> int:
+        """Threads that move soft bodies; may be changed between steps, and is no part of a snapshot."""
+        return self._threads
+
+    @threads.setter
+    def threads(self, value: int) -> None:
+        _check_whole(value, "threads", 1)
+        most = numba.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
+        if value > most:
+            raise ParameterError(f"threads is {value}, and there are {most} here; give a number from 1 to {most}")
+        self._threads = int(value)
 
     def run(self, seconds: float, time_step: float, *, substeps: int = 1, allow_unstable: bool = False) -> None:
         """Advance by `seconds` [s] in steps of `time_step` [s], rounded to a whole number of steps; see `step`."""
@@ -335,14 +377,14 @@ class World:
         bodies = [SoftBody(self, body) for body in range(len(self.model.gas))]
         alone = self.state.position.copy()
         for body in bodies:
-            rows, model = body._rows(), body._alone()
+            rows, (model, rings) = body._rows(), body._alone()
             points = np.ascontiguousarray(alone[rows])
-            work = scratch_for(model).work
+            scratch = scratch_for(model, rings)
             left, enough = np.inf, 0.0
             for _ in range(0, steps, RELAX_ROUND):
                 # Half of the stable step of symplectic Euler: where the steering adds, less is more.
                 longest = 1.0 / highest_frequency(model, points, 0)
-                left = relax(model, points, longest, min(steps, RELAX_ROUND), work)
+                left = relax(model, rings, points, longest, min(steps, RELAX_ROUND), scratch)
                 size = np.ptp(points, axis=0).max()
                 enough = tolerance * model.stiffness.max() * size * model.inverse_mass.max()
                 if not left > enough:
@@ -364,10 +406,12 @@ class World:
 
         A world that is restored from it goes on to the same bits.
         """
-        parts = {"model": self.model, "state": self.state, "contacts": self.contacts, "rules": self.rules}
+        parts = {"model": self.model, "rings": self.rings, "state": self.state, "contacts": self.contacts}
+        parts |= {"rules": self.rules}
         arrays = {key: array for name, part in parts.items() for key, array in named_arrays(name, part)}
         return arrays | {
             "integrator": np.array(self.integrator),
+            "precision": np.array(self.precision),
             "steps": np.array(self.steps),
             "time": np.array(self.time),
         }
@@ -380,13 +424,16 @@ class World:
         integrator = str(entry(snapshot, "integrator"))
         if integrator not in INTEGRATORS:
             raise ParameterError(f"integrator is {integrator!r}; choose one of {', '.join(INTEGRATORS)}")
+        precision = str(entry(snapshot, "precision"))
+        if precision not in PRECISIONS:
+            raise ParameterError(f"precision is {precision!r}; choose one of {', '.join(PRECISIONS)}")
         steps, time = int(entry(snapshot, "steps")), float(entry(snapshot, "time"))
         model, state = rebuilt("model", self.model, snapshot), rebuilt("state", self.state, snapshot)
         contacts, rules = rebuilt("contacts", self.contacts, snapshot), rebuilt("rules", self.rules, snapshot)
-        self.integrator, self.steps, self.time = integrator, steps, time
-        self.model, self.state, self.contacts, self.rules = model, state, contacts, rules
-        self._kept_skins, self._kept, self._stable_key = None, scratch_for(model), None
-        self._kept_for = len(model.inverse_mass)
+        rings = in_precision(rebuilt("rings", self.rings, snapshot), PRECISIONS[precision])
+        self.integrator, self.precision, self.steps, self.time = integrator, precision, steps, time
+        self.model, self.rings, self.state, self.contacts, self.rules = model, rings, state, contacts, rules
+        self._kept_skins, self._kept, self._stable_key = None, None, None
 
     def state_hash(self) -> str:
         """Return a SHA-256, in hexadecimal, of where the bodies are and how they move, to the last bit."""
@@ -419,9 +466,10 @@ class World:
         return self._kept_skins
 
     def _scratch(self) -> Scratch:
-        """Return memory for a run, kept until bodies are added."""
-        if self._kept_for != len(self.model.inverse_mass):
-            self._kept_for, self._kept = len(self.model.inverse_mass), scratch_for(self.model)
+        """Return memory for a run, kept until bodies are added or threads changed."""
+        key = len(self.rings.order), self.threads
+        if self._kept is None or self._kept_for != key:
+            self._kept_for, self._kept = key, scratch_for(self.model, self.rings, self.threads)
         return self._kept
 
     def _check_stable(self, time_step: float, substeps: int) -> None:
@@ -539,11 +587,12 @@ class SoftBody:
         self.world.model = model._replace(
             stiffness=stiffnesses,
             rest_length=lengths,
-            rings=with_springs(model.rings, lengths, stiffnesses, model.edge_start),
         )
+        rings = with_springs(self.world.rings, lengths, stiffnesses, model.edge_start)
+        self.world.rings = in_precision(rings, PRECISIONS[self.world.precision])
 
-    def _alone(self) -> Model:
-        """Return the model of this body alone, without weight unless it is pinned."""
+    def _alone(self) -> tuple[Model, Rings]:
+        """Return the model and rings of this body alone, without weight unless it is pinned."""
         model, b = self.world.model, self.index
         rows = self._rows()
         edges = slice(model.edge_start[b], model.edge_start[b + 1])
@@ -551,7 +600,7 @@ class SoftBody:
         one = slice(b, b + 1)
         pinned = (model.inverse_mass[rows] == 0.0).any()
         own_edges, own_triangles = model.edges[edges] - rows.start, model.triangles[triangles] - rows.start
-        return _empty_model(model.gravity if pinned else np.zeros(3))._replace(
+        alone = _empty_model(model.gravity if pinned else np.zeros(3))._replace(
             inverse_mass=model.inverse_mass[rows],
             edges=own_edges,
             rest_length=model.rest_length[edges],
@@ -565,11 +614,11 @@ class SoftBody:
             damping=np.zeros(1),
             drag=np.zeros(1),
             external_force=model.external_force[rows],
-            rings=build_rings(
-                rows.stop - rows.start, own_edges, own_triangles, model.rest_length[edges], model.stiffness[edges]
-            ),
             soft_restitution=model.soft_restitution[one],
             soft_friction=model.soft_friction[one],
+        )
+        return alone, build_rings(
+            rows.stop - rows.start, own_edges, own_triangles, model.rest_length[edges], model.stiffness[edges]
         )
 
 
@@ -638,7 +687,6 @@ def _empty_model(gravity: np.ndarray) -> Model:
         damping=none,
         drag=none,
         external_force=np.empty((0, 3)),
-        rings=no_rings(),
         soft_restitution=none,
         soft_friction=none,
         box_size=np.empty((0, 3)),
@@ -653,6 +701,17 @@ def _empty_model(gravity: np.ndarray) -> Model:
         ground_restitution=0.0,
         ground_friction=0.0,
     )
+
+
+@contextmanager
+def _team_of(threads: int) -> Iterator[None]:
+    """Let Numba have that many threads."""
+    before = numba.get_num_threads()
+    numba.set_num_threads(threads)
+    try:
+        yield
+    finally:
+        numba.set_num_threads(before)
 
 
 def _vector(value: ArrayLike, name: str) -> np.ndarray:

@@ -6,9 +6,9 @@ from math import sqrt
 
 import numpy as np
 
-from softbody.dynamics.motion import ring_accelerations
+from softbody.dynamics.motion import Scratch, ring_accelerations
 from softbody.jit import jit
-from softbody.state import Model
+from softbody.state import Model, Rings
 
 # Bitzek, Koskinen, Gähler, Moseler and Gumbsch 2006 ("FIRE"), with the parameters of the paper.
 PATIENCE = 5
@@ -17,7 +17,7 @@ STEERING, STEERING_FADES = 0.1, 0.99
 
 
 @jit
-def relax(model: Model, position: np.ndarray, longest: float, steps: int, work: np.ndarray) -> float:
+def relax(model: Model, rings: Rings, position: np.ndarray, longest: float, steps: int, scratch: Scratch) -> float:
     """Move all soft bodies downhill in energy by `steps` steps of at most `longest` [s], `position` (n, 3) [m].
 
     They glide like bodies in motion, their velocity steered towards the force, and stop whenever they would climb.
@@ -27,7 +27,7 @@ def relax(model: Model, position: np.ndarray, longest: float, steps: int, work: 
     acceleration = np.empty_like(position)
     still = np.zeros_like(position)
     h, steering, downhill = longest, STEERING, 0
-    ring_accelerations(model, position, still, acceleration, work)
+    ring_accelerations(model, rings, position, still, acceleration, scratch)
     for _ in range(steps):
         power = along = speed = 0.0
         for i in range(position.shape[0]):
@@ -49,5 +49,5 @@ def relax(model: Model, position: np.ndarray, longest: float, steps: int, work: 
             for c in range(3):
                 velocity[i, c] = keep * velocity[i, c] + (turn + h) * acceleration[i, c]
                 position[i, c] += h * velocity[i, c]
-        ring_accelerations(model, position, still, acceleration, work)
+        ring_accelerations(model, rings, position, still, acceleration, scratch)
     return np.abs(acceleration).max()

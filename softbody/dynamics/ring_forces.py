@@ -12,7 +12,7 @@ from math import sqrt
 import numpy as np
 
 from softbody.jit import arrays_do_not_overlap, jit_lean
-from softbody.state import Model, Rings
+from softbody.state import Rings
 
 # Rows of the work array in which one body moves, by place: three each for x, y and z.
 POSITION = 0  # [m]; velocities follow positions
@@ -25,7 +25,8 @@ MOMENT = 18  # x · G [m³], one row
 STAGE_VELOCITY = 19  # [m/s] for rk4, and where something damps
 SHIFT = 22  # [m/s²] sum over the stages, for rk4
 SAVED = 25  # position and velocity of the last good step, six rows
-WORK_ROWS = 31
+INVERSE_MASS = 31  # [1/kg], one row
+WORK_ROWS = 32
 
 LANES = 8  # partial sums of a long sum
 
@@ -54,13 +55,14 @@ def ring_sums(
 ) -> None:
     """Overwrite pull [N], area (G, [m²]) and moment (x · G, [m³]) of the particles of one block, `first` … `end`.
 
-
     The lengths of two tuples, not their values, choose the machine code: that of `degree` is the number of
     neighbours, so that the loop over them is unrolled; `differ` is () where all springs have `common_stiffness`.
     `moment` is about the particle at place 0: about the origin, it would lose its digits far away. Components are
     written out, as LLVM vectorises this and not the same in tuples (12 against 19 ns).
     """
     arrays_do_not_overlap()
+    if first < 0 or entry < 0:
+        return  # never: it tells LLVM that no index is negative, so that it reads and writes rows in one piece
     count = end - first
     origin_x, origin_y, origin_z = x[0], y[0], z[0]
     for q in range(count):
@@ -73,7 +75,7 @@ def ring_sums(
         tension = k - rest_pull[e] / sqrt(start_x * start_x + start_y * start_y + start_z * start_z)
         sum_x, sum_y, sum_z = tension * start_x, tension * start_y, tension * start_z
         before_x, before_y, before_z = start_x, start_y, start_z
-        turn_x = turn_y = turn_z = 0.0
+        turn_x = turn_y = turn_z = x.dtype.type(0.0)
         for d in range(1, len(degree)):
             e = entry + d * count + q
             j = neighbour[e]
@@ -140,23 +142,32 @@ def any_ring_sums(
 
 @jit_lean
 def ring_forces(
-    rings: Rings, body: int, count: int, x: np.ndarray, pull: np.ndarray, area: np.ndarray, moment: np.ndarray
-) -> float:
-    """Overwrite `pull` [N], `area` [m²] and `moment` [m³] of the `count` particles of one body; return its volume [m³].
+    rings: Rings,
+    k: float,
+    first_block: int,
+    end_block: int,
+    x: np.ndarray,
+    pull: np.ndarray,
+    area: np.ndarray,
+    moment: np.ndarray,
+    block_moment: np.ndarray,
+) -> None:
+    """Overwrite `pull` [N], `area` [m²] and `moment` [m³] of the particles in blocks `first_block` … `end_block`.
 
-    `x` [m], `pull` and `area` have a row for each component; all by place.
+    The blocks are of one body, `k` [N/m] is the stiffness of its springs, NaN if they differ. `x` [m], `pull` and
+    `area` have a row for each component; all by place. `block_moment` (blocks,) gets the sum over each block of
+    `moment`; the sum over a body is 18 V.
     """
-    k = rings.common_stiffness[body]
     nb, ks, rest = rings.neighbour, rings.stiffness, rings.rest_pull
     rx, ry, rz = x[0], x[1], x[2]
     px, py, pz = pull[0], pull[1], pull[2]
     gx, gy, gz = area[0], area[1], area[2]
-    for c in range(rings.block_start[body], rings.block_start[body + 1]):
+    for c in range(first_block, end_block):
         first, end, degree = rings.block[c, 0], rings.block[c, 1], rings.block[c, 2]
         entry, behind = rings.block[c, 3], rings.block[c, 4]
         if behind >= 0:
             any_ring_sums(first, end, degree, entry, behind, nb, rings.following, ks, rest, x, pull, area, moment)
-        elif k == k:  # NaN, of a body whose springs differ, is not
+        elif k == k:
             if degree == 6:
                 ring_sums(SIX, (), first, end, entry, nb, k, ks, rest, rx, ry, rz, px, py, pz, gx, gy, gz, moment)
             elif degree == 5:
@@ -177,7 +188,7 @@ def ring_forces(
             ring_sums(FOUR, (0,), first, end, entry, nb, k, ks, rest, rx, ry, rz, px, py, pz, gx, gy, gz, moment)
         else:
             ring_sums(EIGHT, (0,), first, end, entry, nb, k, ks, rest, rx, ry, rz, px, py, pz, gx, gy, gz, moment)
-    return sum_in_lanes(moment, count) / 18.0
+        block_moment[c] = sum_in_lanes(moment[first:end], end - first)
 
 
 FOUR, FIVE, SIX, SEVEN, EIGHT = (0,) * 4, (0,) * 5, (0,) * 6, (0,) * 7, (0,) * 8
@@ -185,7 +196,7 @@ FOUR, FIVE, SIX, SEVEN, EIGHT = (0,) * 4, (0,) * 5, (0,) * 6, (0,) * 7, (0,) * 8
 
 @jit_lean
 def sum_in_lanes(values: np.ndarray, count: int) -> float:
-    """Return the sum of the first `count` of `values` (n,), in eight partial sums that run side by side."""
+    """Return the sum of the first `count` of `values` (n,): in double precision, eight partial sums side by side."""
     a = b = c = d = e = f = g = h = 0.0
     whole = count // LANES * LANES
     for i in range(0, whole, LANES):
@@ -203,28 +214,37 @@ def sum_in_lanes(values: np.ndarray, count: int) -> float:
 
 
 @jit_lean
-def add_other_forces(model: Model, body: int, x: np.ndarray, velocity: np.ndarray, pull: np.ndarray) -> None:
-    """Add damping, drag and external forces to `pull` [N]; `x` [m], `velocity` [m/s]; a row for each component.
+def add_other_forces(
+    rings: Rings,
+    start: int,
+    first_block: int,
+    end_block: int,
+    damping: float,
+    drag: float,
+    external_force: np.ndarray,
+    inverse_mass: np.ndarray,
+    x: np.ndarray,
+    velocity: np.ndarray,
+    pull: np.ndarray,
+) -> None:
+    """Add damping, drag and external forces to `pull` [N] of the particles in blocks `first_block` … `end_block`.
 
-    A damped spring resists by `damping` [N s/m] times the speed at which its ends part; drag is −`drag` m v.
+    `inverse_mass` (n,) [1/kg], `x` [m], `velocity` [m/s], with a row for each component, by place; `external_force`
+    as of Model. A damped spring resists by `damping` [N s/m] times the speed at which its ends
+    part; drag [1/s] is −`drag` m v. `start` is the first particle of the body.
     """
-    start = model.particle_start[body]
-    rings = model.rings
-    if model.external_force.shape[0] > 0:
-        for i in range(model.particle_start[body + 1] - start):
-            for c in range(3):
-                pull[c, i] += model.external_force[rings.order[start + i], c]
-    drag = model.drag[body]
-    if drag > 0.0:
-        for i in range(model.particle_start[body + 1] - start):
-            inverse_mass = model.inverse_mass[rings.order[start + i]]
-            if inverse_mass > 0.0:
+    for block in range(first_block, end_block):
+        first, end, degree, entry, _ = rings.block[block]
+        if external_force.shape[0] > 0:
+            for i in range(first, end):
                 for c in range(3):
-                    pull[c, i] -= drag / inverse_mass * velocity[c, i]
-    damping = model.damping[body]
-    if damping > 0.0:
-        for block in range(rings.block_start[body], rings.block_start[body + 1]):
-            first, end, degree, entry, _ = rings.block[block]
+                    pull[c, i] += external_force[rings.order[start + i], c]
+        if drag > 0.0:
+            for i in range(first, end):
+                if inverse_mass[i] > 0.0:
+                    for c in range(3):
+                        pull[c, i] -= drag / inverse_mass[i] * velocity[c, i]
+        if damping > 0.0:
             count = end - first
             for q in range(count):
                 i = first + q

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +13,10 @@ from softbody.state import Rings
 # Particles whose neighbours are grouped by degree together: 2 048 of them and all that their step needs are some
 # 0.4 MB, which stays in a core's second-level cache from the force to the update.
 WINDOW = 2048
+
+# The most particles of a block: small enough to share out among threads evenly, large enough that a block's call
+# costs nothing.
+BLOCK = 256
 
 
 def no_rings() -> Rings:
@@ -49,7 +54,7 @@ def build_rings(
     keys = edges[:, 0] * count + edges[:, 1]
 
     new_block = np.ones(count, bool)
-    new_block[1:] = (np.diff(kind[order]) != 0) | (np.arange(1, count) % WINDOW == 0)
+    new_block[1:] = (np.diff(kind[order]) != 0) | (np.arange(1, count) % BLOCK == 0)
     first = np.flatnonzero(new_block)
     blocks, entries, followers, behind = [], [], [], 0
     offset = 0
@@ -193,3 +198,12 @@ def _spread(
                 end += 1
         head += 1
     return end
+
+
+def in_precision(rings: Rings, real: type[np.floating[Any]]) -> Rings:
+    """Return `rings` with springs in the precision `real`, np.float64 or np.float32."""
+    return rings._replace(
+        stiffness=rings.stiffness.astype(real, copy=False),
+        rest_pull=rings.rest_pull.astype(real, copy=False),
+        common_stiffness=rings.common_stiffness.astype(real, copy=False),
+    )

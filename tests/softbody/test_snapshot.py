@@ -86,8 +86,8 @@ def test_what_is_no_snapshot_is_refused_and_changes_nothing(tmp_path):
     world.add_soft_body(softbody.tetrahedron(), 1.0, 50.0, 5.0)
     before = world.state_hash()
     lacking = world.snapshot()
-    del lacking["model.rings.order"]
-    with pytest.raises(ParameterError, match=r"'model\.rings\.order' is missing"):
+    del lacking["rings.order"]
+    with pytest.raises(ParameterError, match=r"'rings\.order' is missing"):
         world.restore(lacking)
     with pytest.raises(ParameterError, match="integrator"):
         world.restore(world.snapshot() | {"integrator": np.array("euler")})

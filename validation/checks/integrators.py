@@ -16,12 +16,14 @@ PIECE = "softbody.dynamics.integrators"
 STIFFNESS = 40.0
 
 
-def breathing(integrator: str, mesh: Mesh, gas: float, scale: float) -> tuple[World, float, float]:
+def breathing(
+    integrator: str, mesh: Mesh, gas: float, scale: float, precision: str = "double"
+) -> tuple[World, float, float]:
     """Return a regular solid, let go at `scale` times its rest size, with its K = k Σ l0² and M = Σ m |x|².
 
     By symmetry it only swells and shrinks: M λ'' = −K (λ − 1) + 3nRT/λ, a harmonic oscillator without gas.
     """
-    world = World(gravity=(0.0, 0.0, 0.0), integrator=integrator)
+    world = World(gravity=(0.0, 0.0, 0.0), integrator=integrator, precision=precision)
     body = world.add_soft_body(mesh, mass=1.0, stiffness=STIFFNESS, gas=gas)
     moment = (mesh.vertices**2).sum() / len(mesh.vertices)
     body.positions[:] = scale * mesh.vertices

@@ -18,7 +18,9 @@ FAMILY = "pressure and volume"
 def accelerate(world: World, acceleration: np.ndarray) -> None:
     """Overwrite `acceleration` (n, 3) with what the fast kernels make of the world as it is."""
     model, state = world.model, world.state
-    ring_accelerations(model, state.position, state.velocity, acceleration, scratch_for(model).work)
+    ring_accelerations(
+        model, world.rings, state.position, state.velocity, acceleration, scratch_for(model, world.rings)
+    )
 
 
 REST_FORCE = 5e-15  # of k × size: the largest force that is left when the shape counts as at rest

@@ -40,7 +40,9 @@ def force_is_slope_of_energy(run: Run) -> Comparison:
             body.positions[:] *= rng.uniform(0.9, 1.3, 3)
             model, state = world.model, world.state
             force = np.empty_like(state.position)
-            ring_accelerations(model, state.position, state.velocity, force, scratch_for(model).work)
+            ring_accelerations(
+                model, world.rings, state.position, state.velocity, force, scratch_for(model, world.rings)
+            )
             judged = scipy.forces(state.position, model.edges, model.rest_length, model.stiffness, mesh.triangles, 20.0)
             measured.append(force)
             expected.append(judged)

@@ -1,14 +1,18 @@
 """Do bodies move the same alone and together, in one go and in many, and is the one that fails named?"""
 
+import numba
 import numpy as np
 import pytest
 
 import softbody
-from softbody import SimulationError, World
+from softbody import ParameterError, SimulationError, SoftBody, World
 from softbody.dynamics.integrators import INTEGRATORS
-from softbody.dynamics.motion import COLLAPSED, DIVERGED, LOOK, find_fault
+from softbody.dynamics.motion import COLLAPSED, DIVERGED, LARGE, LOOK, even_cut, find_fault
+from softbody.dynamics.rings import BLOCK, build_rings
 
 SOLID = softbody.octahedron()
+
+several = pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="there is one thread here")
 
 integrators = pytest.mark.parametrize("integrator", INTEGRATORS)
 
@@ -114,6 +118,93 @@ def test_the_state_after_a_failure_is_that_of_the_last_good_step(ground, substep
     assert good.state.position.tolist() == failing.state.position.tolist()
     with pytest.raises(SimulationError):
         good.step(h, 20, substeps=substeps, allow_unstable=True)
+
+
+def three_balls(threads, precision="double", subdivisions=1):
+    world = World(gravity=(0.0, 0.0, 0.0), threads=threads, precision=precision)
+    for x in (0.0, 1.5, 3.0):
+        world.add_soft_body(softbody.icosphere(subdivisions), 1.0, 100.0, 5.0, position=(x, 0.0, 0.0))
+    return world
+
+
+@several
+@pytest.mark.parametrize("precision", ["double", "single"])
+def test_threads_share_out_small_bodies_and_leave_every_bit(precision):
+    one, two = (three_balls(threads, precision) for threads in (1, 2))
+    for world in (one, two):
+        world.step(1e-3, 50)
+    assert one.state_hash() == two.state_hash()
+
+
+@several
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+def test_threads_share_out_one_large_body_and_leave_every_bit(integrator):
+    hashes = set()
+    for threads in (1, 2):
+        world = World(threads=threads, integrator=integrator)
+        body = world.add_soft_body(
+            softbody.torus(1.0, 0.4, 130, 70), 1.0, 100.0, 5.0, damping=1e-4, drag=0.1, pinned=[5, 900]
+        )
+        body.external_force = np.linspace(-1e-3, 1e-3, 27_300).reshape(-1, 3)
+        assert len(body.positions) > LARGE
+        world.step(1e-4, 3)
+        hashes.add(world.state_hash())
+    assert len(hashes) == 1
+
+
+def test_shares_of_a_body_are_about_even_and_miss_no_block():
+    rings = World().rings
+    mesh = softbody.icosphere(5)
+    rings = build_rings(len(mesh.vertices), mesh.edges, mesh.triangles, *np.ones((2, len(mesh.edges))))
+    for shares in (1, 2, 3, 16):
+        cut = even_cut(rings, 0, shares)
+        assert cut[0] == 0
+        assert cut[-1] == len(rings.block)
+        first = np.append(rings.block[:, 0], len(mesh.vertices))[cut]
+        assert np.diff(first) == pytest.approx(len(mesh.vertices) / shares, abs=BLOCK)
+
+
+@several
+def test_on_threads_the_body_that_fails_first_stops_all():
+    failing, good = three_balls(2), three_balls(1)
+    for world in (failing, good):
+        SoftBody(world, 1).set_springs(stiffness=1e4)
+    h = 2.0 * failing.stable_time_step()
+    with pytest.raises(SimulationError, match="soft body 1 ") as error:
+        failing.step(h, 10_000, allow_unstable=True)
+    good.step(h, error.value.step, allow_unstable=True)
+    assert good.state_hash() == failing.state_hash()
+
+
+def test_single_precision_is_near_double_and_not_equal():
+    double, single = (World(precision=precision) for precision in ("double", "single"))
+    for world in (double, single):
+        world.add_soft_body(softbody.icosphere(2), 1.0, 100.0, 5.0)
+        world.step(1e-3, 200)
+    apart = np.abs(double.state.position - single.state.position).max()
+    assert 1e-9 < apart < 1e-5
+
+
+def test_a_run_in_single_precision_in_parts_gives_the_same_bits():
+    whole, parts = (three_balls(1, "single") for _ in range(2))
+    whole.step(1e-3, 20)
+    parts.step(1e-3, 7)
+    resumed = World()
+    resumed.restore(parts.snapshot())
+    resumed.step(1e-3, 13)
+    assert resumed.precision == "single"
+    assert resumed.state_hash() == whole.state_hash()
+
+
+def test_precision_and_threads_that_do_not_exist_are_refused():
+    with pytest.raises(ParameterError, match="precision is 'half'; choose one of double, single"):
+        World(precision="half")
+    for threads in (0, 1.5, "two"):
+        with pytest.raises(ParameterError, match=r"threads is .*; give a whole number ≥ 1"):
+            World(threads=threads)
+    most = numba.config.NUMBA_NUM_THREADS
+    with pytest.raises(ParameterError, match=f"threads is {most + 1}, and there are {most} here"):
+        World(threads=most + 1)
 
 
 def test_a_leaking_body_is_reported_when_it_has_deflated():

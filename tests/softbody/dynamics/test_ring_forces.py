@@ -37,7 +37,9 @@ def test_a_long_sum_counts_everything_once():
 
 def acceleration(world):
     out = np.empty_like(world.state.position)
-    ring_accelerations(world.model, world.state.position, world.state.velocity, out, scratch_for(world.model).work)
+    ring_accelerations(
+        world.model, world.rings, world.state.position, world.state.velocity, out, scratch_for(world.model, world.rings)
+    )
     return out
 
 

@@ -89,7 +89,9 @@ def test_the_fast_force_is_the_obvious_one(mesh, differ):
     state.position[:] += random.normal(0.0, 0.02, state.position.shape)
     plain, fast = np.empty_like(state.position), np.empty_like(state.position)
     soft_accelerations(world.model, state.position, plain)
-    ring_accelerations(world.model, state.position, state.velocity, fast, scratch_for(world.model).work)
+    ring_accelerations(
+        world.model, world.rings, state.position, state.velocity, fast, scratch_for(world.model, world.rings)
+    )
     assert fast == pytest.approx(plain, abs=1e-13 * np.abs(plain).max())
     assert (fast[0] == 0.0).all()
 
