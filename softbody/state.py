@@ -5,8 +5,24 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from softbody.jit import jit
+
+
+def appended(array: np.ndarray, rows: ArrayLike) -> np.ndarray:
+    """Return `array` followed by `rows`, in memory with room for more: adding n bodies costs O(n), not O(n²).
+
+    The result may share memory with `array`, of which only the newest result may be appended to.
+    """
+    more = np.asarray(rows, array.dtype).reshape(-1, *array.shape[1:])
+    old, new = len(array), len(array) + len(more)
+    room = array.base
+    if room is None or room.shape[1:] != array.shape[1:] or len(room) < new or room.dtype != array.dtype:
+        room = np.empty((max(new, 2 * old), *array.shape[1:]), array.dtype)
+        room[:old] = array
+    room[old:new] = more
+    return room[:new]
 
 
 class Rings(NamedTuple):

@@ -26,7 +26,7 @@ from softbody.errors import ParameterError, SimulationError
 from softbody.geometry.box import box_inertia
 from softbody.mesh import Mesh
 from softbody.snapshot import Snapshot, digest, entry, named_arrays, read, rebuilt, write
-from softbody.state import Model, Rings, Rules, State
+from softbody.state import Model, Rings, Rules, State, appended
 from softbody.step import OVERFLOW, run, run_soft_bodies
 
 AXES = ("complete", "paper")
@@ -172,31 +172,31 @@ class World:
 
         model, first, count = self.model, len(self.state.position), len(points)
         self.model = model._replace(
-            inverse_mass=np.append(model.inverse_mass, inverse_masses),
-            edges=np.concatenate([model.edges, edges + first]),
-            rest_length=np.append(model.rest_length, lengths),
-            stiffness=np.append(model.stiffness, spring_stiffness),
-            triangles=np.concatenate([model.triangles, mesh.triangles + first]),
-            particle_start=np.append(model.particle_start, first + count),
-            edge_start=np.append(model.edge_start, len(model.edges) + len(edges)),
-            triangle_start=np.append(model.triangle_start, len(model.triangles) + len(mesh.triangles)),
-            gas=np.append(model.gas, float(gas)),
-            least_volume=np.append(model.least_volume, deflated_below * mesh.volume),
-            damping=np.append(model.damping, float(damping)),
-            drag=np.append(model.drag, float(drag)),
+            inverse_mass=appended(model.inverse_mass, inverse_masses),
+            edges=appended(model.edges, edges + first),
+            rest_length=appended(model.rest_length, lengths),
+            stiffness=appended(model.stiffness, spring_stiffness),
+            triangles=appended(model.triangles, mesh.triangles + first),
+            particle_start=appended(model.particle_start, first + count),
+            edge_start=appended(model.edge_start, len(model.edges) + len(edges)),
+            triangle_start=appended(model.triangle_start, len(model.triangles) + len(mesh.triangles)),
+            gas=appended(model.gas, float(gas)),
+            least_volume=appended(model.least_volume, deflated_below * mesh.volume),
+            damping=appended(model.damping, float(damping)),
+            drag=appended(model.drag, float(drag)),
             external_force=(
-                np.concatenate([model.external_force, np.zeros((count, 3))])
+                appended(model.external_force, np.zeros((count, 3)))
                 if len(model.external_force)
                 else model.external_force
             ),
-            soft_restitution=np.append(model.soft_restitution, float(restitution)),
-            soft_friction=np.append(model.soft_friction, float(friction)),
+            soft_restitution=appended(model.soft_restitution, float(restitution)),
+            soft_friction=appended(model.soft_friction, float(friction)),
         )
         rings = build_rings(count, edges, mesh.triangles, lengths, spring_stiffness)
         self.rings = append_rings(self.rings, in_precision(rings, PRECISIONS[self.precision]), len(model.edges))
         self.state = self.state._replace(
-            position=np.concatenate([self.state.position, points]),
-            velocity=np.concatenate([self.state.velocity, speeds]),
+            position=appended(self.state.position, points),
+            velocity=appended(self.state.velocity, speeds),
         )
         self._kept_skins = None
         return SoftBody(self, len(self.model.gas) - 1)
@@ -241,19 +241,19 @@ class World:
 
         model, state = self.model, self.state
         self.model = model._replace(
-            box_size=np.vstack([model.box_size, extent]),
-            box_inverse_mass=np.append(model.box_inverse_mass, inverse_mass),
-            box_inverse_inertia=np.vstack([model.box_inverse_inertia, inverse_inertia]),
-            box_restitution=np.append(model.box_restitution, float(restitution)),
-            box_friction=np.append(model.box_friction, float(friction)),
-            box_force=np.vstack([model.box_force, np.zeros(3)]),
-            box_torque=np.vstack([model.box_torque, np.zeros(3)]),
+            box_size=appended(model.box_size, extent),
+            box_inverse_mass=appended(model.box_inverse_mass, inverse_mass),
+            box_inverse_inertia=appended(model.box_inverse_inertia, inverse_inertia),
+            box_restitution=appended(model.box_restitution, float(restitution)),
+            box_friction=appended(model.box_friction, float(friction)),
+            box_force=appended(model.box_force, np.zeros(3)),
+            box_torque=appended(model.box_torque, np.zeros(3)),
         )
         self.state = state._replace(
-            box_position=np.vstack([state.box_position, row[0]]),
-            box_orientation=np.vstack([state.box_orientation, row[1]]),
-            box_velocity=np.vstack([state.box_velocity, row[2]]),
-            box_angular_velocity=np.vstack([state.box_angular_velocity, row[3]]),
+            box_position=appended(state.box_position, row[0]),
+            box_orientation=appended(state.box_orientation, row[1]),
+            box_velocity=appended(state.box_velocity, row[2]),
+            box_angular_velocity=appended(state.box_angular_velocity, row[3]),
         )
         return Box(self, len(self.model.box_size) - 1)
 

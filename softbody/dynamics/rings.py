@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from softbody.jit import jit
-from softbody.state import Rings
+from softbody.state import Rings, appended
 
 # Particles whose neighbours are grouped by degree together: 2 048 of them and all that their step needs are some
 # 0.4 MB, which stays in a core's second-level cache from the force to the update.
@@ -110,15 +110,15 @@ def append_rings(rings: Rings, more: Rings, edges: int) -> Rings:
     block[:, 3] += len(rings.neighbour)
     block[block[:, 4] >= 0, 4] += len(rings.following)
     return Rings(
-        order=np.append(rings.order, more.order + len(rings.order)),
-        block=np.concatenate([rings.block, block]),
-        block_start=np.append(rings.block_start, more.block_start[1:] + len(rings.block)),
-        edge=np.append(rings.edge, more.edge + edges),
-        neighbour=np.append(rings.neighbour, more.neighbour),
-        stiffness=np.append(rings.stiffness, more.stiffness),
-        rest_pull=np.append(rings.rest_pull, more.rest_pull),
-        following=np.append(rings.following, more.following),
-        common_stiffness=np.append(rings.common_stiffness, more.common_stiffness),
+        order=appended(rings.order, more.order + len(rings.order)),
+        block=appended(rings.block, block),
+        block_start=appended(rings.block_start, more.block_start[1:] + len(rings.block)),
+        edge=appended(rings.edge, more.edge + edges),
+        neighbour=appended(rings.neighbour, more.neighbour),
+        stiffness=appended(rings.stiffness, more.stiffness),
+        rest_pull=appended(rings.rest_pull, more.rest_pull),
+        following=appended(rings.following, more.following),
+        common_stiffness=appended(rings.common_stiffness, more.common_stiffness),
     )
 
 
