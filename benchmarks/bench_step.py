@@ -11,6 +11,10 @@ import pytest
 
 import softbody
 from benchmarks import peers
+from benchmarks.mujoco_peer import mujoco_stepping
+from benchmarks.newton_peer import newton, newton_stepping
+from benchmarks.taichi_peer import taichi, taichi_stepping
+from benchmarks.warp_peer import warp, warp_stepping
 from softbody.dynamics.integrators import INTEGRATORS
 from softbody.dynamics.motion import scratch_for
 from softbody.step import run_soft_bodies
@@ -71,7 +75,15 @@ def peers_of(mesh: softbody.Mesh, h: float) -> dict[str, Peer]:
     if n <= 10_242:  # beyond, a step takes them half a second
         for name, add in (("NumPy bincount", peers.add_bincount), ("NumPy add.at", peers.add_at)):
             rivals[name] = peers.stepping(mesh, peers.numpy_forces(mesh, add), h, few), n * few
-    if 42 < n <= 2_562:  # beyond, it takes seconds
+    if taichi:
+        rivals["Taichi, all steps in one kernel"] = taichi_stepping(mesh, h, steps), n * steps
+    if warp:
+        rivals["Warp, a kernel for every loop"] = warp_stepping(mesh, h, few, "float64"), n * few
+        rivals["Warp, a kernel for every loop, float32"] = warp_stepping(mesh, h, few, "float32"), n * few
+    if newton and n <= 40_962:  # beyond, it takes half a minute to make
+        rivals["Newton (springs only, one force a step), float32"] = newton_stepping(mesh, h, few), n * few
+    if 42 < n <= 2_562:  # beyond, they take seconds, to step or to make
+        rivals["MuJoCo flex (springs only, one force a step)"] = mujoco_stepping(mesh, h, few), n * few
         rivals["pybullet (springs only, one force a step)"] = peers.pybullet_stepping(mesh, h, few), n * few
     return rivals
 

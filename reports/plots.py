@@ -122,10 +122,11 @@ def drawable(timings: list[Timing]) -> list[Timing]:
 
 
 def series(timings: list[Timing]) -> dict[str, tuple[str, str]]:
-    """Return, for each name, its colour and its marker in the plot."""
+    """Return, for each name, its colour and its marker in the plot; once the colours are used up, the markers shift."""
     names = dict.fromkeys(t.name for t in timings)
     markers = list(MARKERS)
-    return {name: (SERIES[i % len(SERIES)], markers[i % len(markers)]) for i, name in enumerate(names)}
+    shifts = len(SERIES)
+    return {name: (SERIES[i % shifts], markers[(i + i // shifts) % len(markers)]) for i, name in enumerate(names)}
 
 
 def _draw_timings(axes: Axes, timings: list[Timing]) -> None:
