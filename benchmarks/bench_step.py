@@ -1,4 +1,4 @@
-"""What does one time step cost, per particle: one body as it grows, and many? One thread, float64, no contact."""
+"""What does one time step cost, per particle: one body as it grows, and many? Double, on one thread, unless said."""
 
 from __future__ import annotations
 
@@ -6,13 +6,24 @@ import functools
 from collections.abc import Callable
 from typing import Any
 
+import numba
+import numpy as np
 import pytest
 
 import softbody
 from benchmarks import peers
+from benchmarks.mujoco_peer import mujoco_stepping
+from benchmarks.newton_peer import newton, newton_stepping
+from benchmarks.taichi_peer import taichi, taichi_stepping
+from benchmarks.warp_peer import warp, warp_stepping
+from softbody.dynamics.integrators import INTEGRATORS
+from softbody.dynamics.motion import LARGE, scratch_for
+from softbody.step import run_soft_bodies
 
 SUBDIVISIONS = (1, 2, 3, 4, 5, 6, 7)  # 42, 162, 642, 2 562, 10 242, 40 962, 163 842 particles
-BODIES = (1, 10, 100, 1_000)
+MILLION = 0  # in place of subdivisions: a torus of 1 000 000 particles
+BODIES = (1, 10, 100, 1_000, 10_000)
+THREADS: int = numba.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
 
 PARTICLE_STEPS = 200_000  # per round: a round takes about 12 ms, so that the call and the clock cost nothing
 LEAST_STEPS = 10  # a call of fewer is dominated by reading and writing the state
@@ -22,8 +33,8 @@ Peer = tuple[Callable[[], Any], float]
 
 @functools.cache
 def sphere(subdivisions: int) -> softbody.Mesh:
-    """Return the sphere of half a metre that every competitor steps."""
-    return softbody.icosphere(subdivisions, radius=0.5)
+    """Return the sphere of half a metre that every competitor steps, or the torus of a MILLION."""
+    return softbody.icosphere(subdivisions, radius=0.5) if subdivisions else softbody.torus(0.4, 0.15, 1_250, 800)
 
 
 def steps_for(particles: int, share: float = 1.0) -> int:
@@ -31,21 +42,29 @@ def steps_for(particles: int, share: float = 1.0) -> int:
     return max(LEAST_STEPS if share == 1.0 else 1, round(share * PARTICLE_STEPS / particles))
 
 
-def world_of(mesh: softbody.Mesh, bodies: int, integrator: str = "rk4_velocity") -> softbody.World:
+def world_of(mesh: softbody.Mesh, bodies: int, **options: Any) -> softbody.World:
     """Return a world of equal bodies in a row, which their gas has begun to inflate."""
-    world = softbody.World(integrator=integrator)
+    world = softbody.World(**options)
     for k in range(bodies):
         world.add_soft_body(mesh, peers.MASS, peers.STIFFNESS, peers.GAS, position=(1.5 * k, 0.0, 0.0))
     return world
 
 
 def stepping(world: softbody.World) -> Peer:
-    """Return a call that steps a world, and its particles × steps."""
+    """Return a call that steps a world whose bodies do not meet, and its particles × steps."""
     particles = len(world.state.position)
     steps = steps_for(particles)
     # Far below the stable step, so that no round meets another geometry than the first.
     time_step = 1e-3 * world.stable_time_step()
-    return lambda: world.step(time_step, steps, allow_unstable=True), particles * steps
+    scratch = scratch_for(world.model, world.rings, world.threads)
+    arguments = world.model, world.rings, world.state, scratch, time_step, steps, INTEGRATORS[world.integrator], 1
+
+    def call() -> None:
+        done, _, _ = run_soft_bodies(*arguments, None if world.threads == 1 else world.threads)
+        assert done == steps
+        assert np.isfinite(world.state.position[0, 0])
+
+    return call, particles * steps
 
 
 def peers_of(mesh: softbody.Mesh, h: float) -> dict[str, Peer]:
@@ -60,17 +79,37 @@ def peers_of(mesh: softbody.Mesh, h: float) -> dict[str, Peer]:
     if n <= 10_242:  # beyond, a step takes them half a second
         for name, add in (("NumPy bincount", peers.add_bincount), ("NumPy add.at", peers.add_at)):
             rivals[name] = peers.stepping(mesh, peers.numpy_forces(mesh, add), h, few), n * few
-    if 42 < n <= 2_562:  # beyond, it takes seconds
+    if taichi:
+        rivals["Taichi, all steps in one kernel"] = taichi_stepping(mesh, h, steps), n * steps
+    if warp:
+        rivals["Warp, a kernel for every loop"] = warp_stepping(mesh, h, few, "float64"), n * few
+        rivals["Warp, a kernel for every loop, float32"] = warp_stepping(mesh, h, few, "float32"), n * few
+    if newton and n <= 40_962:  # beyond, it takes half a minute to make
+        rivals["Newton (springs only, one force a step), float32"] = newton_stepping(mesh, h, few), n * few
+    if 42 < n <= 2_562:  # beyond, they take seconds, to step or to make
+        rivals["MuJoCo flex (springs only, one force a step)"] = mujoco_stepping(mesh, h, few), n * few
         rivals["pybullet (springs only, one force a step)"] = peers.pybullet_stepping(mesh, h, few), n * few
     return rivals
 
 
-@pytest.mark.parametrize("subdivisions", SUBDIVISIONS)
-def bench_step(race, subdivisions: int) -> None:
+def level(request: pytest.FixtureRequest) -> str:
+    """Return the level at which the benchmarks run."""
+    return str(request.config.getoption("--level"))
+
+
+@pytest.mark.parametrize("subdivisions", [*SUBDIVISIONS, MILLION])
+def bench_step(race, request: pytest.FixtureRequest, subdivisions: int) -> None:
     """Whole runs of steps inside one compiled call: the paper's integrator, and everyone beside it."""
+    if subdivisions == MILLION and level(request) != "full":
+        pytest.skip("a million particles are for level full")
     mesh = sphere(subdivisions)
     world = world_of(mesh, 1)
     ours, units = stepping(world)
+    variants: dict[str, dict[str, Any]] = {name: {"integrator": name} for name in ("rk4", "symplectic_euler")}
+    if level(request) != "quick":  # each is compiled anew
+        variants["rk4_velocity, single precision"] = {"precision": "single"}
+        if THREADS > 1 and len(mesh.vertices) >= LARGE:
+            variants[f"rk4_velocity, {THREADS} threads"] = {"threads": THREADS}
     race(
         ours,
         units,
@@ -80,16 +119,21 @@ def bench_step(race, subdivisions: int) -> None:
         of="particles",
         per="particle and step",
         peers={
-            **{name: stepping(world_of(mesh, 1, name)) for name in ("rk4", "symplectic_euler")},
+            **{name: stepping(world_of(mesh, 1, **options)) for name, options in variants.items()},
             **peers_of(mesh, 1e-3 * world.stable_time_step()),
         },
     )
 
 
 @pytest.mark.parametrize("bodies", BODIES)
-def bench_many_bodies(race, bodies: int) -> None:
+def bench_many_bodies(race, request: pytest.FixtureRequest, bodies: int) -> None:
     """Bodies of 162 particles side by side, and one body of 10 242 for comparison."""
+    if bodies == 10_000 and level(request) != "full":
+        pytest.skip("10 000 bodies are for level full")
     ours, units = stepping(world_of(sphere(2), bodies))
+    rivals = {"one body of 10 242 particles": stepping(world_of(sphere(5), 1))}
+    if THREADS > 1 and bodies > 1 and level(request) != "quick":
+        rivals[f"rk4_velocity, {THREADS} threads"] = stepping(world_of(sphere(2), bodies, threads=THREADS))
     race(
         ours,
         units,
@@ -98,5 +142,5 @@ def bench_many_bodies(race, bodies: int) -> None:
         size=bodies,
         of="bodies",
         per="particle and step",
-        peers={"one body of 10 242 particles": stepping(world_of(sphere(5), 1))},
+        peers=rivals,
     )

@@ -27,7 +27,7 @@ def race(benchmark: Any, request: pytest.FixtureRequest) -> Callable[..., None]:
 
     race(ours, units, table=…, name=…, size=…, of=…, per=…, peers={name: (call, units)}): one call of `ours` does
     `units` units of work, such as particles × steps, called `per` in words; `size` counts `of`, the axis of the
-    table. Every competitor is called once before the clock starts. pytest-benchmark keeps our times, its
+    table; `errors` how far each ends from the truth, where that is the point. Every competitor is called once before the clock starts. pytest-benchmark keeps our times, its
     `extra_info` those of the peers.
     """
 
@@ -41,6 +41,7 @@ def race(benchmark: Any, request: pytest.FixtureRequest) -> Callable[..., None]:
         of: str,
         per: str,
         peers: Mapping[str, Peer] | None = None,
+        errors: Mapping[str, float] | None = None,
     ) -> None:
         rivals = dict(peers or {})
         seconds: dict[str, list[float]] = {rival: [] for rival in rivals}
@@ -56,6 +57,7 @@ def race(benchmark: Any, request: pytest.FixtureRequest) -> Callable[..., None]:
             times.clear()
         ours()
         benchmark.extra_info.update(table=table, name=name, size=size, of=of, per=per, units=units)
+        benchmark.extra_info["errors"] = dict(errors or {})
         rounds = ROUNDS[request.config.getoption("--level")]
         benchmark.pedantic(ours, setup=let_the_peers_run, rounds=rounds)
         benchmark.extra_info["peers"] = {

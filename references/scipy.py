@@ -88,6 +88,29 @@ def forces(
     return -_Body(edges, rest_length, stiffness, triangles, gas)._gradient(vertices)
 
 
+def motion(
+    vertices: np.ndarray,
+    velocity: np.ndarray,
+    edges: np.ndarray,
+    rest_length: np.ndarray,
+    stiffness: np.ndarray,
+    triangles: np.ndarray,
+    gas: float,
+    particle_mass: float,
+    seconds: float,
+) -> np.ndarray:
+    """Return where the vertices (n, 3) [m] are after `seconds` without weight, by DOP853; arguments as of equilibrium."""
+    body = _Body(edges, rest_length, stiffness, triangles, gas)
+
+    def derivative(_: float, y: np.ndarray) -> np.ndarray:
+        x, v = y.reshape(2, -1, 3)
+        return np.concatenate([v.ravel(), -body._gradient(x).ravel() / particle_mass])
+
+    begin = np.concatenate([vertices.ravel(), velocity.ravel()])
+    run = scipy.integrate.solve_ivp(derivative, (0.0, seconds), begin, method="DOP853", rtol=RTOL, atol=ATOL)
+    return np.asarray(run.y[:, -1].reshape(2, -1, 3)[0])
+
+
 def highest_frequency(
     vertices: np.ndarray,
     edges: np.ndarray,

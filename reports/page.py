@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import math
 import re
 import shlex
+import statistics
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -45,6 +47,7 @@ class Table:
     rows: list[Timing]
     plot: Markup | None
     series: list[tuple[str, str, str]]  # name, colour and marker of each competitor
+    growth: float | None  # exponent with which our whole cost grows with the size
 
 
 @dataclass
@@ -162,10 +165,24 @@ def tables_of(timings: list[Timing]) -> list[Table]:
     tables = []
     for title in dict.fromkeys(timing.table for timing in timings):
         rows = [timing for timing in timings if timing.table == title]
-        plot = plots.timing_plot(rows)
+        plot = plots.work_plot(rows) or plots.timing_plot(rows)
         series = [(name, plots.VARIABLES[c], plots.MARKERS[m]) for name, (c, m) in plots.series(rows).items()]
-        tables.append(Table(title, rows, Markup(plot) if plot else None, series))
+        tables.append(Table(title, rows, Markup(plot) if plot else None, series, growth_of(rows)))
     return tables
+
+
+def growth_of(rows: list[Timing]) -> float | None:
+    """Return g of cost ~ size^g, of all that our rows cost in all, by least squares; None for fewer than three sizes.
+
+    Sizes below a thousandth of the largest are left out: what is the same at every size counts there.
+    """
+    ours = [t for t in plots.drawable(rows) if t.name == rows[0].name and t.error is None]
+    ours = [t for t in ours if t.size >= max(t.size for t in ours) / 1_000]
+    if len(ours) < 3:
+        return None
+    x = [math.log(t.size) for t in ours]
+    y = [math.log(t.size * t.nanoseconds) for t in ours]
+    return statistics.linear_regression(x, y).slope
 
 
 def errata_of(rows: list[Row]) -> tuple[overview.Axis, list[ErratumRow]]:

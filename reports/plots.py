@@ -116,16 +116,23 @@ def timing_plot(timings: list[Timing]) -> str | None:
     return _svg(rows[0].table, lambda axes: _draw_timings(axes, rows)) if rows else None
 
 
+def work_plot(timings: list[Timing]) -> str | None:
+    """Return the errors of one table against their costs, a series a name, as SVG; None if there is nothing to draw."""
+    rows = [t for t in drawable(timings) if t.error]
+    return _svg(rows[0].table, lambda axes: _draw_work(axes, rows)) if rows else None
+
+
 def drawable(timings: list[Timing]) -> list[Timing]:
     """Return the timings that have a place on logarithmic axes."""
     return [t for t in timings if t.size > 0 and t.nanoseconds and t.nanoseconds > 0.0]
 
 
 def series(timings: list[Timing]) -> dict[str, tuple[str, str]]:
-    """Return, for each name, its colour and its marker in the plot."""
+    """Return, for each name, its colour and its marker in the plot; once the colours are used up, the markers shift."""
     names = dict.fromkeys(t.name for t in timings)
     markers = list(MARKERS)
-    return {name: (SERIES[i % len(SERIES)], markers[i % len(markers)]) for i, name in enumerate(names)}
+    shifts = len(SERIES)
+    return {name: (SERIES[i % shifts], markers[(i + i // shifts) % len(markers)]) for i, name in enumerate(names)}
 
 
 def _draw_timings(axes: Axes, timings: list[Timing]) -> None:
@@ -162,6 +169,23 @@ def _draw_timings(axes: Axes, timings: list[Timing]) -> None:
     axes.set_axisbelow(True)
     axes.set_xlabel(rows[0].of, parse_math=False)
     axes.text(-0.13, 1.08, f"ns per {rows[0].per}", transform=axes.transAxes, parse_math=False)
+
+
+def _draw_work(axes: Axes, timings: list[Timing]) -> None:
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    rows = sorted(timings, key=lambda t: t.nanoseconds)
+    for name, (colour, marker) in series(timings).items():
+        part = [t for t in rows if t.name == name]
+        costs, errors = [t.nanoseconds for t in part], [t.error for t in part]
+        axes.plot(costs, errors, color=colour, marker=marker, markersize=5, linewidth=1.4)
+    axes.set_xlim(rows[0].nanoseconds / 1.5, rows[-1].nanoseconds * 1.5)
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.yaxis.set_minor_locator(NullLocator())
+    axes.grid(axis="both")
+    axes.set_axisbelow(True)
+    axes.set_xlabel(f"ns per {rows[0].per}", parse_math=False)
+    axes.text(-0.13, 1.08, "relative error", transform=axes.transAxes)
 
 
 def _svg(name: str, draw: Callable[[Axes], None]) -> str:

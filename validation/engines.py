@@ -22,6 +22,7 @@ PACKAGES = {
     "coal": "coal",
     "igl": "libigl",
     "embreex": "embreex",
+    "panda3d": "panda3d",
 }
 
 

@@ -97,6 +97,7 @@ class Timing:
     ratio: float | None = None  # of a peer: its time over ours, median of the rounds' ratios
     low_ratio: float | None = None  # lower quartile
     high_ratio: float | None = None  # upper quartile
+    error: float | None = None  # how far from the truth it ended, relative, where precision is the point
 
 
 @dataclass

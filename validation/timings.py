@@ -16,7 +16,11 @@ from validation.record import Timing
 
 BENCHMARKS = Path("benchmarks")
 # What is timed at each level: all tables take some minutes.
-FILES = {"quick": ["bench_step.py"], "standard": ["bench_step.py", "bench_boxes.py"], "full": [""]}
+FILES = {
+    "quick": ["bench_step.py"],
+    "standard": ["bench_step.py", "bench_work_precision.py", "bench_boxes.py"],
+    "full": [""],
+}
 
 
 def measure_timings(level: str) -> tuple[list[Timing], str | None]:
@@ -68,6 +72,7 @@ def _row(info: dict[str, Any], name: str, seconds: np.ndarray, ratios: np.ndarra
         low=low,
         high=high,
         rounds=len(seconds),
+        error=info.get("errors", {}).get(name),
         ratio=ratio,
         low_ratio=low_ratio,
         high_ratio=high_ratio,

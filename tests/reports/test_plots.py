@@ -5,7 +5,7 @@ import xml.etree.ElementTree
 import numpy as np
 import pytest
 
-from reports.plots import error_plot, timing_plot
+from reports.plots import error_plot, series, timing_plot
 from validation.record import Distribution, Timing
 
 
@@ -76,6 +76,11 @@ def test_costs_are_drawn_a_series_a_name():
     svg = timing_plot(rows)
     assert {"--series-1", "--series-2"} <= {f"--series-{n}" for n in range(7) if f"var(--series-{n})" in svg}
     assert "163\u202f842" in text_of(svg)
+
+
+def test_more_names_than_colours_still_look_different():
+    looks = series([timing(str(n), 642, 20.0, None, None) for n in range(20)])
+    assert len(set(looks.values())) == 20
 
 
 def test_costs_that_are_no_numbers_are_left_out():
