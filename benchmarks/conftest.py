@@ -27,8 +27,8 @@ def race(benchmark: Any, request: pytest.FixtureRequest) -> Callable[..., None]:
 
     race(ours, units, table=…, name=…, size=…, of=…, per=…, peers={name: (call, units)}): one call of `ours` does
     `units` units of work, such as particles × steps, called `per` in words; `size` counts `of`, the axis of the
-    table; `errors` how far each ends from the truth, where that is the point. Every competitor is called once before the clock starts. pytest-benchmark keeps our times, its
-    `extra_info` those of the peers.
+    table; `errors` are how far each ends from the truth, where that is the point. Every competitor is called once
+    before the clock starts. pytest-benchmark keeps our times, its `extra_info` those of the peers.
     """
 
     def run(

@@ -99,7 +99,7 @@ def motion(
     particle_mass: float,
     seconds: float,
 ) -> np.ndarray:
-    """Return where the vertices (n, 3) [m] are after `seconds` without weight, by DOP853; arguments as of equilibrium."""
+    """Return where the vertices (n, 3) [m] are after `seconds` without weight, by DOP853; see equilibrium."""
     body = _Body(edges, rest_length, stiffness, triangles, gas)
 
     def derivative(_: float, y: np.ndarray) -> np.ndarray:

@@ -177,7 +177,7 @@ def _draw_work(axes: Axes, timings: list[Timing]) -> None:
     rows = sorted(timings, key=lambda t: t.nanoseconds)
     for name, (colour, marker) in series(timings).items():
         part = [t for t in rows if t.name == name]
-        costs, errors = [t.nanoseconds for t in part], [t.error for t in part]
+        costs, errors = [t.nanoseconds for t in part], [t.error or 0.0 for t in part]
         axes.plot(costs, errors, color=colour, marker=marker, markersize=5, linewidth=1.4)
     axes.set_xlim(rows[0].nanoseconds / 1.5, rows[-1].nanoseconds * 1.5)
     axes.xaxis.set_minor_locator(NullLocator())

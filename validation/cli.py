@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from validation.check import Check
-    from validation.record import ClaimRecord, Picture, Report, Timing
+    from validation.record import ClaimRecord, Figure, Picture, Report, Timing
 
 ALL_HOLD, A_CLAIM_FAILS, WRONG_USAGE, ENGINE_MISSING, INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -129,6 +129,7 @@ def run_report(checks: list[Check], level: str, seed: int, jobs: int, timings: b
     from validation.engines import environment, revision, versions
     from validation.judge import blank_record
     from validation.record import Report
+    from validation.startup import measure_startup
     from validation.timings import measure_timings
 
     start = time.perf_counter()
@@ -144,10 +145,12 @@ def run_report(checks: list[Check], level: str, seed: int, jobs: int, timings: b
             records[check.id] = blank_record(check, seed)
             records[check.id].why = "interrupted"
     rows: list[Timing] = []
+    figures: list[Figure] = []
     why: str | None = "not asked for (--timings)"
     if timings and not interrupted:
         try:
             rows, why = measure_timings(level)
+            figures = measure_startup(level)
         except KeyboardInterrupt:
             interrupted, why = True, "interrupted"
     report = Report(
@@ -162,6 +165,7 @@ def run_report(checks: list[Check], level: str, seed: int, jobs: int, timings: b
         claims=[records[check.id] for check in checks],
         timings=rows,
         timings_why=None if rows else why,
+        figures=figures,
     )
     return report, interrupted
 

@@ -101,6 +101,15 @@ class Timing:
 
 
 @dataclass
+class Figure:
+    """One number that is no claim and no race, such as how long a start takes."""
+
+    name: str
+    value: float
+    unit: str
+
+
+@dataclass
 class Picture:
     """A scene that was run and filmed; paths are relative to the report."""
 
@@ -126,6 +135,7 @@ class Report:
     timings: list[Timing] = field(default_factory=list)
     timings_why: str | None = None  # why there are no timings, if there are none
     pictures: list[Picture] = field(default_factory=list)
+    figures: list[Figure] = field(default_factory=list)
     schema: str = SCHEMA
 
 
@@ -145,6 +155,7 @@ def read_report(path: Path) -> Report:
         raise ValueError(f"{path} has schema {found!r}, not {SCHEMA!r}; run the validation again")
     data["claims"] = [_claim(claim) for claim in data["claims"]]
     data["timings"] = [Timing(**timing) for timing in data["timings"]]
+    data["figures"] = [Figure(**figure) for figure in data.get("figures", [])]
     data["pictures"] = [Picture(**picture) for picture in data.get("pictures", [])]
     return Report(**data)
 

@@ -7,8 +7,8 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
-from reports.page import page
-from validation.record import FAILS, NOT_RUN, Erratum, Group
+from reports.page import growth_of, page
+from validation.record import FAILS, NOT_RUN, Erratum, Figure, Group
 
 VOID = {"meta", "link", "br", "wbr", "img", "input", "hr"}
 EVIL = "<script>alert(1)</script>\"' onload=x {{ 7*7 }}"
@@ -154,6 +154,24 @@ def test_each_table_of_costs_has_its_times_its_ratios_and_its_plot(parsed, made)
     assert "12.6 – 16.8" in costs  # ours at 642, quartiles
     assert "2.79 (2.5 – 3.01)" in costs  # theirs over ours
     assert made["text"].count("the numbers are in the table") == 2
+
+
+def test_a_table_says_how_our_cost_grows(report, parsed):
+    assert "The whole cost grows as (things)" in parsed.text
+    rows = [dataclasses.replace(report.timings[0], size=n, nanoseconds=5.0 * n**0.5) for n in (10, 100, 1_000)]
+    assert growth_of(rows) == pytest.approx(1.5)
+    assert growth_of(rows[:2]) is None
+
+
+def test_precision_stands_beside_its_cost_and_figures_below(report):
+    for timing in report.timings:
+        timing.error = 0.0123
+    report.figures = [Figure("first step", 0.45, "s")]
+    found = Parsed(page(report))
+    assert found.broken == found.stack == []
+    assert "0.0123" in found.text
+    assert "The whole cost grows" not in found.text
+    assert re.search(r"first step\s*0\.45\s+s", found.text)
 
 
 def test_the_same_record_gives_the_same_bytes(report, parsed, made):

@@ -5,7 +5,7 @@ import xml.etree.ElementTree
 import numpy as np
 import pytest
 
-from reports.plots import error_plot, series, timing_plot
+from reports.plots import error_plot, series, timing_plot, work_plot
 from validation.record import Distribution, Timing
 
 
@@ -81,6 +81,16 @@ def test_costs_are_drawn_a_series_a_name():
 def test_more_names_than_colours_still_look_different():
     looks = series([timing(str(n), 642, 20.0, None, None) for n in range(20)])
     assert len(set(looks.values())) == 20
+
+
+def test_errors_are_drawn_against_costs():
+    rows = [timing(name, n, 20.0 * n, None, None) for name in ("rk4", "euler") for n in (10, 20, 40)]
+    assert work_plot(rows) is None
+    for row in rows:
+        row.error = 1.0 / row.size
+    svg = work_plot(rows)
+    assert "relative error" in text_of(svg)
+    assert "ns per particle" in text_of(svg)
 
 
 def test_costs_that_are_no_numbers_are_left_out():
