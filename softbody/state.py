@@ -56,6 +56,7 @@ class Model(NamedTuple):
     edge_start: np.ndarray  # (b + 1,)
     triangle_start: np.ndarray  # (b + 1,)
     gas: np.ndarray  # (b,) nRT [J]; may change between steps
+    thickness: np.ndarray  # (b,) 2 V/A at rest [m]: of a plate its thickness, of a ball two thirds of its radius
     least_volume: np.ndarray  # (b,) [m³]; at or below it the body counts as collapsed
     damping: np.ndarray  # (b,) of the springs, along their edges [N s/m]
     drag: np.ndarray  # (b,) rate at which velocities fade [1/s]
@@ -87,16 +88,31 @@ class State(NamedTuple):
 
     def copy(self) -> State:
         """Return a State that shares no memory with this one."""
-        return State(*(array.copy() for array in self))
+        return copied(self)
+
+
+@jit
+def copied(state: State) -> State:
+    """Return a State that shares no memory with this one."""
+    return State(
+        state.position.copy(),
+        state.velocity.copy(),
+        state.box_position.copy(),
+        state.box_orientation.copy(),
+        state.box_velocity.copy(),
+        state.box_angular_velocity.copy(),
+    )
 
 
 class Rules(NamedTuple):
-    """By which rules boxes move and collide; a ceiling of inf and a floor of 0 do nothing."""
+    """By which rules bodies collide and boxes move; a ceiling of inf and a floor of 0 do nothing."""
 
     paper_axes: bool  # separating axes: face normals only
     single_contact: bool  # one impulse a pair, as in the paper, instead of manifolds solved together
     exhaustive_pairs: bool  # try all pairs, as in the paper, instead of a grid
     iterations: int  # of the contact solver, a step
+    edge_contacts: bool  # of soft bodies with boxes, and not only contacts of vertices, as in the paper
+    split_steps: bool  # where bodies would jump through each other
     gyroscopic: bool  # a free box keeps I ω instead of ω
     speed_ceiling: float  # [m/s]; paper §6
     angular_speed_ceiling: float  # [rad/s]; paper §6

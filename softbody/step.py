@@ -13,6 +13,7 @@ from softbody.collision.contacts import (
     recall_impulses,
     remember_impulses,
 )
+from softbody.collision.fast import parts_of_step
 from softbody.collision.ground import ground_boxes, ground_soft_bodies
 from softbody.collision.impulse import NOBODY, resolve_contact
 from softbody.collision.manifold import new_scratch
@@ -23,7 +24,7 @@ from softbody.dynamics.motion import Scratch, move_soft_bodies
 from softbody.dynamics.rigid import accelerate_boxes, advance_boxes, limit_boxes, shift_boxes
 from softbody.jit import jit
 from softbody.quaternion import load_quaternion
-from softbody.state import Model, RigidBodies, Rings, Rules, State, boxes_of
+from softbody.state import Model, RigidBodies, Rings, Rules, State, boxes_of, copied
 from softbody.vec import Vec, accumulate, load, scale, store
 
 # What stopped `run`, besides a soft body that DIVERGED or COLLAPSED: more contacts than there is room for.
@@ -83,29 +84,43 @@ def run(
 ) -> tuple[int, int, int]:
     """Advance any world by `steps` steps of `h` [s]; return (steps done, fault, soft body).
 
-    Boxes take each step as one, as contacts do. On a fault the state is that of the last good step; so it is on
-    OVERFLOW, when `contacts` must grow before the run can go on. `threads` as of run_soft_bodies; they move soft
-    bodies.
+    Boxes take each step as one, as contacts do; where bodies would jump through each other it is taken in parts. On a
+    fault the state is that of the last good step; so it is on OVERFLOW, when `contacts` must grow before the run can
+    go on. `threads` as of run_soft_bodies; they move soft bodies.
     """
     bodies = boxes_of(model, state)
     grounded = np.zeros(state.box_position.shape[0], np.bool_)
     clipping = new_scratch()
     for done in range(steps):
-        if not rules.single_contact:
-            find_contacts(model, state, h, rules, contacts, clipping)
-            if contacts.number[0] > contacts.depth.shape[0]:
-                return done, OVERFLOW, -1
-        _, fault, body = step_soft_bodies(model, rings, state, scratch, h, 1, integrator, substeps, threads)
-        if fault:
-            return done, fault, body
-        if rules.single_contact:
-            step_boxes_singly(model, state, bodies, h, rules, grounded)
-        else:
-            step_boxes(model, state, bodies, h, rules, contacts, grounded)
-        limit_boxes(model, state, rules, grounded)
-        collide_soft_bodies(model, state, bodies, skins)
-        ground_soft_bodies(model, state)
+        parts = parts_of_step(model, state, h) if rules.split_steps else 1
+        start = copied(state) if parts > 1 else state
+        for _ in range(parts):
+            part = h / parts
+            if not rules.single_contact:
+                find_contacts(model, state, part, rules, contacts, clipping)
+                if contacts.number[0] > contacts.depth.shape[0]:
+                    put_back(start, state)
+                    return done, OVERFLOW, -1
+            _, fault, body = step_soft_bodies(model, rings, state, scratch, part, 1, integrator, substeps, threads)
+            if fault:
+                put_back(start, state)
+                return done, fault, body
+            if rules.single_contact:
+                step_boxes_singly(model, state, bodies, part, rules, grounded)
+            else:
+                step_boxes(model, state, bodies, part, rules, contacts, grounded)
+            limit_boxes(model, state, rules, grounded)
+            collide_soft_bodies(model, state, bodies, skins, rules.edge_contacts)
+            ground_soft_bodies(model, state)
     return steps, 0, -1
+
+
+@jit
+def put_back(start: State, state: State) -> None:
+    """Overwrite the arrays of `state` with those of `start`."""
+    state.position[:], state.velocity[:] = start.position, start.velocity
+    state.box_position[:], state.box_orientation[:] = start.box_position, start.box_orientation
+    state.box_velocity[:], state.box_angular_velocity[:] = start.box_velocity, start.box_angular_velocity
 
 
 @jit

@@ -24,6 +24,7 @@ from softbody.dynamics.soft import body_volume
 from softbody.dynamics.stability import highest_damping, highest_frequency, longest_stable_step
 from softbody.errors import ParameterError, SimulationError
 from softbody.geometry.box import box_inertia
+from softbody.geometry.polyhedron import surface_area
 from softbody.mesh import Mesh
 from softbody.snapshot import Snapshot, digest, entry, named_arrays, read, rebuilt, write
 from softbody.state import Model, Rings, Rules, State, appended
@@ -45,6 +46,8 @@ class World:
     separating-axis test: "complete", or "paper" for face normals only. `contact` of boxes: "manifold", all points
     solved together in `iterations` sweeps a step, or "single", the paper's one impulse a pair, half-way between the
     two. `pairs` to test: those near in a "grid", or "exhaustive", as in the paper, with the same result.
+    `edge_contacts`: sides of boxes hold the edges of soft bodies too, and not only their particles, as in the paper.
+    `split_steps`: a step in which a soft body and another would jump through each other is taken in parts.
 
     More of the paper, off by default: `speed_ceiling` [m/s] and `angular_speed_ceiling` [rad/s]; a box on the ground
     that turns more slowly than `angular_speed_floor` [rad/s] stops turning and snaps to the nearest multiples of 90°.
@@ -67,6 +70,8 @@ class World:
         contact: str = "manifold",
         pairs: str = "grid",
         iterations: int = 30,
+        edge_contacts: bool = True,
+        split_steps: bool = True,
         gyroscopic: bool = False,
         speed_ceiling: float = np.inf,
         angular_speed_ceiling: float = np.inf,
@@ -99,6 +104,8 @@ class World:
             contact == "single",
             pairs == "exhaustive",
             int(iterations),
+            bool(edge_contacts),
+            bool(split_steps),
             bool(gyroscopic),
             float(speed_ceiling),
             float(angular_speed_ceiling),
@@ -181,6 +188,7 @@ class World:
             edge_start=appended(model.edge_start, len(model.edges) + len(edges)),
             triangle_start=appended(model.triangle_start, len(model.triangles) + len(mesh.triangles)),
             gas=appended(model.gas, float(gas)),
+            thickness=appended(model.thickness, 2.0 * mesh.volume / surface_area(mesh.vertices, mesh.triangles)),
             least_volume=appended(model.least_volume, deflated_below * mesh.volume),
             damping=appended(model.damping, float(damping)),
             drag=appended(model.drag, float(drag)),
@@ -610,6 +618,7 @@ class SoftBody:
             edge_start=np.array([0, len(own_edges)]),
             triangle_start=np.array([0, len(own_triangles)]),
             gas=model.gas[one],
+            thickness=model.thickness[one],
             least_volume=model.least_volume[one],
             damping=np.zeros(1),
             drag=np.zeros(1),
@@ -683,6 +692,7 @@ def _empty_model(gravity: np.ndarray) -> Model:
         edge_start=start,
         triangle_start=start,
         gas=none,
+        thickness=none,
         least_volume=none,
         damping=none,
         drag=none,

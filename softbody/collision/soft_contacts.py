@@ -12,18 +12,20 @@ import numpy as np
 
 from softbody.collision.box_soft import part_patch_and_box, point_in_box
 from softbody.collision.broad_phase import near_pairs
+from softbody.collision.edge_box import edge_in_box
+from softbody.collision.fast import spheres_of_bodies
 from softbody.collision.material import combined_friction, combined_restitution
 from softbody.collision.patch import WHOLE, Corners, patch_point
 from softbody.collision.soft_soft import part_particle_and_patch
 from softbody.geometry.box import box_corner
-from softbody.geometry.parity_grid import COLUMNS_PER_TRIANGLE, ParityGrid, bounding_box, build_parity_grid
+from softbody.geometry.parity_grid import COLUMNS_PER_TRIANGLE, ParityGrid, build_parity_grid
 from softbody.geometry.penetration import Penetrations, find_penetrations, room_for_penetrations
 from softbody.geometry.triangle import area_vector
 from softbody.geometry.triangle_tree import TriangleTree, build_triangle_tree
 from softbody.jit import jit
 from softbody.quaternion import load_quaternion
 from softbody.state import Model, RigidBodies, State
-from softbody.vec import Vec, add, dot, load, norm, normalize, scale, store, sub
+from softbody.vec import Vec, dot, load, norm, normalize, scale, store, sub
 
 
 class Skin(NamedTuple):
@@ -99,24 +101,18 @@ def skin_of(skins: Skins, body: int) -> Skin:
 
 
 @jit
-def collide_soft_bodies(model: Model, state: State, bodies: RigidBodies, skins: Skins) -> None:
-    """Part all soft bodies from each other, then from the boxes; velocities and positions are changed."""
-    soft, boxes = model.gas.shape[0], model.box_size.shape[0]
-    centre = np.empty((soft + boxes, 3))
-    radius = np.empty(soft + boxes)
-    movable = np.ones(soft + boxes, np.bool_)
+def collide_soft_bodies(model: Model, state: State, bodies: RigidBodies, skins: Skins, edge_contacts: bool) -> None:
+    """Part all soft bodies from each other and from the boxes; velocities and positions are changed.
+
+    `edge_contacts`: edges of soft bodies and sides of boxes too, and not only what has a vertex inside (the paper).
+    """
+    soft = model.gas.shape[0]
+    centre, radius, is_soft = spheres_of_bodies(model, state)
     most = 0
     for body in range(soft):
-        low, high = bounding_box(state.position[model.particle_start[body] : model.particle_start[body + 1]])
-        store(centre, body, scale(0.5, add(low, high)))
-        radius[body] = 0.5 * norm(sub(high, low))
         most = max(most, model.particle_start[body + 1] - model.particle_start[body])
-    for box in range(boxes):
-        store(centre, soft + box, load(state.box_position, box))
-        radius[soft + box] = 0.5 * norm(load(model.box_size, box))
-        movable[soft + box] = False  # boxes part from each other elsewhere
     found = room_for_penetrations(max(8, most))
-    pairs = near_pairs(centre, radius, movable)
+    pairs = near_pairs(centre, radius, is_soft)  # boxes part from each other elsewhere
     for k in range(pairs.shape[0]):
         a, b = min(pairs[k, 0], pairs[k, 1]), max(pairs[k, 0], pairs[k, 1])
         if b < soft:
@@ -124,6 +120,8 @@ def collide_soft_bodies(model: Model, state: State, bodies: RigidBodies, skins: 
             _part_soft_bodies(model, state, b, a, skin_of(skins, a), found)
         else:
             _part_particles_from_box(model, state, bodies, a, b - soft)
+            if edge_contacts:
+                _part_edges_from_box(model, state, bodies, a, b - soft)
             _part_corners_from_skin(model, state, bodies, a, b - soft, skin_of(skins, a), found)
 
 
@@ -174,6 +172,39 @@ def _part_particles_from_box(model: Model, state: State, bodies: RigidBodies, bo
                 part_patch_and_box(
                     (i, i, i),
                     WHOLE,
+                    box,
+                    normal,
+                    depth,
+                    restitution,
+                    friction,
+                    model.inverse_mass,
+                    state.position,
+                    state.velocity,
+                    bodies,
+                )
+
+
+@jit
+def _part_edges_from_box(model: Model, state: State, bodies: RigidBodies, body: int, box: int) -> None:
+    """Part the edges of a soft body that go through a box, with both ends outside, by the shortest way."""
+    size = load(model.box_size, box)
+    orientation = load_quaternion(state.box_orientation, box)
+    reach = 0.5 * norm(size)
+    restitution = combined_restitution(model.soft_restitution[body], model.box_restitution[box])
+    friction = combined_friction(model.soft_friction[body], model.box_friction[box])
+    for e in range(model.edge_start[body], model.edge_start[body + 1]):
+        i, j = model.edges[e, 0], model.edges[e, 1]
+        p, q, position = load(state.position, i), load(state.position, j), load(state.box_position, box)
+        near = True
+        for axis in range(3):
+            low, high = min(p[axis], q[axis]), max(p[axis], q[axis])
+            near &= (low < position[axis] + reach) & (high > position[axis] - reach)
+        if near:
+            depth, normal, place = edge_in_box(p, q, size, position, orientation)
+            if depth > 0.0:
+                part_patch_and_box(
+                    (i, j, j),
+                    (1.0 - place, place, 0.0),
                     box,
                     normal,
                     depth,
