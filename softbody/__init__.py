@@ -5,7 +5,7 @@ float64; quaternions (w, x, y, z), body frame to world frame; a normal of a cont
 "§" is a section of the 2008 paper that the method comes from. Same inputs, same version, same machine: same bits.
 """
 
-from softbody.errors import MeshError, ParameterError, SimulationError, SoftbodyError
+from softbody.errors import MeshError, OverlapWarning, ParameterError, SimulationError, SoftbodyError
 from softbody.mesh import Mesh, box, icosahedron, icosphere, octahedron, tetrahedron, torus
 from softbody.state import Model, State
 from softbody.world import Box, SoftBody, World
@@ -17,6 +17,7 @@ __all__ = [
     "Mesh",
     "MeshError",
     "Model",
+    "OverlapWarning",
     "ParameterError",
     "SimulationError",
     "SoftBody",

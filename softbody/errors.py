@@ -15,6 +15,10 @@ class ParameterError(SoftbodyError, ValueError):
     """A physical parameter outside its range."""
 
 
+class OverlapWarning(UserWarning):
+    """Bodies that start inside each other: they are pushed apart, from deep inside not all the way."""
+
+
 class SimulationError(SoftbodyError, RuntimeError):
     """A simulation that diverged or a body that collapsed; the state is the last good one.
 

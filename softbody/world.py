@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from math import isfinite
@@ -22,7 +23,7 @@ from softbody.dynamics.pressure import gas_pressure
 from softbody.dynamics.rings import append_rings, build_rings, in_precision, no_rings, with_springs
 from softbody.dynamics.soft import body_volume
 from softbody.dynamics.stability import highest_damping, highest_frequency, longest_stable_step
-from softbody.errors import ParameterError, SimulationError
+from softbody.errors import OverlapWarning, ParameterError, SimulationError
 from softbody.geometry.box import box_inertia
 from softbody.geometry.polyhedron import surface_area
 from softbody.mesh import Mesh
@@ -35,6 +36,7 @@ CONTACTS = ("manifold", "single")
 PAIRS = ("grid", "exhaustive")
 PRECISIONS: dict[str, type[np.floating[Any]]] = {"double": np.float64, "single": np.float32}
 
+DEEP = 0.1  # of the thickness of the thinner of two bodies, from which an overlap at the start is worth a warning
 STABLE_FOR = 100  # steps for which an estimate of the stable step is trusted; making one costs about a step
 RELAX_ROUND = 500  # steps of relaxation between two looks at the forces left and at the stable step
 
@@ -122,6 +124,7 @@ class World:
         self._stable_at = 0
         self._kept: Scratch | None = None
         self._kept_for = 0, 0
+        self._is_fresh = True  # bodies were added since the last step
         self._stable_step = np.inf
 
     def add_soft_body(
@@ -206,7 +209,7 @@ class World:
             position=appended(self.state.position, points),
             velocity=appended(self.state.velocity, speeds),
         )
-        self._kept_skins = None
+        self._kept_skins, self._is_fresh = None, True
         return SoftBody(self, len(self.model.gas) - 1)
 
     def add_box(
@@ -263,6 +266,7 @@ class World:
             box_velocity=appended(state.box_velocity, row[2]),
             box_angular_velocity=appended(state.box_angular_velocity, row[3]),
         )
+        self._is_fresh = True
         return Box(self, len(self.model.box_size) - 1)
 
     def add_ground(self, height: float = 0.0, restitution: float = 0.0, friction: float = 0.5) -> None:
@@ -288,7 +292,16 @@ class World:
         _check_range(float(steps) * float(substeps), "steps × substeps", most=2.0**62)
         if not allow_unstable:
             self._check_stable(time_step, int(substeps))
-        fault, body = self._run(float(time_step), int(steps), int(substeps))
+        self._check_finite()
+        fault, body, first = 0, -1, int(steps > 0 and self._is_fresh)
+        if first:
+            if self._may_collide():
+                self._skins().deepest[0] = 0.0
+            fault, body = self._run(float(time_step), 1, int(substeps))
+            self._is_fresh = False
+            self._warn_of_overlap()
+        if not fault:
+            fault, body = self._run(float(time_step), int(steps) - first, int(substeps))
         if fault:
             stable = self.stable_time_step()
             what = "diverged"
@@ -314,7 +327,7 @@ class World:
         left, fault, body = steps, OVERFLOW, -1
         while fault == OVERFLOW:
             with _team_of(self.threads):
-                if len(self.model.box_size) or len(self.model.gas) > 1:
+                if self._may_collide():
                     every = (
                         self.model,
                         self.rings,
@@ -336,6 +349,47 @@ class World:
             if fault == OVERFLOW:
                 self.contacts = grown(self.contacts)
         return fault, body
+
+    def _may_collide(self) -> bool:
+        """Tell whether there is more than one soft body and, perhaps, the ground."""
+        return len(self.model.box_size) > 0 or len(self.model.gas) > 1
+
+    def _check_finite(self) -> None:
+        """Raise ParameterError for the first body of which a position, velocity or force is not finite."""
+        model, state = self.model, self.state
+        for name, kind, rows in (
+            ("position", "soft body", state.position),
+            ("velocity", "soft body", state.velocity),
+            ("external_force", "soft body", model.external_force),
+            ("position", "box", state.box_position),
+            ("orientation", "box", state.box_orientation),
+            ("velocity", "box", state.box_velocity),
+            ("angular_velocity", "box", state.box_angular_velocity),
+            ("force", "box", model.box_force),
+            ("torque", "box", model.box_torque),
+        ):
+            if not np.isfinite(rows).all():
+                row = int(np.argmin(np.isfinite(rows).all(axis=1)))
+                first = model.particle_start if kind == "soft body" else np.arange(len(rows))
+                body = int(np.searchsorted(first, row, side="right")) - 1
+                where = f" of particle {row - first[body]}" if kind == "soft body" else ""
+                raise ParameterError(f"{name}{where} of {kind} {body} is not finite: {rows[row]}; set it to numbers")
+
+    def _warn_of_overlap(self) -> None:
+        """Warn of bodies whose deepest contact in the first step was a DEEP one."""
+        if not self._may_collide():
+            return
+        soft, pair = len(self.model.gas), self._skins().deepest_pair
+        depth = float(self._skins().deepest[0])
+        thickness = np.append(self.model.thickness, self.model.box_size.min(axis=1))
+        if depth > DEEP * thickness[pair].min():
+            a, b = (f"soft body {k}" if k < soft else f"box {k - soft}" for k in pair)
+            warnings.warn(
+                f"{a} and {b} start {depth:.3g} m inside each other: they are pushed apart, from deep inside not all "
+                "the way; move one of them first",
+                OverlapWarning,
+                stacklevel=4,
+            )
 
     @property
     def threads(self) -> int:
@@ -441,7 +495,7 @@ class World:
         rings = in_precision(rebuilt("rings", self.rings, snapshot), PRECISIONS[precision])
         self.integrator, self.precision, self.steps, self.time = integrator, precision, steps, time
         self.model, self.rings, self.state, self.contacts, self.rules = model, rings, state, contacts, rules
-        self._kept_skins, self._kept, self._stable_key = None, None, None
+        self._kept_skins, self._kept, self._stable_key, self._is_fresh = None, None, None, False
 
     def state_hash(self) -> str:
         """Return a SHA-256, in hexadecimal, of where the bodies are and how they move, to the last bit."""

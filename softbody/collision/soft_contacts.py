@@ -42,6 +42,8 @@ class Skins(NamedTuple):
     trees: TriangleTree
     grid_start: np.ndarray  # (b + 1, fields of a ParityGrid) first row of each body in each of its arrays
     tree_start: np.ndarray  # (b + 1, fields of a TriangleTree)
+    deepest: np.ndarray  # (1,) [m] of all contacts that were parted since it was last set to 0
+    deepest_pair: np.ndarray  # (2,) the bodies of that contact, boxes numbered after soft bodies
 
 
 def build_skins(model: Model, position: np.ndarray) -> Skins:
@@ -54,7 +56,7 @@ def build_skins(model: Model, position: np.ndarray) -> Skins:
         meshes.append((position[first:end], model.triangles[faces] - first))
     grids, grid_start = _join([build_parity_grid(*mesh) for mesh in meshes])
     trees, tree_start = _join([build_triangle_tree(*mesh) for mesh in meshes])
-    return Skins(ParityGrid(*grids), TriangleTree(*trees), grid_start, tree_start)
+    return Skins(ParityGrid(*grids), TriangleTree(*trees), grid_start, tree_start, np.zeros(1), np.zeros(2, np.int64))
 
 
 def _join(parts: list[Any]) -> tuple[list[Any], np.ndarray]:
@@ -116,24 +118,29 @@ def collide_soft_bodies(model: Model, state: State, bodies: RigidBodies, skins: 
     for k in range(pairs.shape[0]):
         a, b = min(pairs[k, 0], pairs[k, 1]), max(pairs[k, 0], pairs[k, 1])
         if b < soft:
-            _part_soft_bodies(model, state, a, b, skin_of(skins, b), found)
-            _part_soft_bodies(model, state, b, a, skin_of(skins, a), found)
+            deepest = _part_soft_bodies(model, state, a, b, skin_of(skins, b), found)
+            deepest = max(deepest, _part_soft_bodies(model, state, b, a, skin_of(skins, a), found))
         else:
-            _part_particles_from_box(model, state, bodies, a, b - soft)
+            deepest = _part_particles_from_box(model, state, bodies, a, b - soft)
             if edge_contacts:
-                _part_edges_from_box(model, state, bodies, a, b - soft)
-            _part_corners_from_skin(model, state, bodies, a, b - soft, skin_of(skins, a), found)
+                deepest = max(deepest, _part_edges_from_box(model, state, bodies, a, b - soft))
+            corners = _part_corners_from_skin(model, state, bodies, a, b - soft, skin_of(skins, a), found)
+            deepest = max(deepest, corners)
+        if deepest > skins.deepest[0]:
+            skins.deepest[0] = deepest
+            skins.deepest_pair[0], skins.deepest_pair[1] = a, b
 
 
 @jit
-def _part_soft_bodies(model: Model, state: State, a: int, b: int, skin: Skin, found: Penetrations) -> None:
-    """Part the particles of a that are inside b from the nearest triangle of b's `skin`."""
+def _part_soft_bodies(model: Model, state: State, a: int, b: int, skin: Skin, found: Penetrations) -> float:
+    """Part the particles of a that are inside b from the nearest triangle of b's `skin`; return the depth [m]."""
     first_a, first_b = model.particle_start[a], model.particle_start[b]
     points = state.position[first_a : model.particle_start[a + 1]]
     vertices = state.position[first_b : model.particle_start[b + 1]]
     count = find_penetrations(points, vertices, skin.grid, skin.tree, found)
     if count == 0:
-        return
+        return 0.0
+    deepest = 0.0
     restitution = combined_restitution(model.soft_restitution[a], model.soft_restitution[b])
     friction = combined_friction(model.soft_friction[a], model.soft_friction[b])
     for row in range(count):
@@ -141,6 +148,7 @@ def _part_soft_bodies(model: Model, state: State, a: int, b: int, skin: Skin, fo
         weights = load(found.weights, row)
         particle = first_a + found.point[row]
         depth, normal = _way_out(load(state.position, particle), state.position, corners, weights)
+        deepest = max(deepest, depth)
         if depth > 0.0:
             part_particle_and_patch(
                 particle,
@@ -154,20 +162,23 @@ def _part_soft_bodies(model: Model, state: State, a: int, b: int, skin: Skin, fo
                 state.position,
                 state.velocity,
             )
+    return deepest
 
 
 @jit
-def _part_particles_from_box(model: Model, state: State, bodies: RigidBodies, body: int, box: int) -> None:
-    """Part the particles of a soft body that are inside a box from its closest face."""
+def _part_particles_from_box(model: Model, state: State, bodies: RigidBodies, body: int, box: int) -> float:
+    """Part the particles of a soft body that are inside a box from its closest face; return the depth [m]."""
     size = load(model.box_size, box)
     orientation = load_quaternion(state.box_orientation, box)
     reach = 0.5 * norm(size)
+    deepest = 0.0
     restitution = combined_restitution(model.soft_restitution[body], model.box_restitution[box])
     friction = combined_friction(model.soft_friction[body], model.box_friction[box])
     for i in range(model.particle_start[body], model.particle_start[body + 1]):
         p, position = load(state.position, i), load(state.box_position, box)
         if abs(p[0] - position[0]) < reach and abs(p[1] - position[1]) < reach and abs(p[2] - position[2]) < reach:
             depth, normal = point_in_box(p, size, position, orientation)
+            deepest = max(deepest, depth)
             if depth > 0.0:
                 part_patch_and_box(
                     (i, i, i),
@@ -182,14 +193,16 @@ def _part_particles_from_box(model: Model, state: State, bodies: RigidBodies, bo
                     state.velocity,
                     bodies,
                 )
+    return deepest
 
 
 @jit
-def _part_edges_from_box(model: Model, state: State, bodies: RigidBodies, body: int, box: int) -> None:
-    """Part the edges of a soft body that go through a box, with both ends outside, by the shortest way."""
+def _part_edges_from_box(model: Model, state: State, bodies: RigidBodies, body: int, box: int) -> float:
+    """Part the edges of a soft body that go through a box by the shortest way; return the depth [m]."""
     size = load(model.box_size, box)
     orientation = load_quaternion(state.box_orientation, box)
     reach = 0.5 * norm(size)
+    deepest = 0.0
     restitution = combined_restitution(model.soft_restitution[body], model.box_restitution[box])
     friction = combined_friction(model.soft_friction[body], model.box_friction[box])
     for e in range(model.edge_start[body], model.edge_start[body + 1]):
@@ -201,6 +214,7 @@ def _part_edges_from_box(model: Model, state: State, bodies: RigidBodies, body: 
             near &= (low < position[axis] + reach) & (high > position[axis] - reach)
         if near:
             depth, normal, place = edge_in_box(p, q, size, position, orientation)
+            deepest = max(deepest, depth)
             if depth > 0.0:
                 part_patch_and_box(
                     (i, j, j),
@@ -215,13 +229,14 @@ def _part_edges_from_box(model: Model, state: State, bodies: RigidBodies, body: 
                     state.velocity,
                     bodies,
                 )
+    return deepest
 
 
 @jit
 def _part_corners_from_skin(
     model: Model, state: State, bodies: RigidBodies, body: int, box: int, skin: Skin, found: Penetrations
-) -> None:
-    """Part the corners of a box that are inside a soft body from the nearest triangle of its `skin`."""
+) -> float:
+    """Part the corners of a box inside a soft body from the nearest triangle of its `skin`; return the depth [m]."""
     first = model.particle_start[body]
     vertices = state.position[first : model.particle_start[body + 1]]
     size = load(model.box_size, box)
@@ -230,6 +245,7 @@ def _part_corners_from_skin(
     for k in range(8):
         store(points, k, box_corner(size, load(state.box_position, box), orientation, k))
     count = find_penetrations(points, vertices, skin.grid, skin.tree, found)
+    deepest = 0.0
     restitution = combined_restitution(model.soft_restitution[body], model.box_restitution[box])
     friction = combined_friction(model.soft_friction[body], model.box_friction[box])
     for row in range(count):
@@ -237,6 +253,7 @@ def _part_corners_from_skin(
         weights = load(found.weights, row)
         corner = box_corner(size, load(state.box_position, box), orientation, found.point[row])
         depth, normal = _way_out(corner, state.position, corners, weights)
+        deepest = max(deepest, depth)
         if depth > 0.0:
             part_patch_and_box(
                 corners,
@@ -251,6 +268,7 @@ def _part_corners_from_skin(
                 state.velocity,
                 bodies,
             )
+    return deepest
 
 
 @jit
