@@ -218,8 +218,8 @@ def _limit(measure: Callable[[float], np.ndarray]) -> tuple[np.ndarray, float]:
     piece="softbody.collision.soft_contacts.collide_soft_bodies",
     reference="closed form: hard smooth spheres exchange their velocities along the line of centres",
     unit="of the closing speed",
-    tolerance=0.04,
-    because="the skin keeps 1 % ringing; facets of 642 particles turn the normal by 1/20 either way, 1/50 on average",
+    tolerance=0.06,
+    because="the skin keeps 1 % ringing; facets of 642 particles turn the normal by 1/20, most if they graze",
     detects="an impulse along another line than that of the centres",
 )
 def off_centre_spheres_deflect(run: Run) -> Comparison:
@@ -289,7 +289,7 @@ def stiff_sphere_strikes_box(run: Run) -> Comparison:
     unit="of the size, of the centres after 0.3 s",
     tolerance=0.02,
     because="contacts are parted one after the other, the first body's first: that order is not symmetric",
-    detects="a contact that treats particle and skin by other rules",
+    detects="a contact that treats the second body by other rules",
 )
 def symmetric_pairs_stay_symmetric(run: Run) -> Comparison:
     rng = run.rng

@@ -87,28 +87,28 @@ def reactions_carry_the_weight(run: Run) -> Comparison:
 
 @check(
     family=FAMILY,
-    claim="The gas carries the load: pressure times area of contact is the reaction of the ground, and of a plate.",
+    claim="The gas carries the load: pressure times area of contact is the weight of a soft sphere on the ground.",
     section="2.2, 4.2",
     piece="softbody.dynamics.pressure, softbody.collision.ground.ground_soft_bodies",
     reference="balance of a membrane, which leaves the ground along it and so without pull: P A of the triangles that"
-    " touch with three corners, and of those with one, enclose the reaction",
+    " touch with three corners, and of those with one, enclose the weight",
     engines=("scipy", "trimesh"),
-    unit="outside of the enclosure, of the reaction",
+    unit="outside of the enclosure, of the weight",
     tolerance=0.05,
-    because="a skin of facets leaves the rim at an angle, and pulls: 1.6 % of the load at 642 particles",
-    detects="a pressure or an area that is 20 % wrong",
+    because="a skin of facets leaves the rim at an angle, and pulls: by up to 1.6 % of a load at 642 particles",
+    detects="a pressure or an area that is 30 % wrong",
 )
 def pressure_carries_the_load(run: Run) -> Comparison:
+    rng = run.rng
     outside, kinds, notes = [], [], []
-    for name, pressed in _pressed_spheres(run).items():
-        for side, mask in pressed.sides.items():
-            reaction = abs(pressed.force[mask, 2].sum())
-            corners = mask[pressed.triangles].sum(axis=1)
-            least, most = (pressed.pressure * pressed.area[corners >= k].sum() for k in (3, 1))
-            outside.append(max(0.0, least - reaction, reaction - most) / reaction)
-            kinds.append(side)
-            notes.append(f"{name}: {side} pushes with {reaction:.1f} N, P A between {least:.1f} and {most:.1f} N")
-    return Comparison(outside, np.zeros(len(outside)), groups=kinds, notes=notes[:6])
+    for mass in (4.0, 2.0, 3.0)[: run.count(1, 3, 3)] * run.count(1, 1, 6):
+        pressed = _press(rng, 3, mass, None)
+        corners = pressed.sides["ground"][pressed.triangles].sum(axis=1)
+        least, most = (pressed.pressure * pressed.area[corners >= k].sum() for k in (3, 1))
+        outside.append(max(0.0, least - pressed.weight, pressed.weight - most) / pressed.weight)
+        kinds.append(f"{mass} kg")
+        notes.append(f"weight {pressed.weight:.1f} N, P A between {least:.1f} and {most:.1f} N")
+    return Comparison(outside, np.zeros(len(outside)), groups=kinds, notes=notes[:3])
 
 
 def _box_on_torus(segments: int, speed: float = 0.0, mass: float = 1.0) -> tuple[World, SoftBody, Box]:
@@ -150,7 +150,9 @@ def rest_height_converges(run: Run) -> Comparison:
     base = _rest_height(24, 0.8, seconds)
     rows = [("step / 2", _rest_height(24, 0.4, seconds)), ("48 segments", _rest_height(48, 0.8, seconds))]
     if run.level != "quick":
-        rows += [("step / 4", _rest_height(24, 0.2, seconds)), ("72 segments", _rest_height(72, 0.8, seconds))]
+        rows += [("step / 4", _rest_height(24, 0.2, seconds))]
+    if run.level == "full":
+        rows += [("72 segments", _rest_height(72, 0.8, seconds))]
     notes = [f"12 segments: {_rest_height(12, 0.8, seconds):.4f} m", f"24 segments: {base:.4f} m"]
     notes += [f"{name}: {height:.4f} m" for name, height in rows]
     return Comparison([h for _, h in rows], [base] * len(rows), base, [name for name, _ in rows], notes=notes)
