@@ -146,7 +146,7 @@ def _rest_height(segments: int, part: float, seconds: float) -> float:
     detects="a depth left in proportion to the step; a support by corners that depends on where they are",
 )
 def rest_height_converges(run: Run) -> Comparison:
-    seconds = float(run.count(8, 12, 20))
+    seconds = float(run.count(6, 12, 20))
     base = _rest_height(24, 0.8, seconds)
     rows = [("step / 2", _rest_height(24, 0.4, seconds)), ("48 segments", _rest_height(48, 0.8, seconds))]
     if run.level != "quick":
