@@ -167,9 +167,11 @@ def torus_stays_upright(run: Run) -> Comparison:
             world.run(0.02, step)
             x = body.positions - body.positions.mean(axis=0)
             axis = np.linalg.svd(x, full_matrices=False)[2][2]  # across which the torus is thinnest
+            axis *= np.copysign(1.0, axis[1])
             leans.append(abs(np.arcsin(axis[2])))
             kinds.append(f"started {tilt} rad aslant")
-            angle = np.arctan2(x[0, 2], np.hypot(x[0, 0], x[0, 1]) * np.sign(x[0] @ np.cross(axis, [0, 0, 1])))
+            forward = np.cross(axis, [0.0, 0.0, 1.0])
+            angle = np.arctan2(x[0, 2], x[0] @ forward)
             if before is not None:
                 turned += abs((angle - before + np.pi) % (2.0 * np.pi) - np.pi)
             before = angle
