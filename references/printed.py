@@ -289,6 +289,22 @@ def particle_impact_by_masses(
     return v - j / box, w + _apply(inverse, np.cross(arm, -j / box)), u + j / particle
 
 
+def support_half_way(
+    size: ArrayLike, mass: float, position: ArrayLike, velocity: ArrayLike, other: ArrayLike
+) -> tuple[np.ndarray, np.ndarray]:
+    """E18: one contact, half-way between the bodies. Right: contacts on the surfaces, wherever they touch.
+
+    A box that does not turn comes down on a static one whose centre is `other` (3,) [m], and one impulse along z stops
+    it, with restitution 0. Returns its velocity (3,) and angular velocity (3,): it turns if it lies off-centre.
+    """
+    above, still = np.asarray(position, float)[None], np.zeros((1, 3))
+    upright, below = np.array([[1.0, 0.0, 0.0, 0.0]]), np.asarray(other, float)[None]
+    box = np.asarray(size, float)[None], np.array([mass]), above, upright, np.asarray(velocity, float)[None], still
+    ground = np.ones((1, 3)), np.array([np.inf]), below, upright, still, still
+    after = _impact(*box, *ground, 0.5 * (above + below), np.array([[0.0, 0.0, 1.0]]), np.zeros(1))
+    return after.velocity_a[0], after.angular_velocity_a[0]
+
+
 def turn_without_gyroscopic_torque(
     orientation: ArrayLike, angular_velocity: ArrayLike, seconds: float
 ) -> tuple[np.ndarray, np.ndarray]:

@@ -15,7 +15,16 @@ from validation.judge import blank_record, judge
 from validation.record import FAILS, NOT_RUN, ClaimRecord
 
 # Families that step whole worlds. They go to one lane, the first: its kernel takes longer to compile than all others.
-WORLDS = ("contact manifolds", "boxes in motion", "rigid boxes", "soft contacts and scenes", "fast bodies")
+WORLDS = (
+    "contact manifolds",
+    "boxes in motion",
+    "rigid boxes",
+    "soft contacts and scenes",
+    "soft bodies that collide",
+    "soft bodies at rest",
+    "scenes over time",
+    "fast bodies",
+)
 
 
 def run_checks(

@@ -217,6 +217,16 @@ def test_e20_counts_an_edge_twice_and_an_apex_of_three_triangles_three_times():
     assert printed.parity_counting_every_hit(points, *upside_down).tolist() == [False, True, False]
 
 
+def test_e18_stops_a_box_in_the_middle_and_turns_one_that_lies_aside():
+    middle = printed.support_half_way((1, 2, 3), 5.0, (0, 0, 2), (0, 0, -1), (0, 0, 0))
+    assert_allclose(np.concatenate(middle), 0.0, atol=1e-15)
+    # Half-way to a box 0.4 m aside is an arm of 0.2 m: a bar that turns about its end, ω = (m r v)/(I + m r²).
+    velocity, spin = printed.support_half_way((1, 2, 3), 5.0, (0.4, 0, 2), (0, 0, -1), (0, 0, 0))
+    inertia = 5.0 / 12.0 * (1 + 9)
+    assert_allclose(spin, [0, 5.0 * 0.2 / (inertia + 5.0 * 0.2**2), 0])
+    assert_allclose(velocity[2], -0.2 * spin[1])  # the point of contact rests
+
+
 def test_no_points_give_no_answers(cases):
     assert printed.parity_by_z_difference(np.empty((0, 3)), *cases.cube()).shape == (0,)
     assert printed.parity_counting_every_hit(np.empty((0, 3)), *cases.cube()).shape == (0,)

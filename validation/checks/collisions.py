@@ -1,0 +1,360 @@
+"""Soft bodies that collide, with each other and with a box: what they keep, and the rigid bodies that they tend to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+
+import numpy as np
+
+import softbody
+from softbody import Mesh, World
+from softbody.collision.box_soft import part_patch_and_box
+from softbody.geometry.box import box_inertia
+from softbody.state import RigidBodies
+from validation.cases import random_orientations, rotated, rotation_matrix
+from validation.check import Comparison, Misprint, Run, check
+
+FAMILY = "soft bodies that collide"
+
+RADIUS = 0.5  # [m] of the spheres at their rest lengths
+GAS = 0.15  # [m²] nRT over stiffness: a sphere of any stiffness is blown up by the same 4 %
+BOX = (0.6, 1.0, 0.8)  # [m]
+STIFFER = 16.0  # times, from one row of a ladder to the next; the depth of a dent falls with √k, to a quarter
+
+
+def _sphere(rng: np.random.Generator, subdivisions: int) -> Mesh:
+    return rotated(softbody.icosphere(subdivisions, RADIUS), rng)
+
+
+def _two_spheres(
+    meshes: tuple[Mesh, Mesh],
+    stiffness: float,
+    aside: float = 0.6,
+    masses: tuple[float, float] = (1.0, 1.0),
+    restitution: float = 0.0,
+    integrator: str = "rk4",
+) -> World:
+    """Return spheres at rest in themselves, nearly touching, that fly at each other with equal and opposite momenta.
+
+    They close in along x at 2 m/s, their centres `aside` [m] apart in y; no friction, no weight.
+    """
+    world = World(gravity=(0.0, 0.0, 0.0), integrator=integrator)
+    half = 0.5 * np.sqrt(1.1**2 - aside**2)  # blown up, their radii are 0.52 m
+    bodies = [
+        world.add_soft_body(
+            mesh, mass, stiffness, GAS * stiffness, (side * half, side * 0.5 * aside, 0.0), (0.0, 0.0, 0.0),
+            restitution, friction=0.0,
+        )
+        for mesh, mass, side in zip(meshes, masses, (-1.0, 1.0))
+    ]  # fmt: skip
+    world.equilibrium()
+    for body, other, side in zip(bodies, reversed(masses), (-1.0, 1.0)):
+        body.velocities[:] = (-side * 2.0 * other / sum(masses), 0.0, 0.0)
+    return world
+
+
+def _sphere_and_box(
+    mesh: Mesh, stiffness: float, strike: tuple[float, float], restitution: float = 0.0, integrator: str = "rk4"
+) -> World:
+    """Return a sphere of 1 kg that flies along x at 2 m/s at a box of 1.5 kg, to strike its face at `strike` (y, z)."""
+    world = World(gravity=(0.0, 0.0, 0.0), integrator=integrator, gyroscopic=True)
+    body = world.add_soft_body(
+        mesh, 1.0, stiffness, GAS * stiffness, (-0.84, *strike), (0.0, 0.0, 0.0), restitution, friction=0.0
+    )
+    world.add_box(BOX, 1.5, restitution=restitution, friction=0.0)
+    world.equilibrium()
+    body.velocities[:] = (2.0, 0.0, 0.0)
+    return world
+
+
+def _collide(world: World, part: float) -> World:
+    """Run until the bodies have parted, in steps of `part` of the longest stable one."""
+    # Contact lasts about π √(m/k), and here k counts about tenfold, for the whole dent.
+    world.run(0.05 + 5.0 / np.sqrt(world.model.stiffness[0]), part * world.stable_time_step())
+    return world
+
+
+def _mean_velocities(world: World) -> np.ndarray:
+    """Return (b, 3): the velocity [m/s] of each soft body's centre."""
+    start = world.model.particle_start
+    return np.array([world.state.velocity[a:b].mean(axis=0) for a, b in pairwise(start)])
+
+
+def _gains(kind: str, seed: int, part: float, restitution: float, integrator: str) -> tuple[float, float]:
+    """Return by how much a collision raises the energy and changes the angular momentum, relative to these."""
+    rng = np.random.default_rng(seed)
+    if kind == "soft–soft":
+        world = _two_spheres((_sphere(rng, 2), _sphere(rng, 2)), 400.0, 0.6, (1.0, 1.0), restitution, integrator)
+        kinetic = 1.0
+    else:
+        world = _sphere_and_box(_sphere(rng, 2), 400.0, (0.25, 0.15), restitution, integrator)
+        kinetic = 2.0
+    energy, spin = world.energy(), world.angular_momentum()
+    _collide(world, part)
+    turned = np.linalg.norm(world.angular_momentum() - spin) / np.linalg.norm(spin)
+    return (world.energy() - energy) / kinetic, float(turned)
+
+
+KINDS = ("soft–soft", "soft–rigid")
+
+
+@check(
+    family=FAMILY,
+    claim="A collision off-centre, of two soft bodies or of one with a box, adds no energy: what moving them apart"
+    " adds, the impulses take.",
+    section="4.2, 4.3",
+    piece="softbody.collision.soft_contacts.collide_soft_bodies",
+    reference="invariant",
+    unit="energy gained, of the kinetic",
+    tolerance=0.01,
+    because="the balance of both is a loss of 2 %; one trial in 300 gained 0.2 % at 0.8 of the stable step",
+    detects="bodies moved apart further than they overlap; an impulse that bounces more than e",
+)
+def collisions_add_no_energy(run: Run) -> Comparison:
+    gained, kinds = [], []
+    for seed in run.rng.integers(2**32, size=run.count(2, 10, 40)):
+        for kind in KINDS:
+            for integrator in ("rk4_velocity", "rk4", "symplectic_euler"):
+                gained.append(max(0.0, _gains(kind, int(seed), 0.8, 0.0, integrator)[0]))
+                kinds.append(f"{kind}, {integrator}")
+    return Comparison(gained, np.zeros(len(gained)), groups=kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="A collision off-centre changes the angular momentum by what moving the bodies apart adds: under 1 %.",
+    section="4.2, 4.3",
+    piece="softbody.collision.soft_soft, softbody.collision.box_soft",
+    reference="invariant",
+    unit="of the angular momentum",
+    tolerance=0.01,
+    because="each touch moves a particle by one step's approach across the direction of its sliding: about h v per hit",
+    detects="bodies moved apart further than they overlap; friction or impulses at two different points",
+)
+def collisions_keep_angular_momentum(run: Run) -> Comparison:
+    turned, kinds = [], []
+    for seed in run.rng.integers(2**32, size=run.count(2, 10, 40)):
+        for kind in KINDS:
+            for integrator in ("rk4", "symplectic_euler"):
+                turned.append(_gains(kind, int(seed), 0.8, 0.0, integrator)[1])
+                kinds.append(f"{kind}, {integrator}")
+    return Comparison(turned, np.zeros(len(turned)), groups=kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="What moving bodies apart adds to energy and to angular momentum is in proportion to the time step.",
+    section="4.2, 4.3",
+    piece="softbody.collision.soft_soft, softbody.collision.box_soft",
+    reference="invariants, extrapolated to a step of 0; restitution 1, so that impulses keep the energy",
+    unit="of the gain at the longer step",
+    tolerance=0.3,
+    because="a first-order gain leaves 0, one of order 0, ½ or 2 leaves 1, 0.41 or 0.5; single hits scatter by 0.1",
+    detects="a gain that does not vanish with the step",
+)
+def gains_fade_with_the_step(run: Run) -> Comparison:
+    left, kinds, notes = [], [], []
+    seeds = [int(seed) for seed in run.rng.integers(2**32, size=run.count(4, 8, 40))]
+    for kind in KINDS:
+        sums = {part: np.sum([_gains(kind, s, part, 1.0, "rk4") for s in seeds], axis=0) for part in (0.2, 0.1)}
+        for k, what in enumerate(("energy", "angular momentum")):
+            left.append(2.0 * sums[0.1][k] / sums[0.2][k] - 1.0)
+            kinds.append(f"{what}, {kind}")
+            notes.append(
+                f"{kind}, {what}: {sums[0.2][k] / len(seeds):.1e} at a fifth of the stable step, "
+                f"{sums[0.1][k] / len(seeds):.1e} at a tenth"
+            )
+    return Comparison(left, np.zeros(len(left)), groups=kinds, notes=notes)
+
+
+@check(
+    family=FAMILY,
+    claim="Soft spheres that meet head-on part with the speeds of elastic balls, as stiffness and mesh are refined.",
+    section="4.3",
+    piece="softbody.collision.soft_contacts.collide_soft_bodies",
+    reference="closed form: in the centre's frame both velocities turn round; restitution 0 is that of a particle only",
+    unit="of the closing speed",
+    tolerance=0.02,
+    because="each hit takes a particle's share; the skin rings: 2 % at 642 particles, ten times that at 42",
+    detects="a restitution of the whole body; a skin that does not feel the particle",
+)
+def head_on_spheres_bounce(run: Run) -> Comparison:
+    rng = run.rng
+    measured, expected, kinds, notes = [], [], [], []
+    for masses in ((1.0, 1.0), (1.0, 3.0)):
+        meshes = _sphere(rng, 3), _sphere(rng, 3)
+        world = _two_spheres(meshes, 6_400.0, 0.0, masses)
+        before = _mean_velocities(world)
+        measured.append(_mean_velocities(_collide(world, 0.8))[:, 0])
+        expected.append(-before[:, 0])
+        kinds.append("masses {:.0f} : {:.0f}".format(*masses))
+    for subdivisions, stiffness in ((1, 6_400.0), (2, 6_400.0), (3, 100.0), (3, 6_400.0)):
+        world = _two_spheres((_sphere(rng, subdivisions), _sphere(rng, subdivisions)), stiffness, 0.0)
+        speed = np.ptp(_mean_velocities(_collide(world, 0.8))[:, 0]) / 2.0
+        notes.append(f"{10 * 4**subdivisions + 2} particles, k = {stiffness:.0f} N/m: {speed:.3f} of the closing speed")
+    return Comparison(np.array(measured), np.array(expected), 2.0, kinds, notes=notes)
+
+
+ORIENTATIONS = 6  # of the meshes, over which a case is averaged: one vertex touches first, half an edge aside or not
+
+
+def _limit(measure: Callable[[float], np.ndarray]) -> tuple[np.ndarray, float]:
+    """Return what `measure` of the stiffness tends to as that grows, and how far its last value is from there.
+
+    The depth of a dent, and with it the error, falls to 1/√STIFFER from one row of the ladder to the next.
+    """
+    rows = [
+        np.mean([measure(stiffness) for _ in range(ORIENTATIONS)], axis=0) for stiffness in (1_600.0, 1_600.0 * STIFFER)
+    ]
+    limit = rows[1] + (rows[1] - rows[0]) / (np.sqrt(STIFFER) - 1.0)
+    return limit, float(np.linalg.norm(limit - rows[1]))
+
+
+@check(
+    family=FAMILY,
+    claim="Soft spheres that meet off-centre are deflected like hard ones, as their stiffness grows.",
+    section="4.3",
+    piece="softbody.collision.soft_contacts.collide_soft_bodies",
+    reference="closed form: hard smooth spheres exchange their velocities along the line of centres",
+    unit="of the closing speed",
+    tolerance=0.06,
+    because="the skin keeps 1 % ringing; facets of 642 particles turn the normal by 1/20, most if they graze",
+    detects="an impulse along another line than that of the centres",
+)
+def off_centre_spheres_deflect(run: Run) -> Comparison:
+    rng = run.rng
+    measured, expected, kinds, notes = [], [], [], []
+    for aside in (0.6, 0.3, 0.8)[: run.count(1, 2, 3)]:
+
+        def deflected(stiffness: float, aside: float = aside) -> np.ndarray:
+            world = _two_spheres((_sphere(rng, 3), _sphere(rng, 3)), stiffness, aside)
+            return _mean_velocities(_collide(world, 0.8)).ravel()
+
+        limit, rest = _limit(deflected)
+        start = _two_spheres((_sphere(rng, 3), _sphere(rng, 3)), 1_600.0, aside)
+        ball = start.state.position[: start.model.particle_start[1]]
+        radius = np.linalg.norm(ball - ball.mean(axis=0), axis=1).mean()
+        sine = aside / (2.0 * radius)
+        line = np.array([np.sqrt(1.0 - sine**2), sine, 0.0])
+        a, b = _mean_velocities(start)
+        exchanged = ((b - a) @ line) * line
+        measured.append(limit)
+        expected.append(np.concatenate([a + exchanged, b - exchanged]))
+        kinds.append(f"{aside} m aside")
+        notes.append(f"{aside} m aside: at k = {1_600 * STIFFER:.0f} N/m still {rest / 2.0:.3f} from the limit")
+    return Comparison(np.array(measured), np.array(expected), 2.0, kinds, notes=notes)
+
+
+@check(
+    family=FAMILY,
+    claim="A soft sphere that strikes a box off-centre makes it fly and spin like a rigid smooth one, as it stiffens.",
+    section="4.2",
+    piece="softbody.collision.soft_contacts.collide_soft_bodies",
+    reference="closed form: a smooth ball meets the box as a particle of its mass would, with restitution 1",
+    unit="of the speeds before",
+    tolerance=0.08,
+    because="the skin keeps 1 % ringing; the vertex that touches first is up to 0.04 m aside, 0.01 m on average",
+    detects="a box without inertia; an impulse at another point of the box",
+)
+def stiff_sphere_strikes_box(run: Run) -> Comparison:
+    from references import analytic
+
+    rng = run.rng
+    measured, expected, notes = [], [], []
+    for _ in range(run.count(1, 3, 12)):
+        strike = tuple(rng.uniform(-0.25, 0.25, 2))
+
+        def struck(stiffness: float, strike: tuple[float, float] = strike) -> np.ndarray:
+            world = _collide(_sphere_and_box(_sphere(rng, 3), stiffness, strike), 0.8)
+            box = world.state.box_velocity[0], world.state.box_angular_velocity[0]
+            return np.concatenate([*box, *_mean_velocities(world)])
+
+        limit, rest = _limit(struck)
+        here, still = np.array([[-0.3, *strike]]), np.zeros((1, 3))
+        box = np.array([BOX]), np.array([1.5]), still, np.array([[1.0, 0.0, 0.0, 0.0]]), still, still
+        ball = np.array([1.0]), here, np.array([[2.0, 0.0, 0.0]]), np.array([[-1.0, 0.0, 0.0]]), np.array([1.0])
+        measured.append(limit)
+        expected.append(np.concatenate(analytic.particle_impact(*box, *ball), axis=1)[0])
+        notes.append(f"at k = {1_600 * STIFFER:.0f} N/m still {rest / 2.0:.3f} from the limit")
+    return Comparison(np.array(measured), np.array(expected), 2.0, notes=notes[:3])
+
+
+@check(
+    family=FAMILY,
+    claim="Of two equal spheres that meet, each the other turned by half a turn, one stays the other so turned.",
+    section="4.3",
+    piece="softbody.collision.soft_contacts.collide_soft_bodies",
+    reference="symmetry",
+    unit="of the size, of the centres after 0.3 s",
+    tolerance=0.02,
+    because="contacts are parted one after the other, the first body's first: that order is not symmetric",
+    detects="a contact that treats the second body by other rules",
+)
+def symmetric_pairs_stay_symmetric(run: Run) -> Comparison:
+    rng = run.rng
+    off, notes = [], []
+    for _ in range(run.count(2, 6, 30)):
+        one = _sphere(rng, 2)
+        other = Mesh(one.vertices * [-1.0, -1.0, 1.0], one.triangles)
+        world = _two_spheres((one, other), 400.0)
+        _collide(world, 0.4)
+        a, b = world.state.position.reshape(2, -1, 3) * [[[1.0, 1.0, 1.0]], [[-1.0, -1.0, 1.0]]]
+        off.append(a.mean(axis=0) - b.mean(axis=0))
+        notes.append(f"single particles: {np.abs(a - b).max():.1e} m")
+    return Comparison(np.array(off), np.zeros((len(off), 3)), 2.0 * RADIUS, notes=notes[:3])
+
+
+def _patch_strikes_box(rng: np.random.Generator) -> tuple[np.ndarray, ...]:
+    """Let the core part a random patch of skin from a random spinning box at one point.
+
+    Returns the arguments of `analytic.particle_impact`, a row each, the patch as the particle; then (9,): velocity and
+    spin of the box and the velocity of the patch's point.
+    """
+    position, velocity = rng.normal(size=(3, 3)), rng.normal(size=(3, 3))
+    mass, weights = 10.0 ** rng.uniform(-1.0, 1.0, 3), rng.dirichlet((1.0, 1.0, 1.0))
+    size, box_mass, q = rng.uniform(0.4, 2.0, 3), 10.0 ** rng.uniform(-1.0, 1.0), random_orientations(rng, 1)
+    box = RigidBodies(
+        np.array([1.0 / box_mass]), 1.0 / np.array([box_inertia(tuple(size), box_mass)]),
+        (weights @ position + rotation_matrix(q[0]) @ (rng.uniform(-0.5, 0.5, 3) * size))[None],
+        q, *rng.normal(size=(2, 1, 3)),
+    )  # fmt: skip
+    normal = random_orientations(rng, 1)[0, :3]
+    normal /= np.linalg.norm(normal)
+    e = rng.choice([0.0, 0.5, 1.0])
+    case = (
+        size, box_mass, box.position[0].copy(), q[0], box.velocity[0].copy(), box.angular_velocity[0].copy(),
+        1.0 / (weights**2 @ (1.0 / mass)), weights @ position, weights @ velocity, normal, e,
+    )  # fmt: skip
+    part_patch_and_box(
+        (0, 1, 2), tuple(weights), 0, tuple(normal), 0.0, float(e), 0.0, 1.0 / mass, position, velocity, box
+    )
+    return *case, np.concatenate([box.velocity[0], box.angular_velocity[0], weights @ velocity])
+
+
+@check(
+    family=FAMILY,
+    claim="A patch of skin that strikes a box gives way by Σ w²/m, and the box by its mass and inertia.",
+    section="4.2",
+    piece="softbody.collision.box_soft.part_patch_and_box",
+    reference="closed form: the patch is a particle of mass 1/(Σ w²/m)",
+    unit="of the speeds",
+    tolerance=1e-13,
+    because="rounding, with masses up to 100:1",
+    detects="a bounce from the masses alone, weights that are not squared",
+    erratum=Misprint("E13", "L = r × v; bounce from masses alone", "r × impulse; effective mass with the inertia"),
+)
+def patch_strikes_box(run: Run) -> Comparison:
+    from references import analytic, printed
+
+    rng = run.rng
+    *case, measured = (
+        np.array(column) for column in zip(*(_patch_strikes_box(rng) for _ in range(run.count(300, 2_000, 20_000))))
+    )
+    ratio = np.maximum(case[1] / case[6], case[6] / case[1])
+    return Comparison(
+        measured,
+        np.concatenate(analytic.particle_impact(*case), axis=1),
+        ratio * np.linalg.norm(np.concatenate([case[4], case[5], case[8]], axis=1), axis=1),
+        printed=np.concatenate(printed.particle_impact_by_masses(*case), axis=1),
+    )
