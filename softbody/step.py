@@ -91,7 +91,7 @@ def run(
         else:
             step_boxes(model, state, bodies, h, rules, contacts, grounded)
         limit_boxes(model, state, rules, grounded)
-        collide_soft_bodies(model, state, bodies, skins)
+        collide_soft_bodies(model, state, bodies, skins, rules.exhaustive_pairs)
         ground_soft_bodies(model, state)
     return steps, 0, -1
 

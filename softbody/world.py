@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import isfinite
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -29,6 +30,20 @@ AXES = ("complete", "paper")
 CONTACTS = ("manifold", "single")
 PAIRS = ("grid", "exhaustive")
 
+# What the paper chose, as arguments of a World. It gives no numbers for its limits (§6). These: in a frame of 1/60 s a
+# box goes no farther than 1/6 m, a third of a small box, and turns by no more than 10°; and one that would take a
+# second for 10° lies still.
+PAPER: dict[str, Any] = {
+    "integrator": "rk4_velocity",
+    "axes": "paper",
+    "contact": "single",
+    "pairs": "exhaustive",
+    "frictionless": True,
+    "speed_ceiling": 10.0,
+    "angular_speed_ceiling": 10.0,
+    "angular_speed_floor": 0.2,
+}
+
 STABLE_FOR = 100  # steps for which an estimate of the stable step is trusted; making one costs about a step
 RELAX_ROUND = 500  # steps of relaxation between two looks at the forces left and at the stable step
 
@@ -42,7 +57,8 @@ class World:
     two. `pairs` to test: those near in a "grid", or "exhaustive", as in the paper, with the same result.
 
     More of the paper, off by default: `speed_ceiling` [m/s] and `angular_speed_ceiling` [rad/s]; a box on the ground
-    that turns more slowly than `angular_speed_floor` [rad/s] stops turning and snaps to the nearest multiples of 90°.
+    that turns more slowly than `angular_speed_floor` [rad/s] stops turning and snaps to the nearest multiples of 90°;
+    `frictionless`: whatever is added has friction 0. `World.paper()` has all of the paper.
     Beyond it: `gyroscopic` torque, so that a free box keeps its angular momentum.
 
     Bodies may be added at any time. Every input is checked before it is stored: ParameterError and MeshError name the
@@ -61,6 +77,7 @@ class World:
         speed_ceiling: float = np.inf,
         angular_speed_ceiling: float = np.inf,
         angular_speed_floor: float = 0.0,
+        frictionless: bool = False,
     ) -> None:
         if integrator not in list(INTEGRATORS):
             raise ParameterError(f"integrator is {integrator!r}; choose one of {', '.join(INTEGRATORS)}")
@@ -84,6 +101,7 @@ class World:
             float(speed_ceiling),
             float(angular_speed_ceiling),
             float(angular_speed_floor),
+            bool(frictionless),
         )
         self.contacts = new_contacts(0)
         self.model = _empty_model(_vector(gravity, "gravity"))
@@ -96,6 +114,11 @@ class World:
         self._kept_for = 0
         self._kept = scratch_for(self.model)
         self._stable_step = np.inf
+
+    @classmethod
+    def paper(cls, **changes: Any) -> World:
+        """Return a world that does as the paper does in all that it chose; `changes` are other arguments of a World."""
+        return cls(**(PAPER | changes))
 
     def add_soft_body(
         self,
@@ -175,7 +198,7 @@ class World:
                 len(model.edges),
             ),
             soft_restitution=np.append(model.soft_restitution, float(restitution)),
-            soft_friction=np.append(model.soft_friction, float(friction)),
+            soft_friction=np.append(model.soft_friction, self._friction(friction)),
         )
         self.state = self.state._replace(
             position=np.concatenate([self.state.position, points]),
@@ -228,7 +251,7 @@ class World:
             box_inverse_mass=np.append(model.box_inverse_mass, inverse_mass),
             box_inverse_inertia=np.vstack([model.box_inverse_inertia, inverse_inertia]),
             box_restitution=np.append(model.box_restitution, float(restitution)),
-            box_friction=np.append(model.box_friction, float(friction)),
+            box_friction=np.append(model.box_friction, self._friction(friction)),
             box_force=np.vstack([model.box_force, np.zeros(3)]),
             box_torque=np.vstack([model.box_torque, np.zeros(3)]),
         )
@@ -248,8 +271,12 @@ class World:
         self.model = self.model._replace(
             ground_height=float(height),
             ground_restitution=float(restitution),
-            ground_friction=float(friction),
+            ground_friction=self._friction(friction),
         )
+
+    def _friction(self, friction: float) -> float:
+        """Return the friction that something added has."""
+        return 0.0 if self.rules.frictionless else float(friction)
 
     def step(self, time_step: float, steps: int = 1, *, substeps: int = 1, allow_unstable: bool = False) -> None:
         """Advance by `steps` steps of `time_step` [s]; soft bodies take each in `substeps` equal parts.

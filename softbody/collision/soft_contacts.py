@@ -11,19 +11,20 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from softbody.collision.box_soft import part_patch_and_box, point_in_box
-from softbody.collision.broad_phase import near_pairs
+from softbody.collision.broad_phase import near_pairs, near_pairs_exhaustive
 from softbody.collision.material import combined_friction, combined_restitution
 from softbody.collision.patch import WHOLE, Corners, patch_point
 from softbody.collision.soft_soft import part_particle_and_patch
 from softbody.geometry.box import box_corner
-from softbody.geometry.parity_grid import COLUMNS_PER_TRIANGLE, ParityGrid, bounding_box, build_parity_grid
+from softbody.geometry.parity_grid import COLUMNS_PER_TRIANGLE, ParityGrid, build_parity_grid
 from softbody.geometry.penetration import Penetrations, find_penetrations, room_for_penetrations
+from softbody.geometry.sphere import bounding_spheres
 from softbody.geometry.triangle import area_vector
 from softbody.geometry.triangle_tree import TriangleTree, build_triangle_tree
-from softbody.jit import jit
+from softbody.jit import jit, jit_lean
 from softbody.quaternion import load_quaternion
 from softbody.state import Model, RigidBodies, State
-from softbody.vec import Vec, add, dot, load, norm, normalize, scale, store, sub
+from softbody.vec import Vec, dot, load, norm, normalize, scale, store, sub
 
 
 class Skin(NamedTuple):
@@ -99,32 +100,41 @@ def skin_of(skins: Skins, body: int) -> Skin:
 
 
 @jit
-def collide_soft_bodies(model: Model, state: State, bodies: RigidBodies, skins: Skins) -> None:
-    """Part all soft bodies from each other, then from the boxes; velocities and positions are changed."""
+def collide_soft_bodies(model: Model, state: State, bodies: RigidBodies, skins: Skins, exhaustive_pairs: bool) -> None:
+    """Part all soft bodies from each other, then from the boxes; velocities and positions are changed.
+
+    Which are near is judged once, by where they are before any is parted.
+    """
     soft, boxes = model.gas.shape[0], model.box_size.shape[0]
     centre = np.empty((soft + boxes, 3))
     radius = np.empty(soft + boxes)
     movable = np.ones(soft + boxes, np.bool_)
+    bounding_spheres(state.position, model.particle_start, centre, radius[:soft])
     most = 0
     for body in range(soft):
-        low, high = bounding_box(state.position[model.particle_start[body] : model.particle_start[body + 1]])
-        store(centre, body, scale(0.5, add(low, high)))
-        radius[body] = 0.5 * norm(sub(high, low))
         most = max(most, model.particle_start[body + 1] - model.particle_start[body])
     for box in range(boxes):
         store(centre, soft + box, load(state.box_position, box))
         radius[soft + box] = 0.5 * norm(load(model.box_size, box))
         movable[soft + box] = False  # boxes part from each other elsewhere
     found = room_for_penetrations(max(8, most))
-    pairs = near_pairs(centre, radius, movable)
+    pairs = near_pairs_exhaustive(centre, radius, movable) if exhaustive_pairs else near_pairs(centre, radius, movable)
     for k in range(pairs.shape[0]):
         a, b = min(pairs[k, 0], pairs[k, 1]), max(pairs[k, 0], pairs[k, 1])
         if b < soft:
             _part_soft_bodies(model, state, a, b, skin_of(skins, b), found)
             _part_soft_bodies(model, state, b, a, skin_of(skins, a), found)
-        else:
+        elif _sphere_may_meet_box(model, state, load(centre, a), radius[a], b - soft):
             _part_particles_from_box(model, state, bodies, a, b - soft)
             _part_corners_from_skin(model, state, bodies, a, b - soft, skin_of(skins, a), found)
+
+
+@jit_lean
+def _sphere_may_meet_box(model: Model, state: State, centre: Vec, radius: float, box: int) -> bool:
+    """Tell whether no face of a box parts it from a sphere."""
+    orientation = load_quaternion(state.box_orientation, box)
+    depth, _ = point_in_box(centre, load(model.box_size, box), load(state.box_position, box), orientation)
+    return depth >= -radius
 
 
 @jit
@@ -138,24 +148,32 @@ def _part_soft_bodies(model: Model, state: State, a: int, b: int, skin: Skin, fo
         return
     restitution = combined_restitution(model.soft_restitution[a], model.soft_restitution[b])
     friction = combined_friction(model.soft_friction[a], model.soft_friction[b])
+    arrays = model.inverse_mass, state.position, state.velocity
+    _part_found_particles(first_a, first_b, count, skin.tree.triangles, found, restitution, friction, *arrays)
+
+
+@jit_lean
+def _part_found_particles(
+    first_a: int,
+    first_b: int,
+    count: int,
+    triangles: np.ndarray,
+    found: Penetrations,
+    restitution: float,
+    friction: float,
+    inverse_mass: np.ndarray,
+    position: np.ndarray,
+    velocity: np.ndarray,
+) -> None:
+    """Part the first `count` particles of `found` from the `triangles` that are closest to them, one by one."""
     for row in range(count):
-        corners = _corners(skin.tree, found.triangle[row], first_b)
+        corners = _corners(triangles, found.triangle[row], first_b)
         weights = load(found.weights, row)
         particle = first_a + found.point[row]
-        depth, normal = _way_out(load(state.position, particle), state.position, corners, weights)
+        depth, normal = _way_out(load(position, particle), position, corners, weights)
         if depth > 0.0:
-            part_particle_and_patch(
-                particle,
-                corners,
-                weights,
-                normal,
-                depth,
-                restitution,
-                friction,
-                model.inverse_mass,
-                state.position,
-                state.velocity,
-            )
+            arrays = inverse_mass, position, velocity
+            part_particle_and_patch(particle, corners, weights, normal, depth, restitution, friction, *arrays)
 
 
 @jit
@@ -201,34 +219,45 @@ def _part_corners_from_skin(
     count = find_penetrations(points, vertices, skin.grid, skin.tree, found)
     restitution = combined_restitution(model.soft_restitution[body], model.box_restitution[box])
     friction = combined_friction(model.soft_friction[body], model.box_friction[box])
+    arrays = model.inverse_mass, state.position, state.velocity
+    _part_found_corners(first, box, size, count, skin.tree.triangles, found, restitution, friction, *arrays, bodies)
+
+
+@jit_lean
+def _part_found_corners(
+    first: int,
+    box: int,
+    size: Vec,
+    count: int,
+    triangles: np.ndarray,
+    found: Penetrations,
+    restitution: float,
+    friction: float,
+    inverse_mass: np.ndarray,
+    position: np.ndarray,
+    velocity: np.ndarray,
+    bodies: RigidBodies,
+) -> None:
+    """Part the first `count` corners of `found` from the `triangles` that are closest to them, one by one."""
+    orientation = load_quaternion(bodies.orientation, box)
     for row in range(count):
-        corners = _corners(skin.tree, found.triangle[row], first)
+        corners = _corners(triangles, found.triangle[row], first)
         weights = load(found.weights, row)
-        corner = box_corner(size, load(state.box_position, box), orientation, found.point[row])
-        depth, normal = _way_out(corner, state.position, corners, weights)
+        corner = box_corner(size, load(bodies.position, box), orientation, found.point[row])
+        depth, normal = _way_out(corner, position, corners, weights)
         if depth > 0.0:
-            part_patch_and_box(
-                corners,
-                weights,
-                box,
-                scale(-1.0, normal),
-                depth,
-                restitution,
-                friction,
-                model.inverse_mass,
-                state.position,
-                state.velocity,
-                bodies,
-            )
+            arrays = inverse_mass, position, velocity
+            out = scale(-1.0, normal)
+            part_patch_and_box(corners, weights, box, out, depth, restitution, friction, *arrays, bodies)
 
 
-@jit
-def _corners(tree: TriangleTree, t: int, first: int) -> Corners:
+@jit_lean
+def _corners(triangles: np.ndarray, t: int, first: int) -> Corners:
     """Return the particles of triangle `t`, numbered over all bodies; the body's own start at `first`."""
-    return first + tree.triangles[t, 0], first + tree.triangles[t, 1], first + tree.triangles[t, 2]
+    return first + triangles[t, 0], first + triangles[t, 1], first + triangles[t, 2]
 
 
-@jit
+@jit_lean
 def _way_out(p: Vec, position: np.ndarray, corners: Corners, weights: Vec) -> tuple[float, Vec]:
     """Return (depth [m], unit normal): from `p` to the point of the patch where it now is, or depth 0 if it is out.
 
