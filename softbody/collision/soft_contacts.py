@@ -176,7 +176,7 @@ def _part_found_particles(
             part_particle_and_patch(particle, corners, weights, normal, depth, restitution, friction, *arrays)
 
 
-@jit
+@jit_lean
 def _part_particles_from_box(model: Model, state: State, bodies: RigidBodies, body: int, box: int) -> None:
     """Part the particles of a soft body that are inside a box from its closest face."""
     size = load(model.box_size, box)
