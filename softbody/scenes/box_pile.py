@@ -9,7 +9,7 @@ from softbody.world import World
 ACROSS = 1.3  # [m] between neighbours at the start, more than the diagonal of a box is long
 
 
-def build(boxes: int = 60, world: World | None = None) -> World:
+def build(boxes: int = 40, world: World | None = None) -> World:
     """Return `world`, or a new one, with `boxes` boxes of several sizes, each turned its own way, in layers.
 
     A layer holds 3 × 3 boxes, so that more of them make a higher heap; the same number falls the same way each time.
