@@ -45,6 +45,7 @@ class Table:
     rows: list[Timing]
     plot: Markup | None
     series: list[tuple[str, str, str]]  # name, colour and marker of each competitor
+    of_motion: bool  # times are per second of motion, so that they have a real-time factor
 
 
 @dataclass
@@ -162,9 +163,10 @@ def tables_of(timings: list[Timing]) -> list[Table]:
     tables = []
     for title in dict.fromkeys(timing.table for timing in timings):
         rows = [timing for timing in timings if timing.table == title]
-        plot = plots.timing_plot(rows)
+        of_motion = rows[0].per == "simulated second"
+        plot = None if of_motion else plots.timing_plot(rows)
         series = [(name, plots.VARIABLES[c], plots.MARKERS[m]) for name, (c, m) in plots.series(rows).items()]
-        tables.append(Table(title, rows, Markup(plot) if plot else None, series))
+        tables.append(Table(title, rows, Markup(plot) if plot else None, series, of_motion))
     return tables
 
 

@@ -44,6 +44,7 @@ def behaviours_of(scene: str, seconds: float = SECONDS) -> list[Behaviour]:
             energy_gain=float(one.gain),
             slip=float(np.mean(one.slips)) if scene.startswith("2") else None,
             cost=one.cost / watched[DEFAULTS].cost,
+            real_time=seconds / one.cost,
         )
         for rules, one in watched.items()
     ]

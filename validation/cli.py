@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from validation.check import Check
     from validation.record import Behaviour, ClaimRecord, Picture, Report, Timing
 
-Scene, Seen = TypeVar("Scene"), TypeVar("Seen")
+Scene = TypeVar("Scene")
+Seen = TypeVar("Seen")
 
 ALL_HOLD, A_CLAIM_FAILS, WRONG_USAGE, ENGINE_MISSING, INTERRUPTED = 0, 1, 2, 3, 130
 

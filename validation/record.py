@@ -120,6 +120,7 @@ class Behaviour:
     energy_gain: float  # largest rise above an earlier value, of what the weights could do by falling to the ground
     slip: float | None  # mean speed at which touching particles slide, of the body's; None where nothing rolls
     cost: float  # time of a step, of that by the defaults
+    real_time: float  # simulated seconds a second
 
 
 @dataclass
