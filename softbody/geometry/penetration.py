@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softbody.geometry.closest import closest_triangle
+from softbody.geometry.closest import closest_triangle, closest_triangle_of_boxes
 from softbody.geometry.parity_grid import (
     COLUMNS_PER_TRIANGLE,
     ParityGrid,
@@ -26,6 +26,9 @@ ROUNDING = 1e-14
 
 # So many points are tried against every triangle that may lie above them: a grid costs as much, at any size.
 FEW = 16
+
+# For so many, the triangles whose boxes are near are tried: to refit a tree costs as much as two, and more memory.
+FEW_INSIDE = 2
 
 
 class Penetrations(NamedTuple):
@@ -126,6 +129,16 @@ def _find_closest(
         _write(found, row, number[row], triangle, weights, depth)
 
 
+@jit_lean
+def _find_closest_few(
+    points: np.ndarray, number: np.ndarray, count: int, vertices: np.ndarray, triangles: np.ndarray, found: Penetrations
+) -> None:
+    """Do the same without a tree."""
+    for row in range(count):
+        triangle, weights, depth = closest_triangle_of_boxes(load(points, number[row]), vertices, triangles)
+        _write(found, row, number[row], triangle, weights, depth)
+
+
 @jit
 def find_penetrations(
     points: np.ndarray, vertices: np.ndarray, grid: ParityGrid, tree: TriangleTree, found: Penetrations
@@ -166,9 +179,12 @@ def find_penetrations(
             total += 1
     if total == 0:
         return 0
-    refit_triangle_tree(tree, vertices)
-    search = search_space(tree)
-    _find_closest(points, number, min(total, found.point.shape[0]), tree, vertices, search, found)
+    rows = min(total, found.point.shape[0])
+    if total <= FEW_INSIDE:
+        _find_closest_few(points, number, rows, vertices, grid.triangles, found)
+    else:
+        refit_triangle_tree(tree, vertices)
+        _find_closest(points, number, rows, tree, vertices, search_space(tree), found)
     return total
 
 
