@@ -135,8 +135,7 @@ def _find_closest_few(
 ) -> None:
     """Do the same without a tree."""
     for row in range(count):
-        triangle, weights, depth = closest_triangle_of_boxes(load(points, number[row]), vertices, triangles)
-        _write(found, row, number[row], triangle, weights, depth)
+        _write(found, row, number[row], *closest_triangle_of_boxes(load(points, number[row]), vertices, triangles))
 
 
 @jit
