@@ -9,10 +9,11 @@ import subprocess
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from softbody import Mesh
+from softbody import Mesh, icosphere, torus
 
 STIFFNESS, GAS, MASS, GRAVITY = 200.0, 30.0, 1.0, -9.81
 
@@ -154,6 +155,37 @@ def plain_stepping(mesh: Mesh, h: float, steps: int) -> Callable[[], None] | Non
 
 def pybullet_stepping(mesh: Mesh, h: float, steps: int) -> Callable[[], None]:
     """Return a call that steps pybullet's mass–spring body on the same mesh: no gas, one force a step, float64."""
+    client = _pybullet_world(h)
+    _pybullet_body(client, mesh, MASS, STIFFNESS)
+    return _pybullet_steps(client, steps)
+
+
+def pybullet_sphere_on_torus(h: float, steps: int) -> Callable[[], None]:
+    """Return a call that steps scene 1 in pybullet: the same meshes, masses, springs and places, but no gas."""
+    import pybullet
+
+    client = _pybullet_world(h)
+    ground = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=(20.0, 20.0, 1.0), physicsClientId=client)
+    pybullet.createMultiBody(0.0, ground, basePosition=(0.0, 0.0, -1.0), physicsClientId=client)
+    contacts = {"useFaceContact": 1, "collisionMargin": 0.005}
+    _pybullet_body(client, torus(1.0, 0.4, 36, 18), 2.0, 400.0, basePosition=(0.0, 0.0, 0.45), **contacts)
+    _pybullet_body(client, icosphere(3, 0.6), 1.0, 300.0, basePosition=(0.0, 0.0, 1.4), **contacts)
+    return _pybullet_steps(client, steps)
+
+
+def _pybullet_world(h: float) -> int:
+    """Return a client of pybullet whose world has soft bodies."""
+    import pybullet
+
+    client: int = pybullet.connect(pybullet.DIRECT)
+    pybullet.resetSimulation(pybullet.RESET_USE_DEFORMABLE_WORLD, physicsClientId=client)
+    pybullet.setGravity(0.0, 0.0, GRAVITY, physicsClientId=client)
+    pybullet.setTimeStep(h, physicsClientId=client)
+    return client
+
+
+def _pybullet_body(client: int, mesh: Mesh, mass: float, stiffness: float, **options: Any) -> None:
+    """Add a mass–spring body to pybullet's world."""
     import pybullet
 
     with tempfile.TemporaryDirectory() as folder:
@@ -161,20 +193,21 @@ def pybullet_stepping(mesh: Mesh, h: float, steps: int) -> Callable[[], None]:
         lines = [f"v {x} {y} {z}\n" for x, y, z in mesh.vertices]
         lines += [f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in mesh.triangles]
         path.write_text("".join(lines))
-        client = pybullet.connect(pybullet.DIRECT)
-        pybullet.resetSimulation(pybullet.RESET_USE_DEFORMABLE_WORLD, physicsClientId=client)
-        pybullet.setGravity(0.0, 0.0, GRAVITY, physicsClientId=client)
-        pybullet.setTimeStep(h, physicsClientId=client)
         pybullet.loadSoftBody(
             str(path),
-            mass=MASS,
+            mass=mass,
             useMassSpring=1,
             useBendingSprings=0,
-            springElasticStiffness=STIFFNESS,
+            springElasticStiffness=stiffness,
             springDampingStiffness=0.0,
             useSelfCollision=0,
             physicsClientId=client,
+            **options,
         )
+
+
+def _pybullet_steps(client: int, steps: int) -> Callable[[], None]:
+    import pybullet
 
     def call() -> None:
         for _ in range(steps):

@@ -48,6 +48,7 @@ class Table:
     plot: Markup | None
     series: list[tuple[str, str, str]]  # name, colour and marker of each competitor
     growth: float | None  # exponent with which our whole cost grows with the size
+    of_motion: bool  # times are per second of motion, so that they have a real-time factor
 
 
 @dataclass
@@ -165,9 +166,10 @@ def tables_of(timings: list[Timing]) -> list[Table]:
     tables = []
     for title in dict.fromkeys(timing.table for timing in timings):
         rows = [timing for timing in timings if timing.table == title]
-        plot = plots.work_plot(rows) or plots.timing_plot(rows)
+        of_motion = rows[0].per == "simulated second"
+        plot = None if of_motion else plots.work_plot(rows) or plots.timing_plot(rows)
         series = [(name, plots.VARIABLES[c], plots.MARKERS[m]) for name, (c, m) in plots.series(rows).items()]
-        tables.append(Table(title, rows, Markup(plot) if plot else None, series, growth_of(rows)))
+        tables.append(Table(title, rows, Markup(plot) if plot else None, series, growth_of(rows), of_motion))
     return tables
 
 

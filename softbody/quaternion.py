@@ -6,13 +6,13 @@ from math import cos, sin, sqrt
 
 import numpy as np
 
-from softbody.jit import jit
+from softbody.jit import jit, jit_lean
 from softbody.vec import Vec, add, cross, multiply, norm, scale
 
 Quaternion = tuple[float, float, float, float]
 
 
-@jit
+@jit_lean
 def load_quaternion(rows: np.ndarray, i: int) -> Quaternion:
     """Return row `i` of an `(n, 4)` array."""
     return rows[i, 0], rows[i, 1], rows[i, 2], rows[i, 3]

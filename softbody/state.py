@@ -105,7 +105,7 @@ def copied(state: State) -> State:
 
 
 class Rules(NamedTuple):
-    """By which rules bodies collide and boxes move; a ceiling of inf and a floor of 0 do nothing."""
+    """By which rules bodies move and collide; a ceiling of inf and a floor of 0 do nothing."""
 
     paper_axes: bool  # separating axes: face normals only
     single_contact: bool  # one impulse a pair, as in the paper, instead of manifolds solved together
@@ -117,6 +117,7 @@ class Rules(NamedTuple):
     speed_ceiling: float  # [m/s]; paper §6
     angular_speed_ceiling: float  # [rad/s]; paper §6
     angular_speed_floor: float  # [rad/s] below which a box on the ground stops turning and snaps to 90°; paper §6
+    frictionless: bool  # whatever is added has friction 0, as everything in the paper
 
 
 class RigidBodies(NamedTuple):

@@ -110,7 +110,7 @@ def run(
             else:
                 step_boxes(model, state, bodies, part, rules, contacts, grounded)
             limit_boxes(model, state, rules, grounded)
-            collide_soft_bodies(model, state, bodies, skins, rules.edge_contacts)
+            collide_soft_bodies(model, state, bodies, skins, rules)
             ground_soft_bodies(model, state)
     return steps, 0, -1
 

@@ -6,18 +6,18 @@ from math import sqrt
 
 import numpy as np
 
-from softbody.jit import jit
+from softbody.jit import jit, jit_lean
 
 Vec = tuple[float, float, float]
 
 
-@jit
+@jit_lean
 def load(rows: np.ndarray, i: int) -> Vec:
     """Return row `i` of an `(n, 3)` array."""
     return rows[i, 0], rows[i, 1], rows[i, 2]
 
 
-@jit
+@jit_lean
 def store(rows: np.ndarray, i: int, a: Vec) -> None:
     """Overwrite row `i` of an `(n, 3)` array."""
     rows[i, 0] = a[0]
@@ -25,7 +25,7 @@ def store(rows: np.ndarray, i: int, a: Vec) -> None:
     rows[i, 2] = a[2]
 
 
-@jit
+@jit_lean
 def accumulate(rows: np.ndarray, i: int, a: Vec) -> None:
     """Add `a` to row `i` of an `(n, 3)` array."""
     rows[i, 0] += a[0]

@@ -37,6 +37,23 @@ PAIRS = ("grid", "exhaustive")
 PRECISIONS: dict[str, type[np.floating[Any]]] = {"double": np.float64, "single": np.float32}
 
 DEEP = 0.1  # of the thickness of the thinner of two bodies, from which an overlap at the start is worth a warning
+
+# What the paper chose, as arguments of a World. It gives no numbers for its limits (§6). These: in a frame of 1/60 s a
+# box goes no farther than 1/6 m, a third of a small box, and turns by no more than 10°; and one that would take a
+# second for 10° lies still.
+PAPER: dict[str, Any] = {
+    "integrator": "rk4_velocity",
+    "axes": "paper",
+    "contact": "single",
+    "pairs": "exhaustive",
+    "edge_contacts": False,
+    "split_steps": False,
+    "frictionless": True,
+    "speed_ceiling": 10.0,
+    "angular_speed_ceiling": 10.0,
+    "angular_speed_floor": 0.2,
+}
+
 STABLE_FOR = 100  # steps for which an estimate of the stable step is trusted; making one costs about a step
 RELAX_ROUND = 500  # steps of relaxation between two looks at the forces left and at the stable step
 
@@ -52,7 +69,8 @@ class World:
     `split_steps`: a step in which a soft body and another would jump through each other is taken in parts.
 
     More of the paper, off by default: `speed_ceiling` [m/s] and `angular_speed_ceiling` [rad/s]; a box on the ground
-    that turns more slowly than `angular_speed_floor` [rad/s] stops turning and snaps to the nearest multiples of 90°.
+    that turns more slowly than `angular_speed_floor` [rad/s] stops turning and snaps to the nearest multiples of 90°;
+    `frictionless`: whatever is added has friction 0. `World.paper()` has all of the paper.
     Beyond it: `gyroscopic` torque, so that a free box keeps its angular momentum.
 
     `precision` in which soft bodies move between contacts: "double", or "single", which is faster and rounds their
@@ -78,6 +96,7 @@ class World:
         speed_ceiling: float = np.inf,
         angular_speed_ceiling: float = np.inf,
         angular_speed_floor: float = 0.0,
+        frictionless: bool = False,
         precision: str = "double",
         threads: int = 1,
     ) -> None:
@@ -112,6 +131,7 @@ class World:
             float(speed_ceiling),
             float(angular_speed_ceiling),
             float(angular_speed_floor),
+            bool(frictionless),
         )
         self.contacts = new_contacts(0)
         self.model = _empty_model(_vector(gravity, "gravity"))
@@ -126,6 +146,11 @@ class World:
         self._kept_for = 0, 0
         self._is_fresh = True  # bodies were added since the last step
         self._stable_step = np.inf
+
+    @classmethod
+    def paper(cls, **changes: Any) -> World:
+        """Return a world that does as the paper does in all that it chose; `changes` are other arguments of a World."""
+        return cls(**(PAPER | changes))
 
     def add_soft_body(
         self,
@@ -201,7 +226,7 @@ class World:
                 else model.external_force
             ),
             soft_restitution=appended(model.soft_restitution, float(restitution)),
-            soft_friction=appended(model.soft_friction, float(friction)),
+            soft_friction=appended(model.soft_friction, self._friction(friction)),
         )
         rings = build_rings(count, edges, mesh.triangles, lengths, spring_stiffness)
         self.rings = append_rings(self.rings, in_precision(rings, PRECISIONS[self.precision]), len(model.edges))
@@ -256,7 +281,7 @@ class World:
             box_inverse_mass=appended(model.box_inverse_mass, inverse_mass),
             box_inverse_inertia=appended(model.box_inverse_inertia, inverse_inertia),
             box_restitution=appended(model.box_restitution, float(restitution)),
-            box_friction=appended(model.box_friction, float(friction)),
+            box_friction=appended(model.box_friction, self._friction(friction)),
             box_force=appended(model.box_force, np.zeros(3)),
             box_torque=appended(model.box_torque, np.zeros(3)),
         )
@@ -277,8 +302,12 @@ class World:
         self.model = self.model._replace(
             ground_height=float(height),
             ground_restitution=float(restitution),
-            ground_friction=float(friction),
+            ground_friction=self._friction(friction),
         )
+
+    def _friction(self, friction: float) -> float:
+        """Return the friction that something added has."""
+        return 0.0 if self.rules.frictionless else float(friction)
 
     def step(self, time_step: float, steps: int = 1, *, substeps: int = 1, allow_unstable: bool = False) -> None:
         """Advance by `steps` steps of `time_step` [s]; soft bodies take each in `substeps` equal parts.
@@ -388,7 +417,7 @@ class World:
                 f"{a} and {b} start {depth:.3g} m inside each other: they are pushed apart, from deep inside not all "
                 "the way; move one of them first",
                 OverlapWarning,
-                stacklevel=4,
+                stacklevel=3,
             )
 
     @property

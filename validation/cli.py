@@ -7,11 +7,13 @@ import os
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from datetime import datetime, timezone
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import click
 
@@ -19,7 +21,10 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from validation.check import Check
-    from validation.record import ClaimRecord, Figure, Picture, Report, Timing
+    from validation.record import Behaviour, ClaimRecord, Figure, Picture, Report, Timing
+
+Scene = TypeVar("Scene")
+Seen = TypeVar("Seen")
 
 ALL_HOLD, A_CLAIM_FAILS, WRONG_USAGE, ENGINE_MISSING, INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -48,7 +53,7 @@ LEVEL, SEED = "standard", 20080101
 @click.option("--require", "required", multiple=True, metavar="ENGINE", help="Exit with 3 if ENGINE is missing.")
 @click.option("--require-all", is_flag=True, help="Exit with 3 if any engine that a claim needs is missing.")
 @click.option("--timings/--no-timings", default=None, help="Measure step costs too. Default: yes, but not with -k.")
-@click.option("--pictures/--no-pictures", default=None, help="Run and film the scenes too. Default: as --timings.")
+@click.option("--pictures/--no-pictures", default=None, help="Run, film and compare scenes too. Default: as --timings.")
 @click.option("--jobs", type=click.IntRange(min=1), default=min(os.cpu_count() or 1, 4), show_default=True)
 def main(
     level: str,
@@ -83,6 +88,7 @@ def main(
     report, interrupted = run_report(checks, level, seed, jobs, timings)
     if pictures and not interrupted:
         report.pictures = film_scenes(out, jobs)
+        report.behaviours = compare_rules(jobs)
     write_outputs(report, out)
     summarize(report, out)
     if interrupted:
@@ -172,19 +178,31 @@ def run_report(checks: list[Check], level: str, seed: int, jobs: int, timings: b
 
 def film_scenes(out: Path, jobs: int) -> list[Picture]:
     """Run and film the scenes, `jobs` at a time; a scene that fails is left out, and said."""
-    from rich.progress import track
-
     from validation.pictures import SCENES, make_picture
 
-    filmed = []
+    return each_scene(partial(make_picture, folder=out / "pictures"), SCENES, "films", jobs)
+
+
+def compare_rules(jobs: int) -> list[Behaviour]:
+    """Run the paper's scenes by its own rules and by the defaults; one that fails is left out, and said."""
+    from validation.behaviour import SCENES, behaviours_of
+
+    return [one for scene in each_scene(behaviours_of, list(SCENES), "rules", jobs) for one in scene]
+
+
+def each_scene(task: Callable[[Scene], Seen], scenes: list[Scene], label: str, jobs: int) -> list[Seen]:
+    """Return what a task makes of each scene, `jobs` at a time, in processes of their own."""
+    from rich.progress import track
+
+    seen = []
     with ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
-        films = [pool.submit(make_picture, scene, out / "pictures") for scene in SCENES]
-        for scene, film in track(list(zip(SCENES, films)), "scenes", console=progress_console()):
+        futures = [pool.submit(task, scene) for scene in scenes]
+        for scene, future in track(list(zip(scenes, futures)), label, console=progress_console()):
             try:
-                filmed.append(film.result())
+                seen.append(future.result())
             except Exception as error:
-                click.echo(f"{scene.name} could not be filmed: {error}", err=True)
-    return filmed
+                click.echo(f"{label}: {scene} is left out: {error}", err=True)
+    return seen
 
 
 def core_version() -> str:

@@ -120,6 +120,20 @@ class Picture:
 
 
 @dataclass
+class Behaviour:
+    """What was seen of a scene that was run by one set of rules."""
+
+    scene: str
+    rules: str  # the first of a scene's are the defaults
+    seconds: float  # that it ran, in its own time
+    penetration: float  # deepest of anything in anything, of the size of the largest soft body
+    energy_gain: float  # largest rise above an earlier value, of what the weights could do by falling to the ground
+    slip: float | None  # mean speed at which touching particles slide, of the body's; None where nothing rolls
+    cost: float  # time of a step, of that by the defaults
+    real_time: float  # simulated seconds a second
+
+
+@dataclass
 class Report:
     """A whole validation run."""
 
@@ -136,6 +150,7 @@ class Report:
     timings_why: str | None = None  # why there are no timings, if there are none
     pictures: list[Picture] = field(default_factory=list)
     figures: list[Figure] = field(default_factory=list)
+    behaviours: list[Behaviour] = field(default_factory=list)
     schema: str = SCHEMA
 
 
@@ -157,6 +172,7 @@ def read_report(path: Path) -> Report:
     data["timings"] = [Timing(**timing) for timing in data["timings"]]
     data["figures"] = [Figure(**figure) for figure in data.get("figures", [])]
     data["pictures"] = [Picture(**picture) for picture in data.get("pictures", [])]
+    data["behaviours"] = [Behaviour(**behaviour) for behaviour in data.get("behaviours", [])]
     return Report(**data)
 
 

@@ -11,7 +11,7 @@ from math import ceil, sqrt
 import numpy as np
 
 from softbody.collision.broad_phase import near_pairs
-from softbody.geometry.parity_grid import bounding_box
+from softbody.geometry.sphere import bounding_spheres
 from softbody.jit import jit
 from softbody.state import Model, State
 from softbody.vec import add, dot, load, norm, scale, store, sub
@@ -27,11 +27,8 @@ def spheres_of_bodies(model: Model, state: State) -> tuple[np.ndarray, np.ndarra
     centre = np.empty((soft + boxes, 3))
     radius = np.empty(soft + boxes)
     is_soft = np.zeros(soft + boxes, np.bool_)
-    for body in range(soft):
-        low, high = bounding_box(state.position[model.particle_start[body] : model.particle_start[body + 1]])
-        store(centre, body, scale(0.5, add(low, high)))
-        radius[body] = 0.5 * norm(sub(high, low))
-        is_soft[body] = True
+    bounding_spheres(state.position, model.particle_start, centre, radius[:soft])
+    is_soft[:soft] = True
     for box in range(boxes):
         store(centre, soft + box, load(state.box_position, box))
         radius[soft + box] = 0.5 * norm(load(model.box_size, box))

@@ -21,7 +21,7 @@ UP = (0.0, 0.0, 1.0)
 BOX_ROUNDS = 16
 
 
-@jit
+@jit_lean
 def ground_soft_bodies(model: Model, state: State) -> None:
     """Lift particles that are below the ground on to it, and turn back those that still go down."""
     for body in range(model.gas.shape[0]):

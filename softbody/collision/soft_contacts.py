@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from softbody.collision.box_soft import part_patch_and_box, point_in_box
-from softbody.collision.broad_phase import near_pairs
+from softbody.collision.broad_phase import near_pairs, near_pairs_exhaustive
 from softbody.collision.edge_box import edge_in_box
 from softbody.collision.fast import spheres_of_bodies
 from softbody.collision.material import combined_friction, combined_restitution
@@ -22,9 +22,9 @@ from softbody.geometry.parity_grid import COLUMNS_PER_TRIANGLE, ParityGrid, buil
 from softbody.geometry.penetration import Penetrations, find_penetrations, room_for_penetrations
 from softbody.geometry.triangle import area_vector
 from softbody.geometry.triangle_tree import TriangleTree, build_triangle_tree
-from softbody.jit import jit
+from softbody.jit import jit, jit_lean
 from softbody.quaternion import load_quaternion
-from softbody.state import Model, RigidBodies, State
+from softbody.state import Model, RigidBodies, Rules, State
 from softbody.vec import Vec, dot, load, norm, normalize, scale, store, sub
 
 
@@ -103,32 +103,44 @@ def skin_of(skins: Skins, body: int) -> Skin:
 
 
 @jit
-def collide_soft_bodies(model: Model, state: State, bodies: RigidBodies, skins: Skins, edge_contacts: bool) -> None:
+def collide_soft_bodies(model: Model, state: State, bodies: RigidBodies, skins: Skins, rules: Rules) -> None:
     """Part all soft bodies from each other and from the boxes; velocities and positions are changed.
 
-    `edge_contacts`: edges of soft bodies and sides of boxes too, and not only what has a vertex inside (the paper).
+    Which are near is judged once, by where they are before any is parted.
     """
     soft = model.gas.shape[0]
-    centre, radius, is_soft = spheres_of_bodies(model, state)
+    centre, radius, is_soft = spheres_of_bodies(model, state)  # boxes part from each other elsewhere
     most = 0
     for body in range(soft):
         most = max(most, model.particle_start[body + 1] - model.particle_start[body])
     found = room_for_penetrations(max(8, most))
-    pairs = near_pairs(centre, radius, is_soft)  # boxes part from each other elsewhere
+    if rules.exhaustive_pairs:
+        pairs = near_pairs_exhaustive(centre, radius, is_soft)
+    else:
+        pairs = near_pairs(centre, radius, is_soft)
     for k in range(pairs.shape[0]):
         a, b = min(pairs[k, 0], pairs[k, 1]), max(pairs[k, 0], pairs[k, 1])
+        deepest = 0.0
         if b < soft:
             deepest = _part_soft_bodies(model, state, a, b, skin_of(skins, b), found)
             deepest = max(deepest, _part_soft_bodies(model, state, b, a, skin_of(skins, a), found))
-        else:
+        elif _sphere_may_meet_box(model, state, load(centre, a), radius[a], b - soft):
             deepest = _part_particles_from_box(model, state, bodies, a, b - soft)
-            if edge_contacts:
+            if rules.edge_contacts:
                 deepest = max(deepest, _part_edges_from_box(model, state, bodies, a, b - soft))
             corners = _part_corners_from_skin(model, state, bodies, a, b - soft, skin_of(skins, a), found)
             deepest = max(deepest, corners)
         if deepest > skins.deepest[0]:
             skins.deepest[0] = deepest
             skins.deepest_pair[0], skins.deepest_pair[1] = a, b
+
+
+@jit_lean
+def _sphere_may_meet_box(model: Model, state: State, centre: Vec, radius: float, box: int) -> bool:
+    """Tell whether no face of a box parts it from a sphere."""
+    orientation = load_quaternion(state.box_orientation, box)
+    depth, _ = point_in_box(centre, load(model.box_size, box), load(state.box_position, box), orientation)
+    return depth >= -radius
 
 
 @jit
@@ -140,38 +152,46 @@ def _part_soft_bodies(model: Model, state: State, a: int, b: int, skin: Skin, fo
     count = find_penetrations(points, vertices, skin.grid, skin.tree, found)
     if count == 0:
         return 0.0
-    deepest = 0.0
     restitution = combined_restitution(model.soft_restitution[a], model.soft_restitution[b])
     friction = combined_friction(model.soft_friction[a], model.soft_friction[b])
+    arrays = model.inverse_mass, state.position, state.velocity
+    return _part_found_particles(first_a, first_b, count, skin.tree.triangles, found, restitution, friction, *arrays)
+
+
+@jit_lean
+def _part_found_particles(
+    first_a: int,
+    first_b: int,
+    count: int,
+    triangles: np.ndarray,
+    found: Penetrations,
+    restitution: float,
+    friction: float,
+    inverse_mass: np.ndarray,
+    position: np.ndarray,
+    velocity: np.ndarray,
+) -> float:
+    """Part the first `count` particles of `found` from the `triangles` closest to them; return the depth [m]."""
+    deepest = 0.0
     for row in range(count):
-        corners = _corners(skin.tree, found.triangle[row], first_b)
+        corners = _corners(triangles, found.triangle[row], first_b)
         weights = load(found.weights, row)
         particle = first_a + found.point[row]
-        depth, normal = _way_out(load(state.position, particle), state.position, corners, weights)
+        depth, normal = _way_out(load(position, particle), position, corners, weights)
         deepest = max(deepest, depth)
         if depth > 0.0:
-            part_particle_and_patch(
-                particle,
-                corners,
-                weights,
-                normal,
-                depth,
-                restitution,
-                friction,
-                model.inverse_mass,
-                state.position,
-                state.velocity,
-            )
+            arrays = inverse_mass, position, velocity
+            part_particle_and_patch(particle, corners, weights, normal, depth, restitution, friction, *arrays)
     return deepest
 
 
-@jit
+@jit_lean
 def _part_particles_from_box(model: Model, state: State, bodies: RigidBodies, body: int, box: int) -> float:
     """Part the particles of a soft body that are inside a box from its closest face; return the depth [m]."""
+    deepest = 0.0
     size = load(model.box_size, box)
     orientation = load_quaternion(state.box_orientation, box)
     reach = 0.5 * norm(size)
-    deepest = 0.0
     restitution = combined_restitution(model.soft_restitution[body], model.box_restitution[box])
     friction = combined_friction(model.soft_friction[body], model.box_friction[box])
     for i in range(model.particle_start[body], model.particle_start[body + 1]):
@@ -193,18 +213,20 @@ def _part_particles_from_box(model: Model, state: State, bodies: RigidBodies, bo
                     state.velocity,
                     bodies,
                 )
+
     return deepest
 
 
-@jit
+@jit_lean
 def _part_edges_from_box(model: Model, state: State, bodies: RigidBodies, body: int, box: int) -> float:
     """Part the edges of a soft body that go through a box by the shortest way; return the depth [m]."""
+    deepest = 0.0
     size = load(model.box_size, box)
     orientation = load_quaternion(state.box_orientation, box)
     reach = 0.5 * norm(size)
-    deepest = 0.0
     restitution = combined_restitution(model.soft_restitution[body], model.box_restitution[box])
     friction = combined_friction(model.soft_friction[body], model.box_friction[box])
+    arrays = model.inverse_mass, state.position, state.velocity
     for e in range(model.edge_start[body], model.edge_start[body + 1]):
         i, j = model.edges[e, 0], model.edges[e, 1]
         p, q, position = load(state.position, i), load(state.position, j), load(state.box_position, box)
@@ -216,19 +238,8 @@ def _part_edges_from_box(model: Model, state: State, bodies: RigidBodies, body: 
             depth, normal, place = edge_in_box(p, q, size, position, orientation)
             deepest = max(deepest, depth)
             if depth > 0.0:
-                part_patch_and_box(
-                    (i, j, j),
-                    (1.0 - place, place, 0.0),
-                    box,
-                    normal,
-                    depth,
-                    restitution,
-                    friction,
-                    model.inverse_mass,
-                    state.position,
-                    state.velocity,
-                    bodies,
-                )
+                weights = (1.0 - place, place, 0.0)
+                part_patch_and_box((i, j, j), weights, box, normal, depth, restitution, friction, *arrays, bodies)
     return deepest
 
 
@@ -245,39 +256,52 @@ def _part_corners_from_skin(
     for k in range(8):
         store(points, k, box_corner(size, load(state.box_position, box), orientation, k))
     count = find_penetrations(points, vertices, skin.grid, skin.tree, found)
-    deepest = 0.0
     restitution = combined_restitution(model.soft_restitution[body], model.box_restitution[box])
     friction = combined_friction(model.soft_friction[body], model.box_friction[box])
+    arrays = model.inverse_mass, state.position, state.velocity
+    return _part_found_corners(
+        first, box, size, count, skin.tree.triangles, found, restitution, friction, *arrays, bodies
+    )
+
+
+@jit_lean
+def _part_found_corners(
+    first: int,
+    box: int,
+    size: Vec,
+    count: int,
+    triangles: np.ndarray,
+    found: Penetrations,
+    restitution: float,
+    friction: float,
+    inverse_mass: np.ndarray,
+    position: np.ndarray,
+    velocity: np.ndarray,
+    bodies: RigidBodies,
+) -> float:
+    """Part the first `count` corners of `found` from the `triangles` closest to them; return the depth [m]."""
+    deepest = 0.0
+    orientation = load_quaternion(bodies.orientation, box)
     for row in range(count):
-        corners = _corners(skin.tree, found.triangle[row], first)
+        corners = _corners(triangles, found.triangle[row], first)
         weights = load(found.weights, row)
-        corner = box_corner(size, load(state.box_position, box), orientation, found.point[row])
-        depth, normal = _way_out(corner, state.position, corners, weights)
+        corner = box_corner(size, load(bodies.position, box), orientation, found.point[row])
+        depth, normal = _way_out(corner, position, corners, weights)
         deepest = max(deepest, depth)
         if depth > 0.0:
-            part_patch_and_box(
-                corners,
-                weights,
-                box,
-                scale(-1.0, normal),
-                depth,
-                restitution,
-                friction,
-                model.inverse_mass,
-                state.position,
-                state.velocity,
-                bodies,
-            )
+            arrays = inverse_mass, position, velocity
+            out = scale(-1.0, normal)
+            part_patch_and_box(corners, weights, box, out, depth, restitution, friction, *arrays, bodies)
     return deepest
 
 
-@jit
-def _corners(tree: TriangleTree, t: int, first: int) -> Corners:
+@jit_lean
+def _corners(triangles: np.ndarray, t: int, first: int) -> Corners:
     """Return the particles of triangle `t`, numbered over all bodies; the body's own start at `first`."""
-    return first + tree.triangles[t, 0], first + tree.triangles[t, 1], first + tree.triangles[t, 2]
+    return first + triangles[t, 0], first + triangles[t, 1], first + triangles[t, 2]
 
 
-@jit
+@jit_lean
 def _way_out(p: Vec, position: np.ndarray, corners: Corners, weights: Vec) -> tuple[float, Vec]:
     """Return (depth [m], unit normal): from `p` to the point of the patch where it now is, or depth 0 if it is out.
 

@@ -203,7 +203,7 @@ def _list_triangles(grid: ParityGrid, vertices: np.ndarray, low: Vec, high: Vec,
     room = entries.shape[0] - 4
     for t in range(triangles.shape[0]):
         i, j, k = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        if not whole and not _may_matter(load(vertices, i), load(vertices, j), load(vertices, k), low, high):
+        if not whole and not may_matter(load(vertices, i), load(vertices, j), load(vertices, k), low, high):
             continue
         left = min(lattice[i, 0], lattice[j, 0], lattice[k, 0])
         right = max(lattice[i, 0], lattice[j, 0], lattice[k, 0])
@@ -276,15 +276,12 @@ def _spans(vertices: np.ndarray, low: Vec, high: Vec) -> bool:
 
 
 @jit_lean
-def _may_matter(a: Vec, b: Vec, c: Vec, low: Vec, high: Vec) -> bool:
+def may_matter(a: Vec, b: Vec, c: Vec, low: Vec, high: Vec) -> bool:
     """Tell whether a triangle can be met by the +z ray of a point between the corners."""
-    return (
-        max(a[0], b[0], c[0]) >= low[0]
-        and min(a[0], b[0], c[0]) <= high[0]
-        and max(a[1], b[1], c[1]) >= low[1]
-        and min(a[1], b[1], c[1]) <= high[1]
-        and max(a[2], b[2], c[2]) >= low[2]
-    )
+    # `&` and not `and`: without a branch for each comparison.
+    along_x = (max(a[0], b[0], c[0]) >= low[0]) & (min(a[0], b[0], c[0]) <= high[0])
+    along_y = (max(a[1], b[1], c[1]) >= low[1]) & (min(a[1], b[1], c[1]) <= high[1])
+    return along_x & along_y & (max(a[2], b[2], c[2]) >= low[2])
 
 
 @jit_lean
@@ -457,7 +454,7 @@ def points_in_parity_grid(
     f = _frame(grid)
     inside, outside = grid.inside, grid.outside
     triangles, start, entries = grid.triangles, grid.start, grid.entries
-    unclear = np.empty(BLOCK, np.int64)
+    unclear = np.empty(min(BLOCK, last - first), np.int64)
     for begin in range(first, last, BLOCK):
         count = 0
         for q in range(begin, min(begin + BLOCK, last)):

@@ -7,18 +7,28 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softbody.geometry.closest import closest_triangle
+from softbody.geometry.closest import closest_triangle, closest_triangle_of_boxes
 from softbody.geometry.parity_grid import (
     COLUMNS_PER_TRIANGLE,
     ParityGrid,
     bounding_box,
+    may_matter,
     points_in_parity_grid,
     rebuild_parity_grid_within,
 )
-from softbody.geometry.polyhedron import point_in_polyhedron
-from softbody.geometry.triangle_tree import TriangleTree, closest_in_tree, refit_triangle_tree, search_space
-from softbody.jit import jit
-from softbody.vec import Vec, load, store
+from softbody.geometry.polyhedron import point_in_polyhedron, ray_hits_triangle
+from softbody.geometry.triangle_tree import Search, TriangleTree, closest_in_tree, refit_triangle_tree, search_space
+from softbody.jit import jit, jit_lean
+from softbody.vec import Vec, add, dot, load, norm, scale, store, sub
+
+# Some ten roundings of 1e-16, of a product of two lengths, and more.
+ROUNDING = 1e-14
+
+# So many points are tried against every triangle that may lie above them: a grid costs as much, at any size.
+FEW = 16
+
+# For so many, the triangles whose boxes are near are tried: to refit a tree costs as much as two, and more memory.
+FEW_INSIDE = 2
 
 
 class Penetrations(NamedTuple):
@@ -38,12 +48,94 @@ def room_for_penetrations(capacity: int) -> Penetrations:
     )
 
 
-@jit
+@jit_lean
 def _write(found: Penetrations, row: int, point: int, triangle: int, weights: Vec, depth: float) -> None:
     found.point[row] = point
     found.triangle[row] = triangle
     store(found.weights, row, weights)
     found.depth[row] = depth
+
+
+@jit_lean
+def _reach(vertices: np.ndarray, middle: Vec, way: Vec) -> float:
+    """Return how far `vertices` (n, 3) [m] reach along `way`, from `middle` [m], times its length."""
+    reach = -np.inf
+    for i in range(vertices.shape[0]):
+        reach = max(reach, dot(sub(load(vertices, i), middle), way))
+    return reach
+
+
+@jit_lean
+def _gather(
+    points: np.ndarray,
+    low: Vec,
+    high: Vec,
+    middle: Vec,
+    way: Vec,
+    reach: float,
+    number: np.ndarray,
+    candidates: np.ndarray,
+) -> int:
+    """Copy those of `points` that are between two corners and not beyond `reach`, with their numbers; return how many.
+
+    `reach` along `way`, from `middle`, as above: a plane across the line between the middles of two bodies often parts
+    them where their bounding boxes overlap.
+    """
+    count = 0
+    for i in range(points.shape[0]):
+        p = load(points, i)
+        number[count] = i
+        store(candidates, count, p)
+        across = (p[0] >= low[0]) & (p[0] <= high[0]) & (p[1] >= low[1]) & (p[1] <= high[1])
+        count += across & (p[2] >= low[2]) & (p[2] <= high[2]) & (dot(sub(p, middle), way) <= reach)
+    return count
+
+
+@jit
+def _find_inside(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray, inside: np.ndarray) -> None:
+    """Write into `inside` (m,) whether each of a few `points` (m, 3) [m] is inside a mesh: as `point_in_polyhedron`.
+
+    Of the triangles only those count that the +z ray of a point between all of these can meet.
+    """
+    low, high = bounding_box(points)
+    above = np.empty(triangles.shape[0], np.int64)
+    count = 0
+    for t in range(triangles.shape[0]):
+        a, b, c = load(vertices, triangles[t, 0]), load(vertices, triangles[t, 1]), load(vertices, triangles[t, 2])
+        above[count] = t
+        count += may_matter(a, b, c, low, high)
+    for i in range(points.shape[0]):
+        p = load(points, i)
+        odd = False
+        for k in range(count):
+            i0, i1, i2 = triangles[above[k], 0], triangles[above[k], 1], triangles[above[k], 2]
+            odd ^= ray_hits_triangle(p, load(vertices, i0), load(vertices, i1), load(vertices, i2))
+        inside[i] = odd
+
+
+@jit_lean
+def _find_closest(
+    points: np.ndarray,
+    number: np.ndarray,
+    count: int,
+    tree: TriangleTree,
+    vertices: np.ndarray,
+    search: Search,
+    found: Penetrations,
+) -> None:
+    """Write which triangle is closest to each of the first `count` points of `number`."""
+    for row in range(count):
+        triangle, weights, depth = closest_in_tree(load(points, number[row]), tree, vertices, search)
+        _write(found, row, number[row], triangle, weights, depth)
+
+
+@jit_lean
+def _find_closest_few(
+    points: np.ndarray, number: np.ndarray, count: int, vertices: np.ndarray, triangles: np.ndarray, found: Penetrations
+) -> None:
+    """Do the same without a tree."""
+    for row in range(count):
+        _write(found, row, number[row], *closest_triangle_of_boxes(load(points, number[row]), vertices, triangles))
 
 
 @jit
@@ -66,19 +158,19 @@ def find_penetrations(
         return 0
     number = np.empty(points.shape[0], np.int64)
     candidates = np.empty((points.shape[0], 3))
-    count = 0
-    for i in range(points.shape[0]):
-        x, y, z = load(points, i)
-        number[count] = i
-        store(candidates, count, (x, y, z))
-        across = (x >= low[0]) & (x <= high[0]) & (y >= low[1]) & (y <= high[1])
-        count += across & (z >= low[2]) & (z <= high[2])
+    middle = scale(0.5, add(low_b, high_b))
+    way = sub(scale(0.5, add(low_a, high_a)), middle)
+    reach = _reach(vertices, middle, way) + ROUNDING * norm(way) * norm(sub(high_b, low_b))
+    count = _gather(points, low, high, middle, way, reach, number, candidates)
     if count == 0:
         return 0
-    # No more columns than the points are worth.
-    rebuild_parity_grid_within(grid, vertices, low, high, COLUMNS_PER_TRIANGLE * (4 * count + 64))
     inside = np.empty(count, np.bool_)
-    points_in_parity_grid(candidates, grid, vertices, inside, 0, count)
+    if count <= FEW:
+        _find_inside(candidates[:count], vertices, grid.triangles, inside)
+    else:
+        # No more columns than the points are worth.
+        rebuild_parity_grid_within(grid, vertices, low, high, COLUMNS_PER_TRIANGLE * (4 * count + 64))
+        points_in_parity_grid(candidates, grid, vertices, inside, 0, count)
     total = 0
     for i in range(count):
         if inside[i]:
@@ -86,11 +178,12 @@ def find_penetrations(
             total += 1
     if total == 0:
         return 0
-    refit_triangle_tree(tree, vertices)
-    search = search_space(tree)
-    for row in range(min(total, found.point.shape[0])):
-        triangle, weights, depth = closest_in_tree(load(points, number[row]), tree, vertices, search)
-        _write(found, row, number[row], triangle, weights, depth)
+    rows = min(total, found.point.shape[0])
+    if total <= FEW_INSIDE:
+        _find_closest_few(points, number, rows, vertices, grid.triangles, found)
+    else:
+        refit_triangle_tree(tree, vertices)
+        _find_closest(points, number, rows, tree, vertices, search_space(tree), found)
     return total
 
 

@@ -6,7 +6,7 @@ from math import sqrt
 
 import numpy as np
 
-from softbody.jit import jit
+from softbody.jit import jit, jit_lean
 from softbody.vec import Vec, add, dot, load, scale, store, sub
 
 # A computed distance may be too short by this part (five roundings, halved by the root): the radius is lengthened by
@@ -14,7 +14,7 @@ from softbody.vec import Vec, add, dot, load, scale, store, sub
 ROUNDING = 1.0 + 2.0**-50
 
 
-@jit
+@jit_lean
 def _farthest(points: np.ndarray, first: int, last: int, origin: Vec) -> tuple[int, float]:
     """Return which of points[first:last] is farthest from `origin` [m], and its squared distance [m²]."""
     farthest = first
@@ -28,7 +28,7 @@ def _farthest(points: np.ndarray, first: int, last: int, origin: Vec) -> tuple[i
     return farthest, most
 
 
-@jit
+@jit_lean
 def _sphere_of_rows(points: np.ndarray, first: int, last: int) -> tuple[Vec, float]:
     if last <= first:
         return (np.nan, np.nan, np.nan), np.nan
@@ -56,7 +56,7 @@ def bounding_sphere(points: np.ndarray) -> tuple[Vec, float]:
     return _sphere_of_rows(points, 0, points.shape[0])
 
 
-@jit
+@jit_lean
 def bounding_spheres(points: np.ndarray, start: np.ndarray, centres: np.ndarray, radii: np.ndarray) -> None:
     """Write the sphere of each body i, points[start[i]:start[i + 1]], into `centres` (k, 3) and `radii` (k,) [m]."""
     for k in range(radii.shape[0]):

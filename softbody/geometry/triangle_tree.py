@@ -138,7 +138,7 @@ def _part(points: np.ndarray, order: np.ndarray, first: int, last: int, middle: 
             return
 
 
-@jit
+@jit_lean
 def refit_triangle_tree(tree: TriangleTree, vertices: np.ndarray) -> None:
     """Fit the boxes to where `vertices` (n, 3) [m] now are. If any is not finite, every answer is then −1."""
     low, high = bounding_box(vertices)

@@ -1,5 +1,26 @@
-"""The paper's scenes (§9), each one file with a `build` that returns a World ready to run."""
+"""Scenes, each one file with a `build` that returns a World ready to run: the paper's four (§9), and four more.
 
-from softbody.scenes import boxes_on_torus, rolling_torus, sphere_on_torus, torus_stack
+All take a `world` to fill, such as `World.paper()`, in place of a new one.
+"""
 
-__all__ = ["boxes_on_torus", "rolling_torus", "sphere_on_torus", "torus_stack"]
+from softbody.scenes import (
+    ball_drop,
+    box_pile,
+    box_stack,
+    boxes_on_torus,
+    rolling_torus,
+    sphere_on_torus,
+    torus_stack,
+    tray,
+)
+
+__all__ = [
+    "ball_drop",
+    "box_pile",
+    "box_stack",
+    "boxes_on_torus",
+    "rolling_torus",
+    "sphere_on_torus",
+    "torus_stack",
+    "tray",
+]

@@ -6,9 +6,9 @@ from softbody.mesh import torus
 from softbody.world import World
 
 
-def build(boxes: int = 3) -> World:
-    """Return the world: a torus, and above its hole `boxes` planks, each across the one below."""
-    world = World()
+def build(boxes: int = 3, world: World | None = None) -> World:
+    """Return `world`, or a new one, with a torus, and above its hole `boxes` planks, each across the one below."""
+    world = World() if world is None else world
     world.add_ground()
     world.add_soft_body(
         torus(1.0, 0.4, 36, 18), mass=2.0, stiffness=600.0, gas=200.0, position=(0.0, 0.0, 0.45), friction=0.8

@@ -7,17 +7,16 @@ import numpy as np
 from softbody.mesh import Mesh, torus
 from softbody.world import World
 
-GRAVITY = 9.81  # [m/s²]
 
+def build(force: float = 0.5, tilt: float = 0.0, world: World | None = None) -> World:
+    """Return `world`, or a new one, with a torus whose axis is y, pushed along x by `force` times its weight.
 
-def build(force: float = 0.5, tilt: float = 0.0) -> World:
-    """Return the world: a torus of 36 × 18 particles whose axis is y, pushed along x by `force` times its weight.
-
-    `tilt` [rad] leans it at the start. It rolls by friction. The paper has none (E21), and its torus could only slide;
-    and a force too small lets it topple before it is as fast as a hoop must be to stay upright (v² > g R/3).
+    It has 36 × 18 particles; `tilt` [rad] leans it at the start. It rolls by friction. The paper has none (E21), and
+    its torus could only slide; and a force too small lets it topple before it is as fast as a hoop must be to stay
+    upright (v² > g R/3).
     """
     mass = 2.0
-    world = World(gravity=(0.0, 0.0, -GRAVITY))
+    world = World() if world is None else world
     world.add_ground(friction=0.8)
     ring = torus(1.0, 0.4, 36, 18)
     # (x, y, z) → (x, −z, y) puts the axis along y; then lean about x.
@@ -32,5 +31,5 @@ def build(force: float = 0.5, tilt: float = 0.0) -> World:
         position=(0.0, 0.0, -leaning[:, 2].min()),
         friction=0.8,
     )
-    body.external_force = (force * mass * GRAVITY / len(leaning), 0.0, 0.0)
+    body.external_force = (force * mass * float(np.linalg.norm(world.model.gravity)) / len(leaning), 0.0, 0.0)
     return world

@@ -6,9 +6,9 @@ from softbody.mesh import torus
 from softbody.world import World
 
 
-def build(bodies: int = 4) -> World:
-    """Return the world: `bodies` tori, copies of one mesh, one above the other."""
-    world = World()
+def build(bodies: int = 4, world: World | None = None) -> World:
+    """Return `world`, or a new one, with `bodies` tori, copies of one mesh, one above the other."""
+    world = World() if world is None else world
     world.add_ground()
     ring = torus(1.0, 0.4, 24, 12)
     for k in range(bodies):

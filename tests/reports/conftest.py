@@ -7,7 +7,18 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from validation.record import FAILS, HOLDS, NOT_RUN, ClaimRecord, Distribution, Erratum, Group, Report, Timing
+from validation.record import (
+    FAILS,
+    HOLDS,
+    NOT_RUN,
+    Behaviour,
+    ClaimRecord,
+    Distribution,
+    Erratum,
+    Group,
+    Report,
+    Timing,
+)
 
 FAMILIES = {
     "Volume and mass": ("volume", "softbody.geometry.polyhedron", "trimesh", ("trimesh",)),
@@ -129,7 +140,11 @@ def make_report(n: int = 40) -> Report:
         environment={"Python": "CPython 3.11.9", "system": "Linux x86_64", "processor": "AMD EPYC 9654", "cores": "2"},
         engines={"numpy": "2.1.0", "numba": "0.60.0", "pybullet": None, "fcl": "0.7.0.8", "trimesh": "4.4.1"},
         claims=claims,
-        timings=timings,
+        timings=[*timings, Timing("A scene", "ours", 648, "particles", "simulated second", 1.6e8, 1.5e8, 1.7e8, 40)],
+        behaviours=[
+            Behaviour("2: rolling torus", "defaults", 3.0, 0.0, 0.0001, 0.007, 1.0, 12.0),
+            Behaviour("2: rolling torus", "the paper's own", 3.0, 0.021, 0.094, 1.0, 0.8, 14.0),
+        ],
     )
 
 

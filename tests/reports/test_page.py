@@ -174,6 +174,26 @@ def test_precision_stands_beside_its_cost_and_figures_below(report):
     assert re.search(r"first step\s*0\.45\s+s", found.text)
 
 
+def test_what_is_timed_by_the_second_of_motion_has_a_real_time_factor(parsed):
+    scene = parsed.text[parsed.text.index("A scene") :]
+    assert "ns per simulated second" in scene
+    assert "× real time" in scene
+    assert "6.2" in scene  # 1 s / 0.16 s
+    assert "× real time" not in parsed.text[parsed.text.index("A step") : parsed.text.index("A scene")]
+
+
+def test_the_papers_own_rules_stand_beside_the_defaults(parsed):
+    rules = parsed.text[parsed.text.index("The paper’s own rules") : parsed.text.index("What it costs")]
+    assert rules.index("defaults") < rules.index("the paper's own")
+    for fact in ("2: rolling torus", "2.1 %", "< 0.1 %", "9.4 %", "0.7 %", "100 %", "0.8", "14"):
+        assert fact in rules.replace("\u202f", " ")
+
+
+def test_a_record_without_scenes_has_no_table_of_rules(report):
+    report.behaviours = []
+    assert "The paper’s own rules" not in page(report)
+
+
 def test_the_same_record_gives_the_same_bytes(report, parsed, made):
     assert page(report) == made["text"]
 

@@ -72,6 +72,14 @@ def test_a_restored_world_takes_more_bodies(halfway):
     assert ball.index == 1
 
 
+def test_the_papers_rules_go_along():
+    world = pickle.loads(pickle.dumps(World.paper()))
+    assert world.rules == World.paper().rules
+    assert world.integrator == "rk4_velocity"
+    world.add_box((1.0, 1.0, 1.0), 1.0, friction=0.7)
+    assert world.model.box_friction[0] == 0.0
+
+
 def test_the_hash_sees_the_last_bit():
     world = World()
     world.add_soft_body(softbody.tetrahedron(), 1.0, 50.0, 5.0)

@@ -697,3 +697,47 @@ def step_and_tell(world, ball):
     """Take ten steps, and return the height of the ball's centre."""
     world.step(0.5 * world.stable_time_step(), 10)
     return ball.centre[2]
+
+
+# ---- the paper's own rules ----
+
+
+def test_the_papers_world_has_all_that_the_paper_chose():
+    world, rules = World.paper(), World.paper().rules
+    assert (world.integrator, rules.paper_axes, rules.single_contact, rules.exhaustive_pairs) == (
+        "rk4_velocity",
+        True,
+        True,
+        True,
+    )
+    assert 0.0 < rules.angular_speed_floor < rules.angular_speed_ceiling < np.inf
+    assert rules.speed_ceiling < np.inf
+
+
+def test_nothing_has_friction_in_the_papers_world():
+    world = World.paper()
+    world.add_ground(friction=0.9)
+    world.add_box((1.0, 1.0, 1.0), 1.0, (0.0, 0.0, 0.5), velocity=(1.0, 0.0, 0.0), friction=0.9)
+    ball = world.add_soft_body(BALL, 1.0, 200.0, 5.0, (4.0, 0.0, 1.0), velocity=(1.0, 0.0, 0.0), friction=0.9)
+    world.step(4e-3, 250)
+    assert world.state.box_velocity[0, 0] == pytest.approx(1.0, abs=1e-12)
+    assert ball.velocities[:, 0].mean() == pytest.approx(1.0, abs=1e-12)
+
+
+def test_one_of_the_papers_choices_can_be_changed():
+    rules = World.paper(contact="manifold", gravity=(0.0, 0.0, 0.0)).rules
+    assert not rules.single_contact
+    assert rules.paper_axes
+
+
+def test_all_pairs_of_soft_bodies_give_the_bits_of_the_grid():
+    hashes = []
+    for pairs in ("grid", "exhaustive"):
+        world = World(pairs=pairs)
+        world.add_ground()
+        for k in range(3):
+            world.add_soft_body(SOLID, 1.0, 200.0, 5.0, (0.1 * k, 0.0, 1.0 + 1.5 * k))
+        world.add_box((1.0, 1.0, 1.0), 1.0, (0.0, 0.2, 6.0))
+        world.step(2e-3, 600)
+        hashes.append(world.state_hash())
+    assert hashes[0] == hashes[1]

@@ -10,7 +10,17 @@ import pytest
 
 from validation.check import all_checks
 from validation.judge import blank_record
-from validation.record import Distribution, Erratum, Group, Report, Timing, read_report, write_report, write_whole
+from validation.record import (
+    Behaviour,
+    Distribution,
+    Erratum,
+    Group,
+    Report,
+    Timing,
+    read_report,
+    write_report,
+    write_whole,
+)
 
 
 def make_report() -> Report:
@@ -22,6 +32,7 @@ def make_report() -> Report:
     return Report(
         "quick", 3, "2026-01-01T00:00:00+00:00", 1.5, "0.1.0", None, {"Python": "3"}, {"fcl": None}, [claim],
         [Timing("A step", "rk4", 642, "particles", "particle and step", 100.0, 99.0, 101.0, 7)],
+        behaviours=[Behaviour("2", "defaults", 3.0, 0.0, 0.0, None, 1.0, 12.0)],
     )  # fmt: skip
 
 

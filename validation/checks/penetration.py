@@ -59,7 +59,10 @@ def accelerated_is_exhaustive(run: Run) -> Comparison:
         for _ in range(run.count(2, 6, 60)):
             other = random_mesh("lumpy sphere", rng).vertices + rng.uniform(-1.2, 1.2, 3)
             stacked = mesh.vertices + np.array([0.0, 0.0, rng.uniform(0.1, 1.9)])
-            for points, how in ((other, "another body"), (stacked, "a copy on top")):
+            middle = mesh.vertices.mean(axis=0)
+            some = rng.permutation(mesh.vertices)[: rng.integers(1, 20)]
+            few = middle + rng.uniform(0.5, 1.0) * (some - middle)
+            for points, how in ((other, "another body"), (stacked, "a copy on top"), (few, "a few points")):
                 ours, judged = rows(np.ascontiguousarray(points), mesh)
                 measured.append((ours == judged).all(axis=1))
                 kinds += [f"{kind}, {how}"] * len(points)

@@ -122,7 +122,7 @@ def test_the_state_after_a_failure_is_that_of_the_last_good_step(ground, substep
 
 def three_balls(threads, precision="double", subdivisions=1):
     world = World(gravity=(0.0, 0.0, 0.0), threads=threads, precision=precision)
-    for x in (0.0, 1.5, 3.0):
+    for x in (0.0, 2.5, 5.0):
         world.add_soft_body(softbody.icosphere(subdivisions), 1.0, 100.0, 5.0, position=(x, 0.0, 0.0))
     return world
 

@@ -35,6 +35,21 @@ def test_the_structures_find_what_trying_everything_finds(mesh, shift):
     assert accelerated == exhaustive
 
 
+@pytest.mark.parametrize("many", [1, 2, 3, 16, 17])
+def test_a_few_points_are_found_as_many_are(many):
+    points = np.random.default_rng(many).uniform(-0.6, 0.6, (many, 3))
+    accelerated, exhaustive = both(points, BALL.vertices, BALL.triangles)
+    assert accelerated == exhaustive
+    assert 0 < accelerated[0] <= many
+
+
+def test_points_on_the_middle_of_a_mesh_take_the_lowest_of_its_equal_triangles():
+    cube = softbody.box((2.0, 2.0, 2.0))
+    accelerated, exhaustive = both(np.array([[5.0, 0.0, 0.0], [0.0, 0.0, 0.0]]), cube.vertices, cube.triangles)
+    assert accelerated == exhaustive
+    assert accelerated[0] == 1
+
+
 def test_a_stack_of_equal_bodies_is_judged_right():
     points = V + [0.0, 0.0, 1.5]
     (count, rows), exhaustive = both(points, V, T)

@@ -1,0 +1,165 @@
+"""What do whole scenes cost, and which stage of a step does it? One thread, float64, at the stable step.
+
+How a step is split: a stage alone is done many times over, at the same instant each time, to which the state is put
+back: motion (springs, gas, integrator); then, where the bodies are after it, the broad phase (bounding spheres, pairs);
+the same and the narrow phase, for every near pair, without response; the same with response, which is all that soft
+bodies have to do with each other and with boxes. What is left of a step is the ground and the contacts of boxes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numba
+import numpy as np
+import pytest
+
+from benchmarks import peers
+from softbody import World
+from softbody.collision.broad_phase import near_pairs
+from softbody.collision.soft_contacts import Skins, collide_soft_bodies, skin_of
+from softbody.dynamics.integrators import INTEGRATORS
+from softbody.geometry.box import box_corner
+from softbody.geometry.penetration import find_penetrations, room_for_penetrations
+from softbody.geometry.sphere import bounding_spheres
+from softbody.quaternion import load_quaternion
+from softbody.scenes import boxes_on_torus, rolling_torus, sphere_on_torus, torus_stack, tray
+from softbody.state import Model, State, boxes_of
+from softbody.step import step_soft_bodies
+from softbody.vec import load, store
+
+SCENES = {
+    "Scene 1: sphere on torus": sphere_on_torus.build,
+    "Scene 2: rolling torus": rolling_torus.build,
+    "Scene 3: boxes on torus": boxes_on_torus.build,
+    "Scene 4: stack of tori": torus_stack.build,
+    "100 balls in a tray": lambda: tray.build(100),
+}
+Peer = tuple[Callable[[], Any], float]
+
+SETTLE = 0.6  # [s] before the clock starts: by then everything has landed
+SLACK = 0.95  # of the stable step, which shrinks a little as bodies stretch
+BODY_STEPS = 1_000  # of a round
+TRAYS = (1, 10, 100, 1_000)
+
+
+def landed(world: World) -> tuple[World, float]:
+    """Return a world that has run for SETTLE, and the step that it takes."""
+    step = SLACK * world.stable_time_step()
+    world.run(SETTLE, step)
+    return world, step
+
+
+@numba.njit
+def find_near(model: Model, state: State) -> np.ndarray:
+    """Do the broad phase of soft bodies, as `collide_soft_bodies` does."""
+    soft, boxes = len(model.gas), len(model.box_size)
+    centre, radius = np.empty((soft + boxes, 3)), np.empty(soft + boxes)
+    bounding_spheres(state.position, model.particle_start, centre, radius[:soft])
+    movable = np.ones(soft + boxes, np.bool_)
+    for box in range(boxes):
+        store(centre, soft + box, load(state.box_position, box))
+        radius[soft + box] = 0.5 * np.sqrt((model.box_size[box] ** 2).sum())
+        movable[soft + box] = False
+    return near_pairs(centre, radius, movable)
+
+
+@numba.njit
+def broad_phases(model: Model, state: State, times: int) -> int:
+    """Do the broad phase many times."""
+    found = 0
+    for _ in range(times):
+        found += len(find_near(model, state))
+    return found
+
+
+@numba.njit
+def narrow_phases(model: Model, state: State, skins: Skins, times: int) -> int:
+    """Do the broad phase and the narrow phase of particles and corners in skins, many times."""
+    room = room_for_penetrations(len(state.position))
+    soft, found = len(model.gas), 0
+    corners = np.empty((8, 3))
+    for _ in range(times):
+        for x, y in find_near(model, state):
+            a, b = min(x, y), max(x, y)
+            points_a = state.position[model.particle_start[a] : model.particle_start[a + 1]]
+            skin = skin_of(skins, a)
+            if b < soft:
+                points_b = state.position[model.particle_start[b] : model.particle_start[b + 1]]
+                found += find_penetrations(points_b, points_a, skin.grid, skin.tree, room)
+                skin = skin_of(skins, b)
+                found += find_penetrations(points_a, points_b, skin.grid, skin.tree, room)
+            else:
+                box = b - soft
+                turn = load_quaternion(state.box_orientation, box)
+                for k in range(8):
+                    store(corners, k, box_corner(load(model.box_size, box), load(state.box_position, box), turn, k))
+                found += find_penetrations(corners, points_a, skin.grid, skin.tree, room)
+    return found
+
+
+def stages_of(world: World, step: float, steps: int, units: float) -> dict[str, Peer]:
+    """Return calls that each do one stage of `steps` steps of a world as it is now."""
+    model, start, kept, now = world.model, *(world.state.copy() for _ in range(3))
+    scratch, skins, integrator = world._scratch(), world._skins(), INTEGRATORS[world.integrator]
+
+    def motion() -> None:
+        for array, copy in zip(now, start):
+            array[:] = copy
+        step_soft_bodies(model, now, scratch, step, steps, integrator, 1)
+
+    def contacts() -> None:
+        for _ in range(steps):
+            for array, copy in zip(now, kept):
+                array[:] = copy
+            collide_soft_bodies(model, now, boxes_of(model, now), skins, False)
+
+    stages = {"of which motion": (motion, units)}
+    if len(model.gas) + len(model.box_size) > 1:
+        step_soft_bodies(model, kept, scratch, step, 1, integrator, 1)
+        stages["of which broad phase"] = (lambda: broad_phases(model, kept, steps), units)
+        stages["of which broad and narrow phase"] = (lambda: narrow_phases(model, kept, skins, steps), units)
+        stages["of which all contacts of soft bodies, with response"] = (contacts, units)
+    return stages
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def bench_scene(race, scene: str) -> None:
+    """A second of a scene: beside it, its stages; and for the first, pybullet's deformables on the same meshes."""
+    world, step = landed(SCENES[scene]())
+    steps = max(5, BODY_STEPS // (10 * len(world.model.gas)))
+    seconds = steps * step
+    rivals = stages_of(world, step, steps, seconds)
+    if scene.startswith("Scene 1"):
+        name = "pybullet's deformables (same meshes, springs without gas, one force a step, no friction)"
+        rivals[name] = peers.pybullet_sphere_on_torus(step, steps), seconds
+    race(
+        lambda: world.step(step, steps, allow_unstable=True),
+        seconds,
+        table=scene,
+        name="softbody",
+        size=len(world.state.position),
+        of="particles",
+        per="simulated second",
+        peers=rivals,
+    )
+
+
+@pytest.mark.parametrize("bodies", TRAYS)
+def bench_tray(race, request: pytest.FixtureRequest, bodies: int) -> None:
+    """A step of balls of 162 particles in a tray: the cost of one must not grow with their number."""
+    if bodies > {"quick": 10, "standard": 100, "full": 1_000}[request.config.getoption("--level")]:
+        pytest.skip("more bodies are for level full")
+    world, step = landed(tray.build(bodies))
+    steps = max(2, BODY_STEPS // bodies)
+    race(
+        lambda: world.step(step, steps, allow_unstable=True),
+        bodies * steps,
+        table="A time step of soft balls of 162 particles in a tray",
+        name="softbody",
+        size=bodies,
+        of="bodies",
+        per="body and step",
+        peers=stages_of(world, step, steps, bodies * steps),
+    )

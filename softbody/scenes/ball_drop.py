@@ -1,0 +1,27 @@
+"""Soft balls of several stiffnesses are dropped on the ground."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from softbody.mesh import icosphere
+from softbody.world import World
+
+
+def build(
+    stiffnesses: Sequence[float] = (100.0, 400.0, 1600.0),
+    height: float = 1.0,
+    subdivisions: int = 3,
+    world: World | None = None,
+) -> World:
+    """Return `world`, or a new one, with a ball for each of `stiffnesses` [N/m], side by side, `height` [m] up.
+
+    Each has 10·4ˢ + 2 particles, weighs 1 kg, and its gas is in proportion to its springs: all have the same shape.
+    """
+    world = World() if world is None else world
+    world.add_ground()
+    ball = icosphere(subdivisions, radius=0.5)
+    for k, stiffness in enumerate(stiffnesses):
+        place = (1.4 * (k - 0.5 * (len(stiffnesses) - 1)), 0.0, 0.5 + height)
+        world.add_soft_body(ball, mass=1.0, stiffness=stiffness, gas=0.15 * stiffness, position=place)
+    return world
