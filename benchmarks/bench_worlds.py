@@ -18,11 +18,11 @@ import pytest
 from benchmarks import peers
 from softbody import World
 from softbody.collision.broad_phase import near_pairs
+from softbody.collision.fast import spheres_of_bodies
 from softbody.collision.soft_contacts import Skins, collide_soft_bodies, skin_of
 from softbody.dynamics.integrators import INTEGRATORS
 from softbody.geometry.box import box_corner
 from softbody.geometry.penetration import find_penetrations, room_for_penetrations
-from softbody.geometry.sphere import bounding_spheres
 from softbody.quaternion import load_quaternion
 from softbody.scenes import boxes_on_torus, rolling_torus, sphere_on_torus, torus_stack, tray
 from softbody.state import Model, State, boxes_of
@@ -54,15 +54,7 @@ def landed(world: World) -> tuple[World, float]:
 @numba.njit
 def find_near(model: Model, state: State) -> np.ndarray:
     """Do the broad phase of soft bodies, as `collide_soft_bodies` does."""
-    soft, boxes = len(model.gas), len(model.box_size)
-    centre, radius = np.empty((soft + boxes, 3)), np.empty(soft + boxes)
-    bounding_spheres(state.position, model.particle_start, centre, radius[:soft])
-    movable = np.ones(soft + boxes, np.bool_)
-    for box in range(boxes):
-        store(centre, soft + box, load(state.box_position, box))
-        radius[soft + box] = 0.5 * np.sqrt((model.box_size[box] ** 2).sum())
-        movable[soft + box] = False
-    return near_pairs(centre, radius, movable)
+    return near_pairs(*spheres_of_bodies(model, state))
 
 
 @numba.njit
@@ -102,22 +94,22 @@ def narrow_phases(model: Model, state: State, skins: Skins, times: int) -> int:
 def stages_of(world: World, step: float, steps: int, units: float) -> dict[str, Peer]:
     """Return calls that each do one stage of `steps` steps of a world as it is now."""
     model, start, kept, now = world.model, *(world.state.copy() for _ in range(3))
-    scratch, skins, integrator = world._scratch(), world._skins(), INTEGRATORS[world.integrator]
+    rings, scratch, skins, integrator = world.rings, world._scratch(), world._skins(), INTEGRATORS[world.integrator]
 
     def motion() -> None:
         for array, copy in zip(now, start):
             array[:] = copy
-        step_soft_bodies(model, now, scratch, step, steps, integrator, 1)
+        step_soft_bodies(model, rings, now, scratch, step, steps, integrator, 1, None)
 
     def contacts() -> None:
         for _ in range(steps):
             for array, copy in zip(now, kept):
                 array[:] = copy
-            collide_soft_bodies(model, now, boxes_of(model, now), skins, False)
+            collide_soft_bodies(model, now, boxes_of(model, now), skins, world.rules)
 
     stages = {"of which motion": (motion, units)}
     if len(model.gas) + len(model.box_size) > 1:
-        step_soft_bodies(model, kept, scratch, step, 1, integrator, 1)
+        step_soft_bodies(model, rings, kept, scratch, step, 1, integrator, 1, None)
         stages["of which broad phase"] = (lambda: broad_phases(model, kept, steps), units)
         stages["of which broad and narrow phase"] = (lambda: narrow_phases(model, kept, skins, steps), units)
         stages["of which all contacts of soft bodies, with response"] = (contacts, units)
