@@ -29,7 +29,7 @@ clean:  ## remove everything that was made here
 # pybullet has wheels for CPython 3.10 and 3.11 only: the suite runs on 3.11, the core on any from 3.10 on.
 .venv/ready: requirements.lock $(if $(filter .uv/%,$(UV)),.uv/bin/uv)
 	$(UV) venv --quiet --clear --python 3.11 .venv
-	$(UV) pip sync --quiet --require-hashes --python $(RUN) requirements.lock
+	$(UV) pip sync --quiet --compile-bytecode --require-hashes --python $(RUN) requirements.lock
 	touch $@
 
 .uv/bin/uv:

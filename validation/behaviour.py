@@ -11,6 +11,7 @@ from references import igl, pybullet_world
 from softbody import SoftBody, World
 from softbody.scenes import boxes_on_torus, rolling_torus, sphere_on_torus, torus_stack
 from validation.cases import rotation_matrix
+from validation.checks.fast import FLIGHT, TARGETS, shoot
 from validation.record import Behaviour
 
 SECONDS = 3.0  # of each scene
@@ -18,7 +19,7 @@ LOOK = 0.05  # [s] between two looks
 STEP = 0.8  # of the stable time step
 
 DEFAULTS, PAPER = "defaults", "the paper's own"
-RULES: dict[str, Callable[[], World]] = {DEFAULTS: World, PAPER: World.paper}
+RULES: dict[str, Callable[..., World]] = {DEFAULTS: World, PAPER: World.paper}
 SCENES: dict[str, Callable[..., World]] = {
     "1: sphere on torus": sphere_on_torus.build,
     "2: rolling torus": rolling_torus.build,
@@ -27,8 +28,13 @@ SCENES: dict[str, Callable[..., World]] = {
 }
 
 
+SHOTS = "balls shot at a plate"
+
+
 def behaviours_of(scene: str, seconds: float = SECONDS) -> list[Behaviour]:
     """Run a scene by each of the RULES, in turns, and return what was seen."""
+    if scene == SHOTS:
+        return list(shots_by_rules())
     watched = {rules: Watched(SCENES[scene](world=world())) for rules, world in RULES.items()}
     for one in watched.values():
         one.world.step(one.step)  # compiles, before the clock starts
@@ -48,6 +54,29 @@ def behaviours_of(scene: str, seconds: float = SECONDS) -> list[Behaviour]:
         )
         for rules, one in watched.items()
     ]
+
+
+def shots_by_rules(shots: int = 60) -> Iterator[Behaviour]:
+    """Shoot the same fast balls at a plate of 0.1 m by each of the RULES, and yield what share went through."""
+    passed, costs = {}, {}
+    for rules, world in RULES.items():
+        shoot(TARGETS[0], np.random.default_rng(0), world)  # compiles, before the clock starts
+        rng, begin = np.random.default_rng(1), process_time()
+        passed[rules] = 1.0 - np.mean([shoot(TARGETS[0], rng, world) for _ in range(shots)])
+        costs[rules] = process_time() - begin
+    for rules in RULES:
+        seconds = shots * FLIGHT
+        yield Behaviour(
+            scene=SHOTS,
+            rules=rules,
+            seconds=seconds,
+            penetration=None,
+            energy_gain=None,
+            slip=None,
+            cost=costs[rules] / costs[DEFAULTS],
+            real_time=seconds / costs[rules],
+            tunnelled=float(passed[rules]),
+        )
 
 
 class Watched:
@@ -103,9 +132,11 @@ def depths(world: World) -> Iterator[float]:
         for b in soft:
             if a is not b:
                 yield depth_in_mesh(a.positions, b.positions, b.triangles)
+        ends = world.state.position[world.model.edges[slice(*world.model.edge_start[a.index : a.index + 2])]]
+        skin = np.concatenate([a.positions, ends.mean(axis=1)])  # edges may go in between their ends
         for size, place, q, points in zip(sizes, places, turns, corners):
             yield depth_in_mesh(points, a.positions, a.triangles)
-            behind = 0.5 * size - np.abs((a.positions - place) @ rotation_matrix(q))
+            behind = 0.5 * size - np.abs((skin - place) @ rotation_matrix(q))
             yield max(0.0, behind.min(axis=1).max())
     for points in corners:
         yield max(0.0, world.model.ground_height - points[:, 2].min())

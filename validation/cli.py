@@ -185,9 +185,9 @@ def film_scenes(out: Path, jobs: int) -> list[Picture]:
 
 def compare_rules(jobs: int) -> list[Behaviour]:
     """Run the paper's scenes by its own rules and by the defaults; one that fails is left out, and said."""
-    from validation.behaviour import SCENES, behaviours_of
+    from validation.behaviour import SCENES, SHOTS, behaviours_of
 
-    return [one for scene in each_scene(behaviours_of, list(SCENES), "rules", jobs) for one in scene]
+    return [one for scene in each_scene(behaviours_of, [*SCENES, SHOTS], "rules", jobs) for one in scene]
 
 
 def each_scene(task: Callable[[Scene], Seen], scenes: list[Scene], label: str, jobs: int) -> list[Seen]:

@@ -126,11 +126,12 @@ class Behaviour:
     scene: str
     rules: str  # the first of a scene's are the defaults
     seconds: float  # that it ran, in its own time
-    penetration: float  # deepest of anything in anything, of the size of the largest soft body
-    energy_gain: float  # largest rise above an earlier value, of what the weights could do by falling to the ground
+    penetration: float | None  # deepest of anything in anything, of the size of the largest soft body
+    energy_gain: float | None  # largest rise above an earlier value, of what the weights do by falling to the ground
     slip: float | None  # mean speed at which touching particles slide, of the body's; None where nothing rolls
     cost: float  # time of a step, of that by the defaults
     real_time: float  # simulated seconds a second
+    tunnelled: float | None = None  # share of fast balls that went through a plate; None where nothing is shot
 
 
 @dataclass

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 import softbody
@@ -12,13 +14,14 @@ from validation.check import DISAGREEMENTS, Comparison, Run, check
 FAMILY = "fast bodies"
 
 STEP = 0.8  # of the stable time step
+FLIGHT = 0.06  # [s] of each shot
 TARGETS = ("a fixed plate", "a plate that can move", "another ball")
 
 
-def shoot(target: str, rng: np.random.Generator) -> bool:
+def shoot(target: str, rng: np.random.Generator, make: Callable[..., World] = World) -> bool:
     """Shoot a soft ball of 0.2 m at 20 to 100 m/s, from anywhere on one side; tell whether it has stayed on that side.
 
-    The plates are 4 × 4 × 0.1 m, in any orientation.
+    The plates are 4 × 4 × 0.1 m, in any orientation. `make` makes the world.
     """
     turn = random_orientations(rng, 1)[0]
     axes = rotation_matrix(turn)
@@ -28,13 +31,13 @@ def shoot(target: str, rng: np.random.Generator) -> bool:
     aim = np.array([*rng.uniform(-0.5, 0.5, 2), 0.0]) if target != "another ball" else rng.uniform(-0.02, 0.02, 3)
     start, speed = aim - rng.uniform(0.6, 1.2) / abs(course[2]) * course, rng.uniform(20.0, 100.0)
     ball = softbody.icosphere(1, 0.2)
-    world = World(gravity=(0.0, 0.0, 0.0))
+    world = make(gravity=(0.0, 0.0, 0.0))
     shot = world.add_soft_body(ball, 0.2, 200.0, 200.0, axes @ start, speed * axes @ course)
     if target == "another ball":
         other = world.add_soft_body(ball, 0.2, 200.0, 200.0)
     else:
         plate = world.add_box((4.0, 4.0, 0.1), None if target == "a fixed plate" else 50.0, orientation=turn)
-    world.run(0.06, STEP * world.stable_time_step())
+    world.run(FLIGHT, STEP * world.stable_time_step())
     if target == "another ball":
         return bool((shot.centre - other.centre) @ axes @ course < 0.0)
     seen = (shot.positions - plate.position) @ rotation_matrix(plate.orientation)
