@@ -11,7 +11,7 @@ import pytest
 
 os.environ.setdefault("IGL_NUM_THREADS", "1")  # libigl takes all cores otherwise; ours and the others take one
 
-ROUNDS = {"quick": 5, "standard": 11, "full": 41}
+ROUNDS = {"quick": 5, "standard": 7, "full": 41}
 
 Peer = tuple[Callable[[], Any], float]  # what to call, and how many units of work one call does
 
