@@ -23,13 +23,13 @@ def edge_in_box(p: Vec, q: Vec, size: Vec, position: Vec, orientation: Quaternio
     """
     half = scale(0.5, size)
     a, b = rotate_inverse(orientation, sub(p, position)), rotate_inverse(orientation, sub(q, position))
+    for axis in range(3):  # most edges are beyond a face, and need no division
+        if min(a[axis], b[axis]) >= half[axis] or max(a[axis], b[axis]) <= -half[axis]:
+            return 0.0, (0.0, 0.0, 0.0), 0.0
     along = sub(b, a)
     first, last = 0.0, 1.0  # the part of the segment that is inside
     for axis in range(3):
-        if along[axis] == 0.0:
-            if abs(a[axis]) >= half[axis]:
-                return 0.0, (0.0, 0.0, 0.0), 0.0
-        else:
+        if along[axis] != 0.0:
             one, other = (-half[axis] - a[axis]) / along[axis], (half[axis] - a[axis]) / along[axis]
             first, last = max(first, min(one, other)), min(last, max(one, other))
     if not first < last:
