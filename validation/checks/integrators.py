@@ -367,6 +367,11 @@ def energy_gain(run: Run) -> Comparison:
     detects="an error of 5e-12 in the motion over up to one and a half periods",
 )
 def breathing_motion(run: Run) -> Comparison:
+    return breathe(run, "double", 2e-3)
+
+
+def breathe(run: Run, precision: str, phase: float) -> Comparison:
+    """Compare λ of regular solids after up to one and a half periods, in steps of `phase` (ω h), with SciPy's."""
     from references import scipy
 
     rng = run.rng
@@ -375,9 +380,9 @@ def breathing_motion(run: Run) -> Comparison:
         for name in ("tetrahedron", "octahedron", "icosahedron"):
             mesh = getattr(softbody, name)()
             gas, start = rng.uniform(1.0, 40.0), rng.uniform(0.9, 1.3)
-            world, stiffness, moment = breathing("rk4", mesh, gas, start)
+            world, stiffness, moment = breathing("rk4", mesh, gas, start, precision)
             seconds = rng.uniform(1.0, 10.0) * np.sqrt(moment / stiffness)
-            steps = int(np.ceil(seconds * np.sqrt(stiffness / moment) / 2e-3))
+            steps = int(np.ceil(seconds * np.sqrt(stiffness / moment) / phase))
             world.step(seconds / steps, steps)
             measured.append(scale_of(world, mesh))
             expected.append(scipy.scale_motion(np.array([seconds]), start, 0.0, moment, stiffness, gas)[0][0])

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-import softbody
 from softbody import World
 from softbody.dynamics.integrators import RK4_VELOCITY
-from softbody.dynamics.motion import ring_accelerations, scratch_for
+from softbody.dynamics.motion import scratch_for
 from softbody.step import run_soft_bodies
-from validation.cases import MESH_KINDS, lumpy_sphere, random_mesh
+from validation.cases import lumpy_sphere
 from validation.check import DISAGREEMENTS, Comparison, Run, check
-from validation.checks.integrators import breathing, scale_of
+from validation.checks.integrators import breathe
+from validation.checks.soft import forces
 
 FAMILY = "precision and threads"
 
@@ -29,26 +29,9 @@ FAMILY = "precision and threads"
     detects="a part of the force that is computed in less than single precision",
 )
 def single_force(run: Run) -> Comparison:
-    from references import scipy
-
-    rng = run.rng
-    measured, expected, scales, kinds = [], [], [], []
-    for n in range(run.count(2, 6, 40)):
-        for kind in MESH_KINDS:
-            mesh = random_mesh(kind, rng)
-            stiffness = rng.uniform(10.0, 100.0, len(mesh.edges)) if n % 2 else 40.0
-            world = World(gravity=(0.0, 0.0, 0.0), precision="single")
-            body = world.add_soft_body(mesh, mass=len(mesh.vertices), stiffness=stiffness, gas=20.0)
-            body.positions[:] *= rng.uniform(0.9, 1.3, 3)
-            model, state = world.model, world.state
-            force = np.empty_like(state.position)
-            scratch = scratch_for(model, world.rings)
-            ring_accelerations(model, world.rings, state.position, state.velocity, force, scratch)
-            judged = scipy.forces(state.position, model.edges, model.rest_length, model.stiffness, mesh.triangles, 20.0)
-            measured.append(force)
-            expected.append(judged)
-            scales.append(np.full(len(force), model.stiffness.max() * np.abs(state.position).max()))
-            kinds += [kind] * len(force)
+    measured, expected, kinds, worlds = forces(run, "single")
+    units = [world.model.stiffness.max() * np.abs(world.state.position).max() for world in worlds]
+    scales = [np.full(len(judged), unit) for judged, unit in zip(expected, units)]
     return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds)
 
 
@@ -65,22 +48,7 @@ def single_force(run: Run) -> Comparison:
     detects="a step that is computed in less than single precision",
 )
 def single_motion(run: Run) -> Comparison:
-    from references import scipy
-
-    rng = run.rng
-    measured, expected, kinds = [], [], []
-    for _ in range(run.count(2, 10, 60)):
-        for name in ("tetrahedron", "octahedron", "icosahedron"):
-            mesh = getattr(softbody, name)()
-            gas, start = rng.uniform(1.0, 40.0), rng.uniform(0.9, 1.3)
-            world, stiffness, moment = breathing("rk4", mesh, gas, start, precision="single")
-            seconds = rng.uniform(1.0, 10.0) * np.sqrt(moment / stiffness)
-            steps = int(np.ceil(seconds * np.sqrt(stiffness / moment) / 5e-3))
-            world.step(seconds / steps, steps)
-            measured.append(scale_of(world, mesh))
-            expected.append(scipy.scale_motion(np.array([seconds]), start, 0.0, moment, stiffness, gas)[0][0])
-            kinds.append(name)
-    return Comparison(measured, expected, groups=kinds)
+    return breathe(run, "single", 5e-3)
 
 
 @check(

@@ -27,28 +27,34 @@ PIECE = "softbody.dynamics.ring_forces"
     detects="a wrong neighbour, an unrolled kernel that differs from the others, a force off by 2e-14",
 )
 def force_is_slope_of_energy(run: Run) -> Comparison:
+    measured, expected, kinds, _ = forces(run, "double")
+    scales = [np.full(len(judged), np.linalg.norm(judged, axis=1).max()) for judged in expected]
+    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds)
+
+
+def forces(run: Run, precision: str) -> tuple[list[np.ndarray], list[np.ndarray], list[str], list[World]]:
+    """Return the core's and SciPy's forces (n, 3) [N] on bodies of all kinds, their kinds, and their worlds."""
     from references import scipy
 
     rng = run.rng
-    measured, expected, scales, kinds = [], [], [], []
+    measured, expected, kinds, worlds = [], [], [], []
     for n in range(run.count(2, 6, 40)):
         for kind in MESH_KINDS:
             mesh = random_mesh(kind, rng)
             stiffness = rng.uniform(10.0, 100.0, len(mesh.edges)) if n % 2 else 40.0
-            world = World(gravity=(0.0, 0.0, 0.0))
+            world = World(gravity=(0.0, 0.0, 0.0), precision=precision)
             body = world.add_soft_body(mesh, mass=len(mesh.vertices), stiffness=stiffness, gas=20.0)
             body.positions[:] *= rng.uniform(0.9, 1.3, 3)
             model, state = world.model, world.state
-            force = np.empty_like(state.position)
-            ring_accelerations(
-                model, world.rings, state.position, state.velocity, force, scratch_for(model, world.rings)
-            )
-            judged = scipy.forces(state.position, model.edges, model.rest_length, model.stiffness, mesh.triangles, 20.0)
+            force, scratch = np.empty_like(state.position), scratch_for(model, world.rings)
+            ring_accelerations(model, world.rings, state.position, state.velocity, force, scratch)
             measured.append(force)
-            expected.append(judged)
-            scales.append(np.full(len(force), np.linalg.norm(judged, axis=1).max()))
+            expected.append(
+                scipy.forces(state.position, model.edges, model.rest_length, model.stiffness, mesh.triangles, 20.0)
+            )
             kinds += [kind] * len(force)
-    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds)
+            worlds.append(world)
+    return measured, expected, kinds, worlds
 
 
 @check(
