@@ -16,7 +16,6 @@ import softbody
 from benchmarks.open3d_peer import open3d, open3d_scene
 from softbody.collision.sat import box_pairs_overlap
 from softbody.geometry import (
-    build_parity_grid,
     build_triangle_tree,
     find_penetrations,
     find_penetrations_exhaustively,
@@ -40,16 +39,15 @@ def bench_soft_against_soft(race, request, subdivisions: int) -> None:
     ball = softbody.icosphere(subdivisions)
     triangles = ball.triangles
     a, b = ball.vertices, np.ascontiguousarray(ball.vertices + np.array([0.3, 0.4, 1.728]))
-    grids = [build_parity_grid(x, triangles) for x in (a, b)]
     trees = [build_triangle_tree(x, triangles) for x in (a, b)]
     room = room_for_penetrations(len(a))
-    both_ways = ((a, b, grids[1], trees[1]), (b, a, grids[0], trees[0]))
+    both_ways = ((a, b, trees[1]), (b, a, trees[0]))
 
     def ours() -> None:
-        assert all(find_penetrations(x, y, grid, tree, room) > 0 for x, y, grid, tree in both_ways)
+        assert all(find_penetrations(x, y, tree, room) > 0 for x, y, tree in both_ways)
 
     def exhaustively() -> None:
-        for x, y, _, _ in both_ways:
+        for x, y, _ in both_ways:
             find_penetrations_exhaustively(x, y, triangles, room)
 
     def of_box(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -57,19 +55,19 @@ def bench_soft_against_soft(race, request, subdivisions: int) -> None:
         return np.ascontiguousarray(x[((x >= y.min(axis=0)) & (x <= y.max(axis=0))).all(axis=1)])
 
     def by_igl() -> None:
-        for x, y, _, _ in both_ways:
+        for x, y, _ in both_ways:
             rows = of_box(x, y)
             inside = igl.fast_winding_number(y, triangles, rows) > 0.5
             igl.point_mesh_squared_distance(np.ascontiguousarray(rows[inside]), y, triangles)
 
     def by_trimesh() -> None:
-        for x, y, _, _ in both_ways:
+        for x, y, _ in both_ways:
             rows, mesh = of_box(x, y), trimesh.Trimesh(y, triangles, process=False)
             inside = Embree(mesh).contains_points(rows)
             trimesh.proximity.closest_point(mesh, rows[inside])
 
     def by_open3d() -> None:
-        for x, y, _, _ in both_ways:
+        for x, y, _ in both_ways:
             rows, scene = of_box(x, y).astype(np.float32), open3d_scene(y, triangles)
             inside = scene.compute_occupancy(rows, nthreads=1).numpy() > 0.5
             scene.compute_closest_points(rows[inside], nthreads=1)

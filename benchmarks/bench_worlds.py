@@ -2,8 +2,8 @@
 
 How a step is split: a stage alone is done many times over, at the same instant each time, to which the state is put
 back: motion (springs, gas, integrator); then, where the bodies are after it, the broad phase (bounding spheres, pairs);
-the same and the narrow phase, for every near pair, without response; the same with response, which is all that soft
-bodies have to do with each other and with boxes. What is left of a step is the ground and the contacts of boxes.
+the same and the narrow phase, which lists all contacts of soft bodies; the same with the response. What is left of a
+step is the ground and the contacts of boxes. Scenes have settled, so that the instant stands for the steps that follow.
 """
 
 from __future__ import annotations
@@ -19,15 +19,12 @@ from benchmarks import peers
 from softbody import World
 from softbody.collision.broad_phase import near_pairs
 from softbody.collision.fast import spheres_of_bodies
-from softbody.collision.soft_contacts import Skins, collide_soft_bodies, skin_of
+from softbody.collision.soft_contacts import Skins, collide_soft_bodies, find_soft_contacts
+from softbody.collision.soft_response import SoftContacts, room_for_soft_contacts
 from softbody.dynamics.integrators import INTEGRATORS
-from softbody.geometry.box import box_corner
-from softbody.geometry.penetration import find_penetrations, room_for_penetrations
-from softbody.quaternion import load_quaternion
 from softbody.scenes import boxes_on_torus, rolling_torus, sphere_on_torus, torus_stack, tray
-from softbody.state import Model, State, boxes_of
+from softbody.state import Model, Rules, State, boxes_of
 from softbody.step import step_soft_bodies
-from softbody.vec import load, store
 
 SCENES = {
     "Scene 1: sphere on torus": sphere_on_torus.build,
@@ -38,7 +35,7 @@ SCENES = {
 }
 Peer = tuple[Callable[[], Any], float]
 
-SETTLE = 0.6  # [s] before the clock starts: by then everything has landed
+SETTLE = 2.0  # [s] before the clock starts: by then everything has landed, and lies
 SLACK = 0.95  # of the stable step, which shrinks a little as bodies stretch
 BODY_STEPS = 1_000  # of a round
 TRAYS = (1, 10, 100, 1_000)
@@ -67,27 +64,11 @@ def broad_phases(model: Model, state: State, times: int) -> int:
 
 
 @numba.njit
-def narrow_phases(model: Model, state: State, skins: Skins, times: int) -> int:
-    """Do the broad phase and the narrow phase of particles and corners in skins, many times."""
-    room = room_for_penetrations(len(state.position))
-    soft, found = len(model.gas), 0
-    corners = np.empty((8, 3))
+def narrow_phases(model: Model, state: State, skins: Skins, rules: Rules, room: SoftContacts, times: int) -> int:
+    """Do the broad and the narrow phase many times; return how many contacts there are."""
+    found = 0
     for _ in range(times):
-        for x, y in find_near(model, state):
-            a, b = min(x, y), max(x, y)
-            points_a = state.position[model.particle_start[a] : model.particle_start[a + 1]]
-            skin = skin_of(skins, a)
-            if b < soft:
-                points_b = state.position[model.particle_start[b] : model.particle_start[b + 1]]
-                found += find_penetrations(points_b, points_a, skin.grid, skin.tree, room)
-                skin = skin_of(skins, b)
-                found += find_penetrations(points_a, points_b, skin.grid, skin.tree, room)
-            else:
-                box = b - soft
-                turn = load_quaternion(state.box_orientation, box)
-                for k in range(8):
-                    store(corners, k, box_corner(load(model.box_size, box), load(state.box_position, box), turn, k))
-                found += find_penetrations(corners, points_a, skin.grid, skin.tree, room)
+        room, found = find_soft_contacts(model, state, skins, rules, room)
     return found
 
 
@@ -95,6 +76,7 @@ def stages_of(world: World, step: float, steps: int, units: float) -> dict[str, 
     """Return calls that each do one stage of `steps` steps of a world as it is now."""
     model, start, kept, now = world.model, *(world.state.copy() for _ in range(3))
     rings, scratch, skins, integrator = world.rings, world._scratch(), world._skins(), INTEGRATORS[world.integrator]
+    room = room_for_soft_contacts(10 * len(model.inverse_mass))
 
     def motion() -> None:
         for array, copy in zip(now, start):
@@ -105,13 +87,16 @@ def stages_of(world: World, step: float, steps: int, units: float) -> dict[str, 
         for _ in range(steps):
             for array, copy in zip(now, kept):
                 array[:] = copy
-            collide_soft_bodies(model, now, boxes_of(model, now), skins, world.rules)
+            collide_soft_bodies(model, now, boxes_of(model, now), skins, world.rules, room)
 
     stages = {"of which motion": (motion, units)}
     if len(model.gas) + len(model.box_size) > 1:
         step_soft_bodies(model, rings, kept, scratch, step, 1, integrator, 1, None)
         stages["of which broad phase"] = (lambda: broad_phases(model, kept, steps), units)
-        stages["of which broad and narrow phase"] = (lambda: narrow_phases(model, kept, skins, steps), units)
+        stages["of which broad and narrow phase"] = (
+            lambda: narrow_phases(model, kept, skins, world.rules, room, steps),
+            units,
+        )
         stages["of which all contacts of soft bodies, with response"] = (contacts, units)
     return stages
 

@@ -19,6 +19,7 @@ from softbody.collision.impulse import NOBODY, resolve_contact
 from softbody.collision.manifold import new_scratch
 from softbody.collision.material import combined_friction, combined_restitution
 from softbody.collision.soft_contacts import Skins, collide_soft_bodies
+from softbody.collision.soft_response import room_for_soft_contacts
 from softbody.collision.solver import inverse_masses, prepare_contacts, solve_displacements, solve_velocities
 from softbody.dynamics.motion import Scratch, move_soft_bodies
 from softbody.dynamics.rigid import accelerate_boxes, advance_boxes, limit_boxes, shift_boxes
@@ -29,6 +30,8 @@ from softbody.vec import Vec, accumulate, load, scale, store
 
 # What stopped `run`, besides a soft body that DIVERGED or COLLAPSED: more contacts than there is room for.
 OVERFLOW = 3
+
+FIRST_ROOM = 256  # contacts of soft bodies; there is more as soon as it is needed
 
 # The part of the speed that gravity gives in a step below which a correction by the contact solver is not worth another
 # sweep. Without gravity all sweeps are made.
@@ -91,6 +94,7 @@ def run(
     bodies = boxes_of(model, state)
     grounded = np.zeros(state.box_position.shape[0], np.bool_)
     clipping = new_scratch()
+    touching = room_for_soft_contacts(FIRST_ROOM)
     for done in range(steps):
         parts = parts_of_step(model, state, h) if rules.split_steps else 1
         start = copied(state) if parts > 1 else state
@@ -110,7 +114,7 @@ def run(
             else:
                 step_boxes(model, state, bodies, part, rules, contacts, grounded)
             limit_boxes(model, state, rules, grounded)
-            collide_soft_bodies(model, state, bodies, skins, rules)
+            touching = collide_soft_bodies(model, state, bodies, skins, rules, touching)
             ground_soft_bodies(model, state)
     return steps, 0, -1
 

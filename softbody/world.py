@@ -27,6 +27,7 @@ from softbody.errors import OverlapWarning, ParameterError, SimulationError
 from softbody.geometry.box import box_inertia
 from softbody.geometry.polyhedron import surface_area
 from softbody.mesh import Mesh
+from softbody.parameters import check_range, check_whole, pins_of, rest_length_of, stiffness_of, unit_quaternion, vector
 from softbody.snapshot import Snapshot, digest, entry, named_arrays, read, rebuilt, write
 from softbody.state import Model, Rings, Rules, State, appended
 from softbody.step import OVERFLOW, run, run_soft_bodies
@@ -115,8 +116,8 @@ class World:
         ceilings = {"speed_ceiling": speed_ceiling, "angular_speed_ceiling": angular_speed_ceiling}
         for name, ceiling in ceilings.items():
             if ceiling != np.inf:
-                _check_range(ceiling, name, least=0.0)
-        _check_range(angular_speed_floor, "angular_speed_floor", "rad/s", least=0.0)
+                check_range(ceiling, name, least=0.0)
+        check_range(angular_speed_floor, "angular_speed_floor", "rad/s", least=0.0)
         self.integrator = integrator
         self.precision = precision
         self.threads = threads
@@ -134,7 +135,7 @@ class World:
             bool(frictionless),
         )
         self.contacts = new_contacts(0)
-        self.model = _empty_model(_vector(gravity, "gravity"))
+        self.model = _empty_model(vector(gravity, "gravity"))
         self.rings = in_precision(no_rings(), PRECISIONS[precision])
         self.state = State(*(np.empty((0, columns)) for columns in (3, 3, 3, 4, 3, 3)))
         self._kept_skins: Skins | None = None
@@ -181,25 +182,25 @@ class World:
         if not isinstance(mesh, Mesh):
             raise ParameterError(f"mesh is a {type(mesh).__name__}; make a softbody.Mesh(vertices, triangles)")
         edges = mesh.edges
-        _check_range(mass, "mass", "kg", above=0.0)
-        _check_range(gas, "gas", "J", least=0.0)
-        _check_range(restitution, "restitution", least=0.0, most=1.0)
-        _check_range(friction, "friction", least=0.0)
-        spring_stiffness = _stiffness_of(stiffness, len(edges))
-        points = np.ascontiguousarray(mesh.vertices + _vector(position, "position"))
+        check_range(mass, "mass", "kg", above=0.0)
+        check_range(gas, "gas", "J", least=0.0)
+        check_range(restitution, "restitution", least=0.0, most=1.0)
+        check_range(friction, "friction", least=0.0)
+        spring_stiffness = stiffness_of(stiffness, len(edges))
+        points = np.ascontiguousarray(mesh.vertices + vector(position, "position"))
         lengths = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
         edge = int(np.argmin(lengths))
         if not lengths[edge] > np.spacing(np.abs(points).max()):
             raise ParameterError(
                 f"position is {position!r}: so far away that edge {edge} is lost in rounding; come closer"
             )
-        speed = _vector(velocity, "velocity")
+        speed = vector(velocity, "velocity")
         if rest_length is not None:
-            lengths = _rest_length_of(rest_length, len(edges))
-        _check_range(damping, "damping", "N s/m", least=0.0)
-        _check_range(drag, "drag", "1/s", least=0.0)
-        _check_range(deflated_below, "deflated_below", least=0.0, most=1.0)
-        pins = _pins_of(pinned, len(points))
+            lengths = rest_length_of(rest_length, len(edges))
+        check_range(damping, "damping", "N s/m", least=0.0)
+        check_range(drag, "drag", "1/s", least=0.0)
+        check_range(deflated_below, "deflated_below", least=0.0, most=1.0)
+        pins = pins_of(pinned, len(points))
         speeds = np.tile(speed, (len(points), 1))
         speeds[pins] = 0.0
         inverse_masses = np.full(len(points), len(points) / mass)
@@ -253,24 +254,24 @@ class World:
         `position` [m] of its centre, `orientation` a unit quaternion (w, x, y, z), `velocity` [m/s],
         `angular_velocity` [rad/s] in the world frame; `restitution` 0 … 1, `friction` ≥ 0.
         """
-        extent = _vector(size, "size")
+        extent = vector(size, "size")
         if not (extent > 0.0).all():
             raise ParameterError(f"size is {extent}; give three positive lengths [m]")
         if mass is None:
             inverse_mass, inverse_inertia = 0.0, np.zeros(3)
         else:
-            _check_range(mass, "mass", "kg", above=0.0)
+            check_range(mass, "mass", "kg", above=0.0)
             inverse_mass, inverse_inertia = (
                 1.0 / mass,
                 1.0 / np.array(box_inertia(tuple(extent), float(mass))),
             )
-        _check_range(restitution, "restitution", least=0.0, most=1.0)
-        _check_range(friction, "friction", least=0.0)
+        check_range(restitution, "restitution", least=0.0, most=1.0)
+        check_range(friction, "friction", least=0.0)
         row = [
-            _vector(position, "position"),
-            _unit_quaternion(orientation),
-            _vector(velocity, "velocity"),
-            _vector(angular_velocity, "angular_velocity"),
+            vector(position, "position"),
+            unit_quaternion(orientation),
+            vector(velocity, "velocity"),
+            vector(angular_velocity, "angular_velocity"),
         ]
         if mass is None and (row[2].any() or row[3].any()):
             raise ParameterError("a static box (mass None) cannot have a velocity; give it a mass or leave it at rest")
@@ -296,9 +297,9 @@ class World:
 
     def add_ground(self, height: float = 0.0, restitution: float = 0.0, friction: float = 0.5) -> None:
         """Make everything below z = `height` [m] solid ground; a second call moves it."""
-        _check_range(height, "height", "m")
-        _check_range(restitution, "restitution", least=0.0, most=1.0)
-        _check_range(friction, "friction", least=0.0)
+        check_range(height, "height", "m")
+        check_range(restitution, "restitution", least=0.0, most=1.0)
+        check_range(friction, "friction", least=0.0)
         self.model = self.model._replace(
             ground_height=float(height),
             ground_restitution=float(restitution),
@@ -315,10 +316,10 @@ class World:
         Raises ParameterError for a step that is too long to be stable, unless told to allow it, and
         SimulationError if a soft body diverges or collapses; the state is then that of the last good step.
         """
-        _check_range(time_step, "time_step", "s", above=0.0)
-        _check_whole(steps, "steps", 0)
-        _check_whole(substeps, "substeps", 1)
-        _check_range(float(steps) * float(substeps), "steps × substeps", most=2.0**62)
+        check_range(time_step, "time_step", "s", above=0.0)
+        check_whole(steps, "steps", 0)
+        check_whole(substeps, "substeps", 1)
+        check_range(float(steps) * float(substeps), "steps × substeps", most=2.0**62)
         if not allow_unstable:
             self._check_stable(time_step, int(substeps))
         self._check_finite()
@@ -428,7 +429,7 @@ class World:
 
     @threads.setter
     def threads(self, value: int) -> None:
-        _check_whole(value, "threads", 1)
+        check_whole(value, "threads", 1)
         most = numba.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
         if value > most:
             raise ParameterError(f"threads is {value}, and there are {most} here; give a number from 1 to {most}")
@@ -436,9 +437,9 @@ class World:
 
     def run(self, seconds: float, time_step: float, *, substeps: int = 1, allow_unstable: bool = False) -> None:
         """Advance by `seconds` [s] in steps of `time_step` [s], rounded to a whole number of steps; see `step`."""
-        _check_range(seconds, "seconds", "s", least=0.0)
-        _check_range(time_step, "time_step", "s", above=0.0)
-        _check_range(seconds / time_step, "seconds / time_step", most=2.0**62)
+        check_range(seconds, "seconds", "s", least=0.0)
+        check_range(time_step, "time_step", "s", above=0.0)
+        check_range(seconds / time_step, "seconds / time_step", most=2.0**62)
         self.step(time_step, round(seconds / time_step), substeps=substeps, allow_unstable=allow_unstable)
 
     def stable_time_step(self) -> float:
@@ -464,8 +465,8 @@ class World:
         The largest force left on a particle is at most `tolerance` times the body's stiffness and size. Velocities
         become zero; boxes, the ground and contacts play no part. Raises SimulationError after `steps` steps.
         """
-        _check_range(tolerance, "tolerance", above=0.0)
-        _check_whole(steps, "steps", 1)
+        check_range(tolerance, "tolerance", above=0.0)
+        check_whole(steps, "steps", 1)
         bodies = [SoftBody(self, body) for body in range(len(self.model.gas))]
         alone = self.state.position.copy()
         for body in bodies:
@@ -640,7 +641,7 @@ class SoftBody:
 
     @gas.setter
     def gas(self, value: float) -> None:
-        _check_range(value, "gas", "J", least=0.0)
+        check_range(value, "gas", "J", least=0.0)
         self.world.model.gas[self.index] = value
 
     @property
@@ -673,9 +674,9 @@ class SoftBody:
         count = edges.stop - edges.start
         stiffnesses, lengths = model.stiffness.copy(), model.rest_length.copy()
         if stiffness is not None:
-            stiffnesses[edges] = _stiffness_of(stiffness, count)
+            stiffnesses[edges] = stiffness_of(stiffness, count)
         if rest_length is not None:
-            lengths[edges] = _rest_length_of(rest_length, count)
+            lengths[edges] = rest_length_of(rest_length, count)
         self.world.model = model._replace(
             stiffness=stiffnesses,
             rest_length=lengths,
@@ -748,14 +749,14 @@ class Box:
         Adds F and τ = r × F, with the arm r as it is now, to what acts on the box. Both stay, in every step to come,
         until `clear_forces`.
         """
-        push = _vector(force, "force")
+        push = vector(force, "force")
         if point is not None:
-            self.apply_torque(np.cross(_vector(point, "point") - self.position, push))
+            self.apply_torque(np.cross(vector(point, "point") - self.position, push))
         self.world.model.box_force[self.index] += push
 
     def apply_torque(self, torque: ArrayLike) -> None:
         """Let `torque` (3,) [N m], in the world frame, act on the box until `clear_forces`."""
-        self.world.model.box_torque[self.index] += _vector(torque, "torque")
+        self.world.model.box_torque[self.index] += vector(torque, "torque")
 
     def clear_forces(self) -> None:
         """Let nothing but gravity act on the box."""
@@ -809,108 +810,3 @@ def _team_of(threads: int) -> Iterator[None]:
         yield
     finally:
         numba.set_num_threads(before)
-
-
-def _vector(value: ArrayLike, name: str) -> np.ndarray:
-    """Return three finite numbers as an array (3,)."""
-    try:
-        array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise ParameterError(f"{name} is {value!r}; give three numbers") from error
-    if array.shape != (3,) or not np.isfinite(array).all():
-        raise ParameterError(f"{name} is {value!r}; give three finite numbers")
-    return array
-
-
-# How far from unit length a quaternion may be and still be taken for a rounded unit quaternion.
-QUATERNION_TOLERANCE = 1e-6
-
-
-def _unit_quaternion(value: ArrayLike) -> np.ndarray:
-    try:
-        array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise ParameterError(f"orientation is {value!r}; give four numbers (w, x, y, z)") from error
-    if array.shape != (4,) or not np.isfinite(array).all():
-        raise ParameterError(f"orientation is {value!r}; give four finite numbers (w, x, y, z)")
-    length = float(np.linalg.norm(array))
-    if not abs(length - 1.0) <= QUATERNION_TOLERANCE:
-        raise ParameterError(f"orientation {value!r} has length {length:.6g}; divide it by that to make it 1")
-    return array / length
-
-
-def _stiffness_of(stiffness: ArrayLike, count: int) -> np.ndarray:
-    try:
-        array = np.asarray(stiffness, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise ParameterError(f"stiffness is {stiffness!r}; give one number or one for each edge [N/m]") from error
-    if array.shape not in ((), (count,)):
-        raise ParameterError(f"stiffness has shape {array.shape}; give one number or one for each of the {count} edges")
-    array = np.broadcast_to(array, count)
-    bad = ~(np.isfinite(array) & (array >= 0.0))
-    if bad.any():
-        edge = int(np.argmax(bad))
-        raise ParameterError(f"stiffness of edge {edge} is {array[edge]}; give a finite number ≥ 0 [N/m]")
-    return array
-
-
-def _rest_length_of(rest_length: ArrayLike, count: int) -> np.ndarray:
-    try:
-        array = np.broadcast_to(np.asarray(rest_length, dtype=np.float64), count).copy()
-    except (TypeError, ValueError) as error:
-        raise ParameterError(
-            f"rest_length does not fit; give one number or one for each of the {count} edges [m]"
-        ) from error
-    bad = ~(np.isfinite(array) & (array > 0.0))
-    if bad.any():
-        edge = int(np.argmax(bad))
-        raise ParameterError(f"rest_length of edge {edge} is {array[edge]}; give a finite length > 0 [m]")
-    return array
-
-
-def _pins_of(pinned: ArrayLike, count: int) -> np.ndarray:
-    try:
-        array = np.asarray(pinned)
-        if array.size == 0:
-            return np.empty(0, np.int64)
-        if array.dtype.kind not in "iu" or array.ndim != 1:
-            raise TypeError(f"{array.dtype} of shape {array.shape} are no indices")
-    except (TypeError, ValueError) as error:
-        raise ParameterError(f"pinned is {pinned!r}; give the indices of vertices") from error
-    bad = (array < 0) | (array >= count)
-    if bad.any():
-        raise ParameterError(f"pinned vertex {array[np.argmax(bad)]} does not exist: there are 0 … {count - 1}")
-    pins = np.unique(array)
-    if len(pins) == count:
-        raise ParameterError("every vertex is pinned, so that nothing can move; leave one free")
-    return pins
-
-
-def _check_whole(value: int, name: str, least: int) -> None:
-    if not isinstance(value, (int, np.integer)) or not least <= value < 2**63:
-        raise ParameterError(f"{name} is {value!r}; give a whole number ≥ {least}")
-
-
-def _check_range(
-    value: float,
-    name: str,
-    unit: str = "",
-    above: float = -np.inf,
-    least: float = -np.inf,
-    most: float = np.inf,
-) -> None:
-    """Raise ParameterError unless `value` is a finite number > above, ≥ least and ≤ most."""
-    try:
-        good = isfinite(value) and value > above and least <= value <= most
-    except (TypeError, OverflowError) as error:
-        raise ParameterError(f"{name} is {value!r}; give a number") from error
-    if not good:
-        limits = [
-            f"> {above:g}" if above > -np.inf else "",
-            f"≥ {least:g}" if least > -np.inf else "",
-            f"≤ {most:g}" if most < np.inf else "",
-        ]
-        bounds = " and ".join(limit for limit in limits if limit)
-        raise ParameterError(
-            " ".join(f"{name} is {value}; give a finite number {bounds}".split()) + (f" [{unit}]" if unit else "")
-        )

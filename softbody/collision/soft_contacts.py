@@ -1,138 +1,184 @@
-"""Where do soft bodies touch each other and the boxes, and how are they parted? Paper §4.2, §4.3.
+"""Where do soft bodies touch each other and the boxes? Paper §4.2, §4.3.
 
-Body by body and pair by pair, in a fixed order; within a pair, particle by particle. Each contact parts what is there
-when its turn comes, so that later ones meet the bodies as the earlier ones left them.
+All contacts of a step are found before any is parted, so that each structure is made once for all that ask it. They
+are listed pair by pair in a fixed order.
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from softbody.collision.box_soft import part_patch_and_box, point_in_box
 from softbody.collision.broad_phase import near_pairs, near_pairs_exhaustive
 from softbody.collision.edge_box import edge_in_box
+from softbody.collision.edge_skin import edge_inside, edge_over_ridge, facing, way_out
 from softbody.collision.fast import spheres_of_bodies
 from softbody.collision.material import combined_friction, combined_restitution
-from softbody.collision.patch import WHOLE, Corners, patch_point
-from softbody.collision.soft_soft import part_particle_and_patch
-from softbody.geometry.box import box_corner
-from softbody.geometry.parity_grid import COLUMNS_PER_TRIANGLE, ParityGrid, build_parity_grid
-from softbody.geometry.penetration import Penetrations, find_penetrations, room_for_penetrations
-from softbody.geometry.triangle import area_vector
-from softbody.geometry.triangle_tree import TriangleTree, build_triangle_tree
+from softbody.collision.patch import WHOLE
+from softbody.collision.soft_response import NO_BOX, SoftContacts, part_contacts, with_room, write_contact
+from softbody.geometry.box import box_corner, point_in_box
+from softbody.geometry.parity_grid import bounding_box
+from softbody.geometry.penetration import (
+    INSIDE,
+    BoundingBox,
+    Penetrations,
+    boxes_meet,
+    find_closest,
+    mark_inside,
+    mark_points,
+    room_for_penetrations,
+    settle_doubts,
+)
+from softbody.geometry.tree_hits import first_hits
+from softbody.geometry.triangle_tree import Search, TriangleTree, build_triangle_tree, refit_triangle_tree, search_space
 from softbody.jit import jit, jit_lean
-from softbody.quaternion import load_quaternion
+from softbody.quaternion import load_quaternion, rotate_inverse
 from softbody.state import Model, RigidBodies, Rules, State
-from softbody.vec import Vec, dot, load, norm, normalize, scale, store, sub
-
-
-class Skin(NamedTuple):
-    """What it takes to find what is inside one soft body: filled anew each time that it is asked."""
-
-    grid: ParityGrid
-    tree: TriangleTree
+from softbody.vec import Vec, dot, load, scale, store, sub
 
 
 class Skins(NamedTuple):
-    """The skins of all soft bodies, in arrays that hold one body's rows after another's."""
+    """What finds the contacts of soft bodies: the trees of all skins, one body's rows after another's, and scratch.
 
-    grids: ParityGrid
+    What follows a skin as it moves (corners, boxes, frame) has room for the largest: one skin is asked at a time.
+    """
+
     trees: TriangleTree
-    grid_start: np.ndarray  # (b + 1, fields of a ParityGrid) first row of each body in each of its arrays
-    tree_start: np.ndarray  # (b + 1, fields of a TriangleTree)
-    deepest: np.ndarray  # (1,) [m] of all contacts that were parted since it was last set to 0
+    start: np.ndarray  # (b + 1, fields of a TriangleTree) first row of each body in each of its arrays
+    search: Search  # for the largest of them
+    low: np.ndarray  # (b, 3) [m] corner of the bounding box of each body
+    high: np.ndarray  # (b, 3) [m]
+    mark: np.ndarray  # (most particles of a body or corners of a box,) see `mark_points`
+    found: Penetrations  # as many
+    edge: np.ndarray  # (most edges of a body + 1,) see `_edges_left`
+    hint: np.ndarray  # (n,) see `find_closest`
+    corners: np.ndarray  # (8, 3) [m] of the box that is asked
+    corner_hint: np.ndarray  # (8,)
+    crowd: np.ndarray  # (n,) see `part_contacts`
+    deepest: np.ndarray  # (1,) [m] of all contacts since it was last set to 0
     deepest_pair: np.ndarray  # (2,) the bodies of that contact, boxes numbered after soft bodies
 
 
 def build_skins(model: Model, position: np.ndarray) -> Skins:
     """Return the skins of all soft bodies of a model whose particles are at `position` (n, 3) [m]."""
-    tetrahedron = np.eye(4, 3), np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
-    meshes = [tetrahedron]  # of which no row is kept: it tells what arrays look like where there are no bodies
+    # Of the first mesh no row is kept: it tells what arrays look like where there are no bodies.
+    meshes = [(np.eye(4, 3), np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]))]
     for body in range(len(model.gas)):
         first, end = model.particle_start[body : body + 2]
         faces = slice(*model.triangle_start[body : body + 2])
         meshes.append((position[first:end], model.triangles[faces] - first))
-    grids, grid_start = _join([build_parity_grid(*mesh) for mesh in meshes])
-    trees, tree_start = _join([build_triangle_tree(*mesh) for mesh in meshes])
-    return Skins(ParityGrid(*grids), TriangleTree(*trees), grid_start, tree_start, np.zeros(1), np.zeros(2, np.int64))
-
-
-def _join(parts: list[Any]) -> tuple[list[Any], np.ndarray]:
-    """Return each field's arrays in one, those of the first part left out, and where each other part's rows start."""
-    joined = [
-        np.concatenate([rows[0][:0], *rows[1:]]) if isinstance(rows[0], np.ndarray) else rows[0]
-        for rows in zip(*parts, strict=True)
-    ]
-    lengths = [[len(rows) if isinstance(rows, np.ndarray) else 0 for rows in part] for part in parts]
+    trees = [build_triangle_tree(*mesh) for mesh in meshes]
+    joined = TriangleTree(*(np.concatenate([rows[0][:0], *rows[1:]]) for rows in zip(*trees, strict=True)))
+    lengths = [[len(rows) for rows in tree] for tree in trees]
     lengths[0] = [0] * len(joined)
-    return joined, np.cumsum(lengths, axis=0)
+    largest = max(trees, key=lambda tree: len(tree.order))
+    bodies, most = len(model.gas), int(np.diff(model.particle_start).max(initial=8))
+    return Skins(
+        joined._replace(corners=largest.corners, boxes=largest.boxes, frame=largest.frame),
+        np.cumsum(lengths, axis=0),
+        search_space(largest),
+        np.zeros((bodies, 3)),
+        np.zeros((bodies, 3)),
+        np.zeros(most, np.uint8),
+        room_for_penetrations(most),
+        np.zeros(int(np.diff(model.edge_start).max(initial=0)) + 1, np.int64),
+        np.full(len(position), -1),
+        np.zeros((8, 3)),
+        np.full(8, -1),
+        np.zeros(len(position)),
+        np.zeros(1),
+        np.zeros(2, np.int64),
+    )
 
 
 @jit
-def skin_of(skins: Skins, body: int) -> Skin:
-    """Return the skin of one body, which shares its memory with all."""
-    grids, first, end = skins.grids, skins.grid_start[body], skins.grid_start[body + 1]
-    grid = ParityGrid(
-        grids.triangles[first[0] : end[0]],
-        True,
-        max(1.0, COLUMNS_PER_TRIANGLE * (end[0] - first[0])),
-        grids.frame[first[3] : end[3]],
-        grids.shape[first[4] : end[4]],
-        grids.start[first[5] : end[5]],
-        grids.entries[first[6] : end[6]],
-        grids.marked[first[7] : end[7]],
-        grids.inside[first[8] : end[8]],
-        grids.outside[first[9] : end[9]],
-        grids.unsorted_column[first[10] : end[10]],
-        grids.unsorted_entry[first[11] : end[11]],
-        grids.lattice[first[12] : end[12]],
-    )
-    trees, first, end = skins.trees, skins.tree_start[body], skins.tree_start[body + 1]
-    tree = TriangleTree(
+def tree_of(skins: Skins, body: int) -> TriangleTree:
+    """Return the tree of one body; fit it before it is asked, and before another one is fitted."""
+    trees, first, end = skins.trees, skins.start[body], skins.start[body + 1]
+    return TriangleTree(
         trees.triangles[first[0] : end[0]],
         trees.order[first[1] : end[1]],
-        trees.corners[first[2] : end[2]],
+        trees.corners[: end[2] - first[2]],
         trees.level_start[first[3] : end[3]],
         trees.level_count[first[4] : end[4]],
-        trees.boxes[first[5] : end[5]],
-        trees.frame[first[6] : end[6]],
+        trees.boxes,
+        trees.frame,
     )
-    return Skin(grid, tree)
 
 
 @jit
-def collide_soft_bodies(model: Model, state: State, bodies: RigidBodies, skins: Skins, rules: Rules) -> None:
+def collide_soft_bodies(
+    model: Model, state: State, bodies: RigidBodies, skins: Skins, rules: Rules, contacts: SoftContacts
+) -> SoftContacts:
     """Part all soft bodies from each other and from the boxes; velocities and positions are changed.
 
-    Which are near is judged once, by where they are before any is parted.
+    Returns `contacts`, or longer ones if they had no room for all, to be given to the next step.
+    """
+    contacts, count = find_soft_contacts(model, state, skins, rules, contacts)
+    if count > 0:
+        part_contacts(contacts, count, model.inverse_mass, state.position, state.velocity, bodies, skins.crowd)
+    return contacts
+
+
+@jit
+def find_soft_contacts(
+    model: Model, state: State, skins: Skins, rules: Rules, contacts: SoftContacts
+) -> tuple[SoftContacts, int]:
+    """List every contact of a soft body with another or with a box; return (the list, its length)."""
+    start, near = _neighbours(model, state, skins, rules.exhaustive_pairs)
+    count = 0
+    for body in range(model.gas.shape[0]):
+        others = near[start[body] : start[body + 1]]
+        if others.shape[0] == 0:
+            continue
+        before = count
+        while True:
+            count = _list_contacts(model, state, skins, rules.edge_contacts, body, others, contacts, before)
+            if count <= contacts.depth.shape[0]:
+                break
+            contacts = with_room(contacts, before, 2 * count)
+    return contacts, count
+
+
+@jit
+def _neighbours(model: Model, state: State, skins: Skins, exhaustive: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Return (start (b + 1,), near): near[start[i]:start[i + 1]] are all bodies whose bounds meet those of soft body i.
+
+    Boxes are numbered after soft bodies. (They part from each other elsewhere.)
     """
     soft = model.gas.shape[0]
-    centre, radius, is_soft = spheres_of_bodies(model, state)  # boxes part from each other elsewhere
-    most = 0
+    centre, radius, is_soft = spheres_of_bodies(model, state)
     for body in range(soft):
-        most = max(most, model.particle_start[body + 1] - model.particle_start[body])
-    found = room_for_penetrations(max(8, most))
-    if rules.exhaustive_pairs:
-        pairs = near_pairs_exhaustive(centre, radius, is_soft)
-    else:
-        pairs = near_pairs(centre, radius, is_soft)
+        low, high = bounding_box(state.position[model.particle_start[body] : model.particle_start[body + 1]])
+        store(skins.low, body, low)
+        store(skins.high, body, high)
+    pairs = near_pairs_exhaustive(centre, radius, is_soft) if exhaustive else near_pairs(centre, radius, is_soft)
+    count = 0
+    start = np.zeros(soft + 1, np.int64)
     for k in range(pairs.shape[0]):
         a, b = min(pairs[k, 0], pairs[k, 1]), max(pairs[k, 0], pairs[k, 1])
-        deepest = 0.0
         if b < soft:
-            deepest = _part_soft_bodies(model, state, a, b, skin_of(skins, b), found)
-            deepest = max(deepest, _part_soft_bodies(model, state, b, a, skin_of(skins, a), found))
-        elif _sphere_may_meet_box(model, state, load(centre, a), radius[a], b - soft):
-            deepest = _part_particles_from_box(model, state, bodies, a, b - soft)
-            if rules.edge_contacts:
-                deepest = max(deepest, _part_edges_from_box(model, state, bodies, a, b - soft))
-            corners = _part_corners_from_skin(model, state, bodies, a, b - soft, skin_of(skins, a), found)
-            deepest = max(deepest, corners)
-        if deepest > skins.deepest[0]:
-            skins.deepest[0] = deepest
-            skins.deepest_pair[0], skins.deepest_pair[1] = a, b
+            meet = boxes_meet((load(skins.low, a), load(skins.high, a)), (load(skins.low, b), load(skins.high, b)))
+        else:
+            meet = _sphere_may_meet_box(model, state, load(centre, a), radius[a], b - soft)
+        if meet:
+            pairs[count, 0], pairs[count, 1] = a, b
+            start[a + 1] += 1
+            if b < soft:
+                start[b + 1] += 1
+            count += 1
+    for body in range(soft):
+        start[body + 1] += start[body]
+    near, filled = np.empty(start[soft], np.int64), start[:soft].copy()
+    for k in range(count):
+        a, b = pairs[k, 0], pairs[k, 1]
+        near[filled[a]] = b
+        filled[a] += 1
+        if b < soft:
+            near[filled[b]] = a
+            filled[b] += 1
+    return start, near
 
 
 @jit_lean
@@ -144,172 +190,239 @@ def _sphere_may_meet_box(model: Model, state: State, centre: Vec, radius: float,
 
 
 @jit
-def _part_soft_bodies(model: Model, state: State, a: int, b: int, skin: Skin, found: Penetrations) -> float:
-    """Part the particles of a that are inside b from the nearest triangle of b's `skin`; return the depth [m]."""
-    first_a, first_b = model.particle_start[a], model.particle_start[b]
-    points = state.position[first_a : model.particle_start[a + 1]]
-    vertices = state.position[first_b : model.particle_start[b + 1]]
-    count = find_penetrations(points, vertices, skin.grid, skin.tree, found)
-    if count == 0:
-        return 0.0
-    restitution = combined_restitution(model.soft_restitution[a], model.soft_restitution[b])
-    friction = combined_friction(model.soft_friction[a], model.soft_friction[b])
-    arrays = model.inverse_mass, state.position, state.velocity
-    return _part_found_particles(first_a, first_b, count, skin.tree.triangles, found, restitution, friction, *arrays)
-
-
-@jit_lean
-def _part_found_particles(
-    first_a: int,
-    first_b: int,
+def _list_contacts(
+    model: Model,
+    state: State,
+    skins: Skins,
+    edges: bool,
+    body: int,
+    others: np.ndarray,
+    contacts: SoftContacts,
     count: int,
-    triangles: np.ndarray,
-    found: Penetrations,
-    restitution: float,
-    friction: float,
-    inverse_mass: np.ndarray,
-    position: np.ndarray,
-    velocity: np.ndarray,
-) -> float:
-    """Part the first `count` particles of `found` from the `triangles` closest to them; return the depth [m]."""
-    deepest = 0.0
-    for row in range(count):
-        corners = _corners(triangles, found.triangle[row], first_b)
-        weights = load(found.weights, row)
-        particle = first_a + found.point[row]
-        depth, normal = _way_out(load(position, particle), position, corners, weights)
-        deepest = max(deepest, depth)
-        if depth > 0.0:
-            arrays = inverse_mass, position, velocity
-            part_particle_and_patch(particle, corners, weights, normal, depth, restitution, friction, *arrays)
-    return deepest
+) -> int:
+    """List what of `others` is in the skin of a soft body, and what of it is in boxes, after `count` other contacts.
 
-
-@jit_lean
-def _part_particles_from_box(model: Model, state: State, bodies: RigidBodies, body: int, box: int) -> float:
-    """Part the particles of a soft body that are inside a box from its closest face; return the depth [m]."""
-    deepest = 0.0
-    size = load(model.box_size, box)
-    orientation = load_quaternion(state.box_orientation, box)
-    reach = 0.5 * norm(size)
-    restitution = combined_restitution(model.soft_restitution[body], model.box_restitution[box])
-    friction = combined_friction(model.soft_friction[body], model.box_friction[box])
-    for i in range(model.particle_start[body], model.particle_start[body + 1]):
-        p, position = load(state.position, i), load(state.box_position, box)
-        if abs(p[0] - position[0]) < reach and abs(p[1] - position[1]) < reach and abs(p[2] - position[2]) < reach:
-            depth, normal = point_in_box(p, size, position, orientation)
-            deepest = max(deepest, depth)
-            if depth > 0.0:
-                part_patch_and_box(
-                    (i, i, i),
-                    WHOLE,
-                    box,
-                    normal,
-                    depth,
-                    restitution,
-                    friction,
-                    model.inverse_mass,
-                    state.position,
-                    state.velocity,
-                    bodies,
-                )
-
-    return deepest
-
-
-@jit_lean
-def _part_edges_from_box(model: Model, state: State, bodies: RigidBodies, body: int, box: int) -> float:
-    """Part the edges of a soft body that go through a box by the shortest way; return the depth [m]."""
-    deepest = 0.0
-    size = load(model.box_size, box)
-    orientation = load_quaternion(state.box_orientation, box)
-    reach = 0.5 * norm(size)
-    restitution = combined_restitution(model.soft_restitution[body], model.box_restitution[box])
-    friction = combined_friction(model.soft_friction[body], model.box_friction[box])
-    arrays = model.inverse_mass, state.position, state.velocity
-    for e in range(model.edge_start[body], model.edge_start[body + 1]):
-        i, j = model.edges[e, 0], model.edges[e, 1]
-        p, q, position = load(state.position, i), load(state.position, j), load(state.box_position, box)
-        near = True
-        for axis in range(3):
-            low, high = min(p[axis], q[axis]), max(p[axis], q[axis])
-            near &= (low < position[axis] + reach) & (high > position[axis] - reach)
-        if near:
-            depth, normal, place = edge_in_box(p, q, size, position, orientation)
-            deepest = max(deepest, depth)
-            if depth > 0.0:
-                weights = (1.0 - place, place, 0.0)
-                part_patch_and_box((i, j, j), weights, box, normal, depth, restitution, friction, *arrays, bodies)
-    return deepest
-
-
-@jit
-def _part_corners_from_skin(
-    model: Model, state: State, bodies: RigidBodies, body: int, box: int, skin: Skin, found: Penetrations
-) -> float:
-    """Part the corners of a box inside a soft body from the nearest triangle of its `skin`; return the depth [m]."""
-    first = model.particle_start[body]
-    vertices = state.position[first : model.particle_start[body + 1]]
-    size = load(model.box_size, box)
-    orientation = load_quaternion(state.box_orientation, box)
-    points = np.empty((8, 3))
-    for k in range(8):
-        store(points, k, box_corner(size, load(state.box_position, box), orientation, k))
-    count = find_penetrations(points, vertices, skin.grid, skin.tree, found)
-    restitution = combined_restitution(model.soft_restitution[body], model.box_restitution[box])
-    friction = combined_friction(model.soft_friction[body], model.box_friction[box])
-    arrays = model.inverse_mass, state.position, state.velocity
-    return _part_found_corners(
-        first, box, size, count, skin.tree.triangles, found, restitution, friction, *arrays, bodies
-    )
-
-
-@jit_lean
-def _part_found_corners(
-    first: int,
-    box: int,
-    size: Vec,
-    count: int,
-    triangles: np.ndarray,
-    found: Penetrations,
-    restitution: float,
-    friction: float,
-    inverse_mass: np.ndarray,
-    position: np.ndarray,
-    velocity: np.ndarray,
-    bodies: RigidBodies,
-) -> float:
-    """Part the first `count` corners of `found` from the `triangles` closest to them; return the depth [m]."""
-    deepest = 0.0
-    orientation = load_quaternion(bodies.orientation, box)
-    for row in range(count):
-        corners = _corners(triangles, found.triangle[row], first)
-        weights = load(found.weights, row)
-        corner = box_corner(size, load(bodies.position, box), orientation, found.point[row])
-        depth, normal = _way_out(corner, position, corners, weights)
-        deepest = max(deepest, depth)
-        if depth > 0.0:
-            arrays = inverse_mass, position, velocity
-            out = scale(-1.0, normal)
-            part_patch_and_box(corners, weights, box, out, depth, restitution, friction, *arrays, bodies)
-    return deepest
-
-
-@jit_lean
-def _corners(triangles: np.ndarray, t: int, first: int) -> Corners:
-    """Return the particles of triangle `t`, numbered over all bodies; the body's own start at `first`."""
-    return first + triangles[t, 0], first + triangles[t, 1], first + triangles[t, 2]
-
-
-@jit_lean
-def _way_out(p: Vec, position: np.ndarray, corners: Corners, weights: Vec) -> tuple[float, Vec]:
-    """Return (depth [m], unit normal): from `p` to the point of the patch where it now is, or depth 0 if it is out.
-
-    The way to the closest point is along the triangle's normal, but where that point is on a reentrant edge.
+    Particles and corners and, if `edges` count, edges. Returns how many contacts there are then; those for which there
+    is no room are counted only.
     """
-    way = sub(patch_point(position, corners, weights), p)
-    depth = norm(way)
-    face = area_vector(load(position, corners[0]), load(position, corners[1]), load(position, corners[2]))
-    if depth == 0.0 or dot(way, face) <= 0.0:
-        return 0.0, normalize(face)
-    return depth, scale(1.0 / depth, way)
+    soft, first = model.gas.shape[0], model.particle_start[body]
+    vertices = state.position[first : model.particle_start[body + 1]]
+    own_edges = model.edges[model.edge_start[body] : model.edge_start[body + 1]]
+    tree, search, mark = tree_of(skins, body), skins.search, skins.mark
+    refit_triangle_tree(tree, vertices)
+    bounds = load(skins.low, body), load(skins.high, body)
+    for other in others:
+        before = count
+        if other < soft:
+            start, end = model.particle_start[other], model.particle_start[other + 1]
+            points, box = state.position[start:end], (load(skins.low, other), load(skins.high, other))
+            hint, rows = skins.hint[start:end], model.edges[model.edge_start[other] : model.edge_start[other + 1]]
+            restitution = combined_restitution(model.soft_restitution[body], model.soft_restitution[other])
+            friction = combined_friction(model.soft_friction[body], model.soft_friction[other])
+        else:
+            start, rows = other, own_edges[:0]  # its edges are left to those of the soft body
+            points, hint = skins.corners, skins.corner_hint
+            box = _box_corners(model, state, other - soft, points)
+            restitution = combined_restitution(model.soft_restitution[body], model.box_restitution[other - soft])
+            friction = combined_friction(model.soft_friction[body], model.box_friction[other - soft])
+            count = _list_in_box(
+                model.box_size, state, own_edges, edges, first, vertices, other - soft, mark, skins.edge,
+                restitution, friction, contacts, count,
+            )  # fmt: skip
+        if not boxes_meet(box, bounds):
+            continue
+        left, inside, doubts = _mark(points, box, rows, start, edges, vertices, bounds, tree, search, mark, skins.edge)
+        if doubts > 0:
+            inside += settle_doubts(points, mark, tree, vertices, search)
+        if left + inside > 0:
+            find_closest(points, mark, hint, tree, vertices, search, skins.found)
+            count = _write_points(
+                points, start, other - soft, inside, skins.found, vertices, first, tree.triangles,
+                restitution, friction, contacts, count,
+            )  # fmt: skip
+            count = _write_edges(
+                points, start, rows, left, skins.edge, mark, hint, vertices, first, tree, search,
+                restitution, friction, contacts, count,
+            )  # fmt: skip
+        for k in range(before, min(count, contacts.depth.shape[0])):
+            if contacts.depth[k] > skins.deepest[0]:
+                skins.deepest[0] = contacts.depth[k]
+                skins.deepest_pair[0], skins.deepest_pair[1] = min(body, other), max(body, other)
+    return count
+
+
+@jit_lean
+def _box_corners(model: Model, state: State, box: int, corners: np.ndarray) -> BoundingBox:
+    """Write the eight corners of a box [m] into `corners` (8, 3); return their bounding box."""
+    size, position = load(model.box_size, box), load(state.box_position, box)
+    orientation = load_quaternion(state.box_orientation, box)
+    for k in range(8):
+        store(corners, k, box_corner(size, position, orientation, k))
+    return bounding_box(corners)
+
+
+@jit_lean
+def _mark(
+    points: np.ndarray,
+    box: BoundingBox,
+    edges: np.ndarray,
+    start: int,
+    with_edges: bool,
+    vertices: np.ndarray,
+    bounds: BoundingBox,
+    tree: TriangleTree,
+    search: Search,
+    mark: np.ndarray,
+    listed: np.ndarray,
+) -> tuple[int, int, int]:
+    """Mark the `points` (m, 3) [m] of one body by where they are in another, the `edges` between them listed.
+
+    Returns how many edges may go through the other, and how many points are inside, and how many in doubt.
+    """
+    free = mark_points(points, box, vertices, bounds, mark)
+    left = _edges_left(edges, start, mark, listed) if with_edges else 0
+    if free == 0:
+        return left, 0, 0
+    inside, doubts = mark_inside(points, mark, tree, vertices, search)
+    return left, inside, doubts
+
+
+@jit_lean
+def _edges_left(edges: np.ndarray, start: int, mark: np.ndarray, left: np.ndarray) -> int:
+    """Write into `left` which of `edges` (e, 2) are not outside by the marks of both ends; return how many."""
+    count = 0
+    for e in range(edges.shape[0]):
+        left[count] = e
+        count += mark[edges[e, 0] - start] & mark[edges[e, 1] - start] == 0
+    return count
+
+
+@jit_lean
+def _write_points(
+    points: np.ndarray,
+    start: int,
+    box: int,
+    inside: int,
+    found: Penetrations,
+    vertices: np.ndarray,
+    first: int,
+    triangles: np.ndarray,
+    restitution: float,
+    friction: float,
+    contacts: SoftContacts,
+    count: int,
+) -> int:
+    """List the `inside` points that were `found`, corners of a `box` or, if that is negative, particles from `start`.
+
+    `vertices` (n, 3) [m] and `triangles` (t, 3) are of the body that they are in, its particles from `first` on.
+    """
+    for row in range(inside):
+        point, triangle, weights = found.point[row], found.triangle[row], load(found.weights, row)
+        depth, normal = way_out(load(points, point), vertices, triangles, triangle, weights)
+        if depth > 0.0:
+            skin = first + triangles[triangle, 0], first + triangles[triangle, 1], first + triangles[triangle, 2]
+            who, how = skin, weights
+            if box < 0:
+                who, how = (start + point, start + point, start + point), WHOLE
+            else:
+                normal = scale(-1.0, normal)
+            write_contact(
+                contacts, count, who, how, skin, weights, max(box, NO_BOX), normal, depth, restitution, friction
+            )
+            count += 1
+    return count
+
+
+@jit_lean
+def _write_edges(
+    points: np.ndarray,
+    start: int,
+    edges: np.ndarray,
+    left: int,
+    listed: np.ndarray,
+    mark: np.ndarray,
+    hint: np.ndarray,
+    vertices: np.ndarray,
+    first: int,
+    tree: TriangleTree,
+    search: Search,
+    restitution: float,
+    friction: float,
+    contacts: SoftContacts,
+    count: int,
+) -> int:
+    """List those of the `left` edges `listed` that go through a skin between their ends; as `_write_points`.
+
+    `hint` (m,): the triangle closest to each point inside.
+    """
+    triangles = tree.triangles
+    for row in range(left):
+        i, j = edges[listed[row], 0], edges[listed[row], 1]
+        if mark[j - start] == INSIDE:
+            i, j = j, i
+        p, q = load(points, i - start), load(points, j - start)
+        if mark[i - start] == INSIDE:
+            # It is parted as a particle, and with it the edge, unless that goes deeper still.
+            if mark[j - start] == INSIDE or dot(sub(q, p), facing(triangles, hint[i - start], vertices)) >= 0.0:
+                continue
+            leave, other, _, _ = first_hits(p, q, tree, vertices, search)
+            hits = 0.0, hint[i - start], leave, other
+        else:
+            hits = first_hits(p, q, tree, vertices, search)
+        if hits[3] < 0:
+            continue
+        depth, normal, place, triangle, weights = edge_over_ridge(p, q, hits, vertices, triangles)
+        if triangle < 0 and mark[i - start] != INSIDE:
+            depth, normal, place, triangle, weights = edge_inside(p, q, hits, tree, vertices, search)
+        if depth > 0.0:
+            who, how = (i, j, j), (1.0 - place, place, 0.0)
+            skin = first + triangles[triangle, 0], first + triangles[triangle, 1], first + triangles[triangle, 2]
+            write_contact(contacts, count, who, how, skin, weights, NO_BOX, normal, depth, restitution, friction)
+            count += 1
+    return count
+
+
+@jit_lean
+def _list_in_box(
+    sizes: np.ndarray,
+    state: State,
+    edges: np.ndarray,
+    with_edges: bool,
+    first: int,
+    points: np.ndarray,
+    box: int,
+    mark: np.ndarray,
+    listed: np.ndarray,
+    restitution: float,
+    friction: float,
+    contacts: SoftContacts,
+    count: int,
+) -> int:
+    """List where particles `points` (n, 3) [m] of a soft body, from `first` on, or edges between them, are in a box."""
+    size, position = load(sizes, box), load(state.box_position, box)
+    orientation = load_quaternion(state.box_orientation, box)
+    half = scale(0.5, size)
+    for i in range(points.shape[0]):
+        x, y, z = rotate_inverse(orientation, sub(load(points, i), position))
+        bits = (x <= -half[0]) | (x >= half[0]) << 1 | (y <= -half[1]) << 2 | (y >= half[1]) << 3
+        bits |= (z <= -half[2]) << 4 | (z >= half[2]) << 5
+        mark[i] = INSIDE if bits == 0 else bits
+        if bits == 0:
+            depth, normal = point_in_box(load(points, i), size, position, orientation)
+            who = first + i, first + i, first + i
+            write_contact(contacts, count, who, WHOLE, who, WHOLE, box, normal, depth, restitution, friction)
+            count += 1
+    if with_edges:
+        for row in range(_edges_left(edges, first, mark, listed)):
+            i, j = edges[listed[row], 0], edges[listed[row], 1]
+            if mark[i - first] == INSIDE and mark[j - first] == INSIDE:
+                continue
+            p, q = load(points, i - first), load(points, j - first)
+            depth, normal, place = edge_in_box(p, q, size, position, orientation)
+            # At an end that is inside it is parted as a particle.
+            at_end = (place == 0.0 and mark[i - first] == INSIDE) or (place == 1.0 and mark[j - first] == INSIDE)
+            if depth > 0.0 and not at_end:
+                who, how = (i, j, j), (1.0 - place, place, 0.0)
+                write_contact(contacts, count, who, how, who, WHOLE, box, normal, depth, restitution, friction)
+                count += 1
+    return count

@@ -1,12 +1,12 @@
-"""Where are the corners of a box, and what is its inertia?"""
+"""Where are the corners of a box, how deep is a point in it, and what is its inertia?"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from softbody.jit import jit
-from softbody.quaternion import Quaternion, rotate
-from softbody.vec import Vec, add, multiply, scale
+from softbody.jit import jit, jit_lean
+from softbody.quaternion import Quaternion, rotate, rotate_inverse
+from softbody.vec import Vec, add, multiply, scale, sub
 
 
 @jit
@@ -40,3 +40,21 @@ def box_corners(size: Vec, position: Vec, orientation: Quaternion) -> np.ndarray
     for k in range(8):
         corners[k, 0], corners[k, 1], corners[k, 2] = box_corner(size, position, orientation, k)
     return corners
+
+
+@jit_lean
+def point_in_box(p: Vec, size: Vec, position: Vec, orientation: Quaternion) -> tuple[float, Vec]:
+    """Return (depth [m], normal): how far `p` is behind the closest face, and that face's outward normal; paper §4.7.
+
+    A negative depth: outside. `size` is the full extent [m].
+    """
+    local = rotate_inverse(orientation, sub(p, position))
+    depth = np.inf
+    normal = (0.0, 0.0, 0.0)
+    for axis in range(3):
+        behind = 0.5 * size[axis] - abs(local[axis])
+        if behind < depth:
+            depth = behind
+            side = 1.0 if local[axis] >= 0.0 else -1.0
+            normal = (side if axis == 0 else 0.0, side if axis == 1 else 0.0, side if axis == 2 else 0.0)
+    return depth, rotate(orientation, normal)

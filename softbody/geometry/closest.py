@@ -9,10 +9,7 @@ import numpy as np
 
 from softbody.geometry.triangle import closest_weights_on_triangle, squared_distance_to_triangle, weighted_point
 from softbody.jit import jit, jit_lean
-from softbody.vec import Vec, dot, load, store, sub
-
-# Boxes are grown by this part of the size, which is far more than what the distance of a triangle is rounded by.
-BOX_GROWTH = 1e-9
+from softbody.vec import Vec, load, store
 
 
 class Closest(NamedTuple):
@@ -44,45 +41,6 @@ def closest_triangle(p: Vec, vertices: np.ndarray, triangles: np.ndarray) -> tup
             best = square
             closest = t
     return with_weights(p, vertices, triangles, closest)
-
-
-@jit_lean
-def closest_triangle_of_boxes(p: Vec, vertices: np.ndarray, triangles: np.ndarray) -> tuple[int, Vec, float]:
-    """Return the same, to the bit, in a quarter of the time; it tries triangles whose bounding box is near only.
-
-    Near: not farther than the nearest first corner of any triangle.
-    """
-    limit, farthest = np.inf, 0.0
-    for t in range(triangles.shape[0]):
-        way = sub(load(vertices, triangles[t, 0]), p)
-        square = dot(way, way)
-        limit = min(limit, square)
-        farthest = max(farthest, square)
-    spare = BOX_GROWTH * sqrt(farthest)
-    best = np.inf
-    closest = -1
-    for t in range(triangles.shape[0]):
-        a = load(vertices, triangles[t, 0])
-        b = load(vertices, triangles[t, 1])
-        c = load(vertices, triangles[t, 2])
-        x = max(0.0, _beyond(p[0], a[0], b[0], c[0]) - spare)
-        y = max(0.0, _beyond(p[1], a[1], b[1], c[1]) - spare)
-        z = max(0.0, _beyond(p[2], a[2], b[2], c[2]) - spare)
-        if x * x + y * y + z * z <= limit:
-            square = squared_distance_to_triangle(p, a, b, c)
-            if square < best:
-                best = square
-                closest = t
-                limit = min(limit, best)
-    return with_weights(p, vertices, triangles, closest)
-
-
-@jit_lean
-def _beyond(p: float, a: float, b: float, c: float) -> float:
-    """Return how far p is outside the interval of a, b and c; negative within."""
-    low = min(a, b, c)
-    high = max(a, b, c)
-    return max(low - p, p - high)
 
 
 @jit_lean

@@ -8,9 +8,11 @@ overflows.
 
 from __future__ import annotations
 
+from math import isnan
+
 import numpy as np
 
-from softbody.jit import jit
+from softbody.jit import jit, jit_lean
 from softbody.vec import Vec, sub
 
 HALF_ULP = 2.0**-53
@@ -118,13 +120,9 @@ def _exact_side_of_plane(a: Vec, b: Vec, c: Vec, p: Vec) -> float:
     return terms[n - 1] if n > 0 else 0.0
 
 
-@jit
-def side_of_plane(a: Vec, b: Vec, c: Vec, p: Vec) -> float:
-    """Return a number whose sign tells where `p` is: + behind the triangle (a, b, c), 0 in its plane, − in front.
-
-    The front is where the triangle turns counter-clockwise. Six volumes of the tetrahedron [m³], to rounding; the sign
-    is exact.
-    """
+@jit_lean
+def quick_side_of_plane(a: Vec, b: Vec, c: Vec, p: Vec) -> float:
+    """Return the number of `side_of_plane`, or NaN where rounding might decide its sign."""
     ax, ay, az = sub(a, p)
     bx, by, bz = sub(b, p)
     cx, cy, cz = sub(c, p)
@@ -133,6 +131,15 @@ def side_of_plane(a: Vec, b: Vec, c: Vec, p: Vec) -> float:
     ab, ba = ax * by, bx * ay
     six_volumes = az * (bc - cb) + bz * (ca - ac) + cz * (ab - ba)
     size = (abs(bc) + abs(cb)) * abs(az) + (abs(ca) + abs(ac)) * abs(bz) + (abs(ab) + abs(ba)) * abs(cz)
-    if abs(six_volumes) >= PLANE_ROUNDING * size:
-        return six_volumes
-    return _exact_side_of_plane(a, b, c, p)
+    return six_volumes if abs(six_volumes) >= PLANE_ROUNDING * size else np.nan
+
+
+@jit
+def side_of_plane(a: Vec, b: Vec, c: Vec, p: Vec) -> float:
+    """Return a number whose sign tells where `p` is: + behind the triangle (a, b, c), 0 in its plane, − in front.
+
+    The front is where the triangle turns counter-clockwise. Six volumes of the tetrahedron [m³], to rounding; the sign
+    is exact.
+    """
+    six_volumes = quick_side_of_plane(a, b, c, p)
+    return _exact_side_of_plane(a, b, c, p) if isnan(six_volumes) else six_volumes

@@ -119,43 +119,29 @@ def bounding_box(points: np.ndarray) -> tuple[Vec, Vec]:
 def rebuild_parity_grid(grid: ParityGrid, vertices: np.ndarray) -> None:
     """Bin the triangles where `vertices` (n, 3) [m] now are. If any is not finite, no point is inside."""
     low, high = bounding_box(vertices)
-    rebuild_parity_grid_within(grid, vertices, low, high, grid.columns)
-
-
-@jit
-def rebuild_parity_grid_within(grid: ParityGrid, vertices: np.ndarray, low: Vec, high: Vec, columns: float) -> None:
-    """Bin the triangles for points between the corners `low` and `high` [m]; those elsewhere then seem outside.
-
-    `high` must not be lower (in z) than any point that is asked about; from it up to the mesh's top, levels are added.
-    `columns` is about how many columns to make.
-    """
     if not (isfinite(low[0] + low[1] + low[2]) and isfinite(high[0] + high[1] + high[2])):
         grid.frame[:] = np.nan
         grid.shape[:] = 1
         return
-    columns = min(columns, grid.columns)
-    whole = _spans(vertices, low, high)
+    columns = grid.columns
     while True:
         _lay_out(grid, vertices, low, high, columns)
-        count = _list_triangles(grid, vertices, low, high, whole)
+        count = _list_triangles(grid)
         if count >= 0:
             break
         columns *= 0.25  # one column holds each triangle once, for which there is always room
     _sort_entries(grid, count)
-    _find_sides(grid, vertices, whole)
+    _find_sides(grid, vertices)
 
 
 @jit_lean
 def _lay_out(grid: ParityGrid, vertices: np.ndarray, low: Vec, high: Vec, columns: float) -> None:
     """Choose the grid's shape and frame, and put the vertices on its lattice."""
-    top = high[2]
-    for i in range(vertices.shape[0]):
-        top = max(top, vertices[i, 2])
     tiny = 1e-300  # a flat side gets one column
     width, length, height = (
         max(high[0] - low[0], tiny),
         max(high[1] - low[1], tiny),
-        max(top - low[2], tiny),
+        max(high[2] - low[2], tiny),
     )
     along_x = max(1, min(2047, int(sqrt(columns * min(width / length, 1e12)) + 0.5)))
     along_y = max(1, min(2047, int(columns / along_x + 0.5)))
@@ -192,7 +178,7 @@ def _step(x: float, low: float, per_metre: float, steps: int) -> int:
 
 
 @jit_lean
-def _list_triangles(grid: ParityGrid, vertices: np.ndarray, low: Vec, high: Vec, whole: bool) -> int:
+def _list_triangles(grid: ParityGrid) -> int:
     """Write an entry for each triangle and column that it meets, unsorted; return how many, or −1 for too many."""
     along_x, columns = grid.shape[0], grid.shape[0] * grid.shape[1]
     triangles, lattice = grid.triangles, grid.lattice
@@ -203,8 +189,6 @@ def _list_triangles(grid: ParityGrid, vertices: np.ndarray, low: Vec, high: Vec,
     room = entries.shape[0] - 4
     for t in range(triangles.shape[0]):
         i, j, k = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        if not whole and not may_matter(load(vertices, i), load(vertices, j), load(vertices, k), low, high):
-            continue
         left = min(lattice[i, 0], lattice[j, 0], lattice[k, 0])
         right = max(lattice[i, 0], lattice[j, 0], lattice[k, 0])
         front = min(lattice[i, 1], lattice[j, 1], lattice[k, 1])
@@ -266,25 +250,6 @@ def _list_triangles(grid: ParityGrid, vertices: np.ndarray, low: Vec, high: Vec,
 
 
 @jit_lean
-def _spans(vertices: np.ndarray, low: Vec, high: Vec) -> bool:
-    """Tell whether all vertices lie between the corners, so that no triangle can be passed over."""
-    for i in range(vertices.shape[0]):
-        x, y, z = load(vertices, i)
-        if x < low[0] or x > high[0] or y < low[1] or y > high[1] or z < low[2]:
-            return False
-    return True
-
-
-@jit_lean
-def may_matter(a: Vec, b: Vec, c: Vec, low: Vec, high: Vec) -> bool:
-    """Tell whether a triangle can be met by the +z ray of a point between the corners."""
-    # `&` and not `and`: without a branch for each comparison.
-    along_x = (max(a[0], b[0], c[0]) >= low[0]) & (min(a[0], b[0], c[0]) <= high[0])
-    along_y = (max(a[1], b[1], c[1]) >= low[1]) & (min(a[1], b[1], c[1]) <= high[1])
-    return along_x & along_y & (max(a[2], b[2], c[2]) >= low[2])
-
-
-@jit_lean
 def _sort_entries(grid: ParityGrid, count: int) -> None:
     """Gather the entries column by column: a counting sort, which keeps triangles in order."""
     start = grid.start
@@ -297,8 +262,8 @@ def _sort_entries(grid: ParityGrid, count: int) -> None:
 
 
 @jit
-def _find_sides(grid: ParityGrid, vertices: np.ndarray, whole: bool) -> None:
-    """Find for each run of unmarked levels of each column whether it is inside. `whole`: nothing is below the grid."""
+def _find_sides(grid: ParityGrid, vertices: np.ndarray) -> None:
+    """Find for each run of unmarked levels of each column whether it is inside."""
     f = _frame(grid)
     along_x, along_y = grid.shape[0], grid.shape[1]
     marked, inside, outside = grid.marked, grid.inside, grid.outside
@@ -310,8 +275,6 @@ def _find_sides(grid: ParityGrid, vertices: np.ndarray, whole: bool) -> None:
                 below_top |= below_top >> np.uint64(shift)
             now_inside, now_outside = _NONE, ~below_top  # above all triangles: outside
             left = ~marked[k] & below_top if grid.closed else _NONE
-            if not whole:
-                left &= ~_ONE
             while left != _NONE:
                 lowest = left & (~left + _ONE)
                 run = left & ~(left + lowest)

@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
-from math import isfinite
 from typing import NamedTuple
 
 import numpy as np
 
-from softbody.geometry.closest import closest_triangle, closest_triangle_of_boxes
-from softbody.geometry.parity_grid import (
-    COLUMNS_PER_TRIANGLE,
-    ParityGrid,
-    bounding_box,
-    may_matter,
-    points_in_parity_grid,
-    rebuild_parity_grid_within,
-)
-from softbody.geometry.polyhedron import point_in_polyhedron, ray_hits_triangle
+from softbody.geometry.closest import closest_triangle
+from softbody.geometry.parity_grid import bounding_box
+from softbody.geometry.polyhedron import UNSURE, point_in_polyhedron
+from softbody.geometry.tree_hits import point_in_tree, quick_point_in_tree
 from softbody.geometry.triangle_tree import Search, TriangleTree, closest_in_tree, refit_triangle_tree, search_space
 from softbody.jit import jit, jit_lean
 from softbody.vec import Vec, add, dot, load, norm, scale, store, sub
@@ -24,11 +17,9 @@ from softbody.vec import Vec, add, dot, load, norm, scale, store, sub
 # Some ten roundings of 1e-16, of a product of two lengths, and more.
 ROUNDING = 1e-14
 
-# So many points are tried against every triangle that may lie above them: a grid costs as much, at any size.
-FEW = 16
-
-# For so many, the triangles whose boxes are near are tried: to refit a tree costs as much as two, and more memory.
-FEW_INSIDE = 2
+INSIDE = 1 << 7  # the mark of a point that is inside; one with another mark is not
+IN_DOUBT = 1 << 7 | 1
+BoundingBox = tuple[Vec, Vec]  # low and high corner [m]
 
 
 class Penetrations(NamedTuple):
@@ -57,134 +48,120 @@ def _write(found: Penetrations, row: int, point: int, triangle: int, weights: Ve
 
 
 @jit_lean
-def _reach(vertices: np.ndarray, middle: Vec, way: Vec) -> float:
-    """Return how far `vertices` (n, 3) [m] reach along `way`, from `middle` [m], times its length."""
+def boxes_meet(a: BoundingBox, b: BoundingBox) -> bool:
+    """Tell whether two boxes along the axes, each by its low and high corner [m], have a point in common.
+
+    None has, if any number is not finite.
+    """
+    for axis in range(3):  # noqa: SIM110 (Numba has no all() of a generator)
+        if not (a[0][axis] <= b[1][axis] and b[0][axis] <= a[1][axis]):
+            return False
+    return True
+
+
+@jit_lean
+def mark_points(
+    points: np.ndarray, box: BoundingBox, vertices: np.ndarray, other: BoundingBox, mark: np.ndarray
+) -> int:
+    """Mark each of `points` (n, 3) [m] with the sides on which it is outside a mesh; return how many have no mark.
+
+    `box` and `other` are the bounding boxes of the points and of the mesh's `vertices` (n, 3) [m]. A bit for each side
+    of `other`, and one for a plane across the line between the middles of both: it often parts what the boxes do not.
+    Where all ends of an edge share a bit, all of it is outside (Cohen and Sutherland).
+    """
+    low, high = other
+    middle = scale(0.5, add(low, high))
+    way = sub(scale(0.5, add(box[0], box[1])), middle)
     reach = -np.inf
     for i in range(vertices.shape[0]):
         reach = max(reach, dot(sub(load(vertices, i), middle), way))
-    return reach
+    reach += ROUNDING * norm(way) * norm(sub(high, low))
+    free = 0
+    for i in range(points.shape[0]):
+        p = load(points, i)
+        bits = (p[0] < low[0]) | (p[0] > high[0]) << 1 | (p[1] < low[1]) << 2 | (p[1] > high[1]) << 3
+        bits |= (p[2] < low[2]) << 4 | (p[2] > high[2]) << 5 | (dot(sub(p, middle), way) > reach) << 6
+        mark[i] = bits
+        free += bits == 0
+    return free
 
 
 @jit_lean
-def _gather(
-    points: np.ndarray,
-    low: Vec,
-    high: Vec,
-    middle: Vec,
-    way: Vec,
-    reach: float,
-    number: np.ndarray,
-    candidates: np.ndarray,
-) -> int:
-    """Copy those of `points` that are between two corners and not beyond `reach`, with their numbers; return how many.
+def mark_inside(
+    points: np.ndarray, mark: np.ndarray, tree: TriangleTree, vertices: np.ndarray, search: Search
+) -> tuple[int, int]:
+    """Mark those of the unmarked `points` (n, 3) [m] that are INSIDE a mesh, or IN_DOUBT; return how many of each.
 
-    `reach` along `way`, from `middle`, as above: a plane across the line between the middles of two bodies often parts
-    them where their bounding boxes overlap.
+    In doubt are those of which only `settle_doubts` can tell. `tree` must have been fitted to `vertices` (n, 3) [m].
     """
-    count = 0
+    inside = doubts = 0
     for i in range(points.shape[0]):
-        p = load(points, i)
-        number[count] = i
-        store(candidates, count, p)
-        across = (p[0] >= low[0]) & (p[0] <= high[0]) & (p[1] >= low[1]) & (p[1] <= high[1])
-        count += across & (p[2] >= low[2]) & (p[2] <= high[2]) & (dot(sub(p, middle), way) <= reach)
-    return count
+        if mark[i] == 0:
+            answer = quick_point_in_tree(load(points, i), tree, vertices, search)
+            mark[i] = IN_DOUBT if answer == UNSURE else INSIDE * answer
+            inside += answer == 1
+            doubts += answer == UNSURE
+    return inside, doubts
 
 
 @jit
-def _find_inside(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray, inside: np.ndarray) -> None:
-    """Write into `inside` (m,) whether each of a few `points` (m, 3) [m] is inside a mesh: as `point_in_polyhedron`.
-
-    Of the triangles only those count that the +z ray of a point between all of these can meet.
-    """
-    low, high = bounding_box(points)
-    above = np.empty(triangles.shape[0], np.int64)
-    count = 0
-    for t in range(triangles.shape[0]):
-        a, b, c = load(vertices, triangles[t, 0]), load(vertices, triangles[t, 1]), load(vertices, triangles[t, 2])
-        above[count] = t
-        count += may_matter(a, b, c, low, high)
+def settle_doubts(
+    points: np.ndarray, mark: np.ndarray, tree: TriangleTree, vertices: np.ndarray, search: Search
+) -> int:
+    """Decide by exact arithmetic which of `points` (n, 3) [m] in doubt are inside; return how many are."""
+    inside = 0
     for i in range(points.shape[0]):
-        p = load(points, i)
-        odd = False
-        for k in range(count):
-            i0, i1, i2 = triangles[above[k], 0], triangles[above[k], 1], triangles[above[k], 2]
-            odd ^= ray_hits_triangle(p, load(vertices, i0), load(vertices, i1), load(vertices, i2))
-        inside[i] = odd
+        if mark[i] == IN_DOUBT:
+            is_inside = point_in_tree(load(points, i), tree, vertices, search)
+            mark[i] = INSIDE if is_inside else 0
+            inside += is_inside
+    return inside
 
 
 @jit_lean
-def _find_closest(
+def find_closest(
     points: np.ndarray,
-    number: np.ndarray,
-    count: int,
+    mark: np.ndarray,
+    hint: np.ndarray,
     tree: TriangleTree,
     vertices: np.ndarray,
     search: Search,
     found: Penetrations,
 ) -> None:
-    """Write which triangle is closest to each of the first `count` points of `number`."""
-    for row in range(count):
-        triangle, weights, depth = closest_in_tree(load(points, number[row]), tree, vertices, search)
-        _write(found, row, number[row], triangle, weights, depth)
+    """Write which triangle is closest to each of `points` (n, 3) [m] that is marked INSIDE, for as many as have room.
 
-
-@jit_lean
-def _find_closest_few(
-    points: np.ndarray, number: np.ndarray, count: int, vertices: np.ndarray, triangles: np.ndarray, found: Penetrations
-) -> None:
-    """Do the same without a tree."""
-    for row in range(count):
-        _write(found, row, number[row], *closest_triangle_of_boxes(load(points, number[row]), vertices, triangles))
+    `hint` (n,): the triangles where to look first, or −1; those of the last step, as a rule. They are replaced.
+    """
+    row, rows = 0, found.point.shape[0]
+    for i in range(points.shape[0]):
+        if mark[i] == INSIDE and row < rows:
+            triangle, weights, depth = closest_in_tree(load(points, i), tree, vertices, search, hint[i])
+            hint[i] = triangle
+            _write(found, row, i, triangle, weights, depth)
+            row += 1
 
 
 @jit
-def find_penetrations(
-    points: np.ndarray, vertices: np.ndarray, grid: ParityGrid, tree: TriangleTree, found: Penetrations
-) -> int:
+def find_penetrations(points: np.ndarray, vertices: np.ndarray, tree: TriangleTree, found: Penetrations) -> int:
     """Find those of `points` (m, 3) [m] that are inside a closed mesh, and its triangle closest to each; paper §4.3.
 
-    `vertices` (n, 3) [m] are where the mesh of `grid` and `tree` is now: both are rebuilt here, as far as the two
-    bodies overlap. Returns how many are inside; the first rows of `found` hold them. If there are more than it
-    has room for, the rest are counted only. If any number is not finite, nothing is inside.
+    `vertices` (n, 3) [m] are where the mesh of `tree` is now: it is fitted to them here, if the two bodies may overlap.
+    Returns how many are inside; the first rows of `found` hold them. If there are more than it has room for, the rest
+    are counted only. If any number is not finite, nothing is inside.
     """
-    low_a, high_a = bounding_box(points)
-    low_b, high_b = bounding_box(vertices)
-    if not isfinite(low_a[0] + high_a[0] + low_b[0] + high_b[0]):
+    box, other = bounding_box(points), bounding_box(vertices)
+    if not boxes_meet(box, other):
         return 0
-    low = max(low_a[0], low_b[0]), max(low_a[1], low_b[1]), max(low_a[2], low_b[2])
-    high = min(high_a[0], high_b[0]), min(high_a[1], high_b[1]), min(high_a[2], high_b[2])
-    if not (low[0] <= high[0] and low[1] <= high[1] and low[2] <= high[2]):
+    mark = np.empty(points.shape[0], np.uint8)
+    if mark_points(points, box, vertices, other, mark) == 0:
         return 0
-    number = np.empty(points.shape[0], np.int64)
-    candidates = np.empty((points.shape[0], 3))
-    middle = scale(0.5, add(low_b, high_b))
-    way = sub(scale(0.5, add(low_a, high_a)), middle)
-    reach = _reach(vertices, middle, way) + ROUNDING * norm(way) * norm(sub(high_b, low_b))
-    count = _gather(points, low, high, middle, way, reach, number, candidates)
-    if count == 0:
-        return 0
-    inside = np.empty(count, np.bool_)
-    if count <= FEW:
-        _find_inside(candidates[:count], vertices, grid.triangles, inside)
-    else:
-        # No more columns than the points are worth.
-        rebuild_parity_grid_within(grid, vertices, low, high, COLUMNS_PER_TRIANGLE * (4 * count + 64))
-        points_in_parity_grid(candidates, grid, vertices, inside, 0, count)
-    total = 0
-    for i in range(count):
-        if inside[i]:
-            number[total] = number[i]
-            total += 1
-    if total == 0:
-        return 0
-    rows = min(total, found.point.shape[0])
-    if total <= FEW_INSIDE:
-        _find_closest_few(points, number, rows, vertices, grid.triangles, found)
-    else:
-        refit_triangle_tree(tree, vertices)
-        _find_closest(points, number, rows, tree, vertices, search_space(tree), found)
-    return total
+    refit_triangle_tree(tree, vertices)
+    search = search_space(tree)
+    inside, doubts = mark_inside(points, mark, tree, vertices, search)
+    if doubts > 0:
+        inside += settle_doubts(points, mark, tree, vertices, search)
+    find_closest(points, mark, np.full(points.shape[0], -1), tree, vertices, search, found)
+    return inside
 
 
 @jit

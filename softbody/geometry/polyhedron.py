@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from math import isfinite
+from math import isfinite, isnan
 
 import numpy as np
 
-from softbody.geometry.orientation import LINE_ROUNDING, side_of_line, side_of_plane
+from softbody.geometry.orientation import LINE_ROUNDING, quick_side_of_plane, side_of_line, side_of_plane
 from softbody.geometry.triangle import area_vector, triangle_area
-from softbody.jit import jit
+from softbody.jit import jit, jit_lean
 from softbody.vec import Vec, add, cross, dot, load, norm, scale, sub
+
+UNSURE = 2  # an answer besides yes and no
 
 
 @jit
@@ -106,16 +108,12 @@ def _is_clear(left: float, right: float) -> bool:
     return abs(left - right) >= LINE_ROUNDING * (abs(left) + abs(right))
 
 
-@jit
-def ray_hits_triangle(p: Vec, a: Vec, b: Vec, c: Vec) -> bool:
-    """Tell whether the ray from `p` along +z goes through the triangle (a, b, c) [m]; paper §4.6.
-
-    Exact: a ray through an edge or vertex shared by two triangles counts for one of them only, even if the two have
-    copies of that vertex of their own, and a triangle without area, or on its edge seen from above, is never hit.
-    """
+@jit_lean
+def quick_ray_hits(p: Vec, a: Vec, b: Vec, c: Vec) -> int:
+    """Return the answer of `ray_hits_triangle`, 1 or 0, or UNSURE where rounding might decide."""
     a_low, b_low, c_low = a[1] <= p[1], b[1] <= p[1], c[1] <= p[1]
     if a_low == b_low and b_low == c_low:
-        return False
+        return 0
     # All three edges at once, as `_crossing` does one by one, but without a branch that the processor could mispredict.
     ax, ay, _ = sub(a, p)
     bx, by, _ = sub(b, p)
@@ -123,19 +121,36 @@ def ray_hits_triangle(p: Vec, a: Vec, b: Vec, c: Vec) -> bool:
     ab, ba = ax * by, ay * bx
     bc, cb = bx * cy, by * cx
     ca, ac = cx * ay, cy * ax
-    if _is_clear(ab, ba) & _is_clear(bc, cb) & _is_clear(ca, ac):
-        # Of two edges that pass the level of p, one goes up and one down.
-        up = (a_low & (not b_low) & (ab > ba)) | (b_low & (not c_low) & (bc > cb)) | (c_low & (not a_low) & (ca > ac))
-        down = (b_low & (not a_low) & (ab < ba)) | (c_low & (not b_low) & (bc < cb)) | (a_low & (not c_low) & (ca < ac))
-    else:
-        facing = _crossing(p, a, b) + _crossing(p, b, c) + _crossing(p, c, a)
-        up, down = facing > 0, facing < 0
+    if not (_is_clear(ab, ba) & _is_clear(bc, cb) & _is_clear(ca, ac)):
+        return UNSURE
+    # Of two edges that pass the level of p, one goes up and one down.
+    up = (a_low & (not b_low) & (ab > ba)) | (b_low & (not c_low) & (bc > cb)) | (c_low & (not a_low) & (ca > ac))
+    down = (b_low & (not a_low) & (ab < ba)) | (c_low & (not b_low) & (bc < cb)) | (a_low & (not c_low) & (ca < ac))
     if up == down or p[2] >= max(a[2], b[2], c[2]):
-        return False
+        return 0
     if p[2] < min(a[2], b[2], c[2]):
-        return True
+        return 1
+    side = quick_side_of_plane(a, b, c, p)
+    if isnan(side):
+        return UNSURE
+    return 1 if (side > 0.0) == up and side != 0.0 else 0
+
+
+@jit
+def ray_hits_triangle(p: Vec, a: Vec, b: Vec, c: Vec) -> bool:
+    """Tell whether the ray from `p` along +z goes through the triangle (a, b, c) [m]; paper §4.6.
+
+    Exact: a ray through an edge or vertex shared by two triangles counts for one of them only, even if the two have
+    copies of that vertex of their own, and a triangle without area, or on its edge seen from above, is never hit.
+    """
+    hit = quick_ray_hits(p, a, b, c)
+    if hit != UNSURE:
+        return hit == 1
+    facing = _crossing(p, a, b) + _crossing(p, b, c) + _crossing(p, c, a)
+    if facing == 0 or p[2] >= max(a[2], b[2], c[2]):
+        return False
     side = side_of_plane(a, b, c, p)
-    return side > 0.0 if up else side < 0.0
+    return side > 0.0 if facing > 0 else side < 0.0
 
 
 @jit

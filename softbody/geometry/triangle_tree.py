@@ -220,13 +220,20 @@ class Search(NamedTuple):
     bound: np.ndarray  # (stack,) float64: no triangle in the node is closer; squared, in half sizes
     near: np.ndarray  # (8,) float32: the same for the children of a node
     square: np.ndarray  # (8,) [m²] of the triangles of a leaf
+    listed: np.ndarray  # (8 leaves,) triangles; see softbody/geometry/tree_hits.py
 
 
 @jit
 def search_space(tree: TriangleTree) -> Search:
     """Return room for searches in `tree`, of any number of points, one after the other."""
     stack = WIDTH * (tree.level_count.shape[0] + 1)
-    return Search(np.empty(stack, np.int64), np.empty(stack), np.empty(WIDTH, np.float32), np.empty(WIDTH))
+    return Search(
+        np.empty(stack, np.int64),
+        np.empty(stack),
+        np.empty(WIDTH, np.float32),
+        np.empty(WIDTH),
+        np.empty(tree.order.shape[0], np.int64),
+    )
 
 
 @jit_lean
@@ -260,7 +267,7 @@ def _leaf_squares(corners: np.ndarray, leaf: int, p: Vec, square: np.ndarray) ->
 
 
 @jit
-def _to_float32(x: float) -> np.float32:
+def to_float32(x: float) -> np.float32:
     """Return a coordinate, in half sizes, as the boxes have them."""
     return np.float32(min(max(x, -FARTHEST), FARTHEST))
 
@@ -281,16 +288,16 @@ def _search(
     bound_stack: np.ndarray,
     near: np.ndarray,
     square: np.ndarray,
+    closest: int,
+    best: float,
 ) -> int:
-    """Return the closest triangle to `p`, or −1."""
+    """Return the closest triangle to `p`, or −1; `closest`, if not −1, is one at a squared distance of `best` [m²]."""
     if not isfinite(per_metre * (p[0] + p[1] + p[2])):
         return -1
     away = scale(per_metre, sub(p, middle))
-    x, y, z = _to_float32(away[0]), _to_float32(away[1]), _to_float32(away[2])
+    x, y, z = to_float32(away[0]), to_float32(away[1]), to_float32(away[2])
     to_half_sizes = per_metre * per_metre
-    closest = -1
-    best = np.inf  # [m²]
-    limit = np.inf  # the same in half sizes
+    limit = best * to_half_sizes  # the same in half sizes
     top = level_start.shape[0] - 1
     node_stack[0] = top << LEVEL_SHIFT
     bound_stack[0] = 0.0
@@ -330,12 +337,27 @@ def _search(
 
 
 @jit_lean
-def closest_in_tree(p: Vec, tree: TriangleTree, vertices: np.ndarray, search: Search) -> tuple[int, Vec, float]:
+def _at_least_as_close(p: Vec, triangles: np.ndarray, vertices: np.ndarray, guess: int) -> tuple[int, float]:
+    """Return triangle `guess` and its squared distance [m²] for `_search` to start from; −1 and inf if it is none."""
+    if 0 <= guess < triangles.shape[0]:
+        i, j, k = triangles[guess, 0], triangles[guess, 1], triangles[guess, 2]
+        square = squared_distance_to_triangle(p, load(vertices, i), load(vertices, j), load(vertices, k))
+        if square < np.inf:
+            return guess, square
+    return -1, np.inf
+
+
+@jit_lean
+def closest_in_tree(
+    p: Vec, tree: TriangleTree, vertices: np.ndarray, search: Search, guess: int = -1
+) -> tuple[int, Vec, float]:
     """Return (triangle, weights, distance [m]) closest to `p` [m]: as `closest_triangle`.
 
-    The tree must have been fitted to `vertices` (n, 3) [m]; `search` comes from `search_space`.
+    The tree must have been fitted to `vertices` (n, 3) [m]; `search` comes from `search_space`. With a good `guess` of
+    the triangle the same is found sooner; −1 for none.
     """
     middle = tree.frame[0], tree.frame[1], tree.frame[2]
+    guess, best = _at_least_as_close(p, tree.triangles, vertices, guess)
     t = _search(
         p,
         tree.order,
@@ -348,6 +370,8 @@ def closest_in_tree(p: Vec, tree: TriangleTree, vertices: np.ndarray, search: Se
         search.bound,
         search.near,
         search.square,
+        guess,
+        best,
     )
     return with_weights(p, vertices, tree.triangles, t)
 
@@ -365,11 +389,14 @@ def closest_all_in_tree(
     order, corners, level_start, boxes = tree.order, tree.corners, tree.level_start, tree.boxes
     middle = tree.frame[0], tree.frame[1], tree.frame[2]
     per_metre = tree.frame[3]
+    triangles, guess = tree.triangles, -1
     for q in range(first, last):
-        answers.triangle[q] = _search(
-            load(points, q), order, corners, level_start, boxes, middle, per_metre, nodes, bounds, near, square
+        p = load(points, q)
+        guess, best = _at_least_as_close(p, triangles, vertices, guess)  # as the answer to the point before
+        guess = _search(
+            p, order, corners, level_start, boxes, middle, per_metre, nodes, bounds, near, square, guess, best
         )
-    triangles = tree.triangles
+        answers.triangle[q] = guess
     for q in range(first, last):
         t, weights, distance = with_weights(load(points, q), vertices, triangles, answers.triangle[q])
         write_answer(answers, q, vertices, triangles, t, weights, distance)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from softbody.mesh import icosphere
+from softbody.parameters import check_range
 from softbody.world import World
 
 
@@ -18,6 +19,7 @@ def build(
 
     Each has 10·4ˢ + 2 particles, weighs 1 kg, and its gas is in proportion to its springs: all have the same shape.
     """
+    check_range(height, "height", "m", least=0.0)
     world = World() if world is None else world
     world.add_ground()
     ball = icosphere(subdivisions, radius=0.5)

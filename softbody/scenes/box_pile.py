@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from softbody.parameters import check_whole
 from softbody.world import World
 
 ACROSS = 1.3  # [m] between neighbours at the start, more than the diagonal of a box is long
@@ -14,6 +15,7 @@ def build(boxes: int = 40, world: World | None = None) -> World:
 
     A layer holds 3 × 3 boxes, so that more of them make a higher heap; the same number falls the same way each time.
     """
+    check_whole(boxes, "boxes", 1)
     world = World() if world is None else world
     world.add_ground(friction=0.6)
     rng = np.random.default_rng(2008)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from softbody.parameters import check_range, check_whole
 from softbody.world import World
 
 
@@ -10,6 +11,8 @@ def build(boxes: int = 8, gap: float = 0.05, world: World | None = None) -> Worl
 
     Every other plate lies across, and each is a little off the axis, by less than lets the tower lean.
     """
+    check_whole(boxes, "boxes", 1)
+    check_range(gap, "gap", "m", least=0.0)
     world = World() if world is None else world
     world.add_ground(friction=0.6)
     for k in range(boxes):

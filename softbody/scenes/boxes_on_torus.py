@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from softbody.mesh import torus
+from softbody.parameters import check_whole
 from softbody.world import World
 
 
 def build(boxes: int = 3, world: World | None = None) -> World:
     """Return `world`, or a new one, with a torus, and above its hole `boxes` planks, each across the one below."""
+    check_whole(boxes, "boxes", 0)
     world = World() if world is None else world
     world.add_ground()
     world.add_soft_body(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from softbody.mesh import Mesh, torus
+from softbody.parameters import check_range
 from softbody.world import World
 
 
@@ -15,6 +16,8 @@ def build(force: float = 0.5, tilt: float = 0.0, world: World | None = None) -> 
     its torus could only slide; and a force too small lets it topple before it is as fast as a hoop must be to stay
     upright (v² > g R/3).
     """
+    check_range(force, "force")
+    check_range(tilt, "tilt", "rad")
     mass = 2.0
     world = World() if world is None else world
     world.add_ground(friction=0.8)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from softbody.mesh import torus
+from softbody.parameters import check_whole
 from softbody.world import World
 
 
 def build(bodies: int = 4, world: World | None = None) -> World:
     """Return `world`, or a new one, with `bodies` tori, copies of one mesh, one above the other."""
+    check_whole(bodies, "bodies", 1)
     world = World() if world is None else world
     world.add_ground()
     ring = torus(1.0, 0.4, 24, 12)

@@ -7,6 +7,7 @@ from math import ceil, sqrt
 import numpy as np
 
 from softbody.mesh import icosphere
+from softbody.parameters import check_whole
 from softbody.world import World
 
 RADIUS = 0.5  # [m] of each ball
@@ -20,6 +21,7 @@ def build(bodies: int = 30, world: World | None = None) -> World:
 
     Loose layers, in which each ball is a little aside from the one below, so that none stands on another's top.
     """
+    check_whole(bodies, "bodies", 1)
     world = World() if world is None else world
     world.add_ground()
     side = ceil(sqrt(bodies / LAYERS))

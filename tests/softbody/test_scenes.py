@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from softbody import SoftBody, World, scenes
+from softbody import ParameterError, SoftBody, World, scenes
 
 STEP = 0.8  # of the stable time step
 BOX_STEP = 1.0 / 240.0  # [s] where there is no soft body
@@ -63,3 +63,24 @@ def test_balls_stay_in_their_tray(bodies, seconds):
     inside = world.state.box_position[world.state.box_position[:, 0].argmax(), 0] - 0.5 * scenes.tray.WALL
     assert np.abs(world.state.position[:, :2]).max() < inside + 1e-3
     assert world.state.position[:, 2].min() >= 0.0
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments", "culprit"),
+    [
+        ("tray", {"bodies": 2.5}, "bodies is 2.5"),
+        ("tray", {"bodies": 0}, "bodies is 0"),
+        ("box_pile", {"boxes": "many"}, "boxes is 'many'"),
+        ("box_stack", {"boxes": -1}, "boxes is -1"),
+        ("box_stack", {"gap": np.nan}, "gap is nan"),
+        ("torus_stack", {"bodies": 0}, "bodies is 0"),
+        ("boxes_on_torus", {"boxes": -1}, "boxes is -1"),
+        ("ball_drop", {"height": -1.0}, "height is -1.0"),
+        ("rolling_torus", {"tilt": np.inf}, "tilt is inf"),
+    ],
+)
+def test_a_scene_names_the_argument_that_it_cannot_use_and_leaves_the_world_alone(name, arguments, culprit):
+    world = World()
+    with pytest.raises(ParameterError, match=culprit):
+        getattr(scenes, name).build(**arguments, world=world)
+    assert world.model.ground_height == -np.inf

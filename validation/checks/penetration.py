@@ -10,7 +10,6 @@ import softbody
 from softbody import Mesh
 from softbody.geometry import (
     bounding_sphere,
-    build_parity_grid,
     build_triangle_tree,
     find_penetrations,
     find_penetrations_exhaustively,
@@ -27,13 +26,13 @@ PIECE = "softbody.geometry.penetration.find_penetrations"
 def rows(points: np.ndarray, mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
     """Return what the structures and what trying everything find: bits (m, 6), −1 where a point is not inside."""
     found = []
-    grid, tree = build_parity_grid(mesh.vertices, mesh.triangles), build_triangle_tree(mesh.vertices, mesh.triangles)
+    tree = build_triangle_tree(mesh.vertices, mesh.triangles)
     for exhaustively in (False, True):
         room = room_for_penetrations(len(points))
         if exhaustively:
             count = find_penetrations_exhaustively(points, mesh.vertices, mesh.triangles, room)
         else:
-            count = find_penetrations(points, mesh.vertices, grid, tree, room)
+            count = find_penetrations(points, mesh.vertices, tree, room)
         bits = np.full((len(points), 6), -1, np.int64)
         numbers = np.column_stack([room.weights[:count], room.depth[:count]]).view(np.int64)
         bits[room.point[:count]] = np.column_stack([np.arange(count), room.triangle[:count], numbers])
@@ -87,16 +86,13 @@ def an_order_of_magnitude_faster(run: Run) -> Comparison:
     for subdivisions in {"quick": (3, 4), "standard": (3, 4), "full": (3, 4, 5, 6)}[run.level]:
         mesh = rotated(softbody.icosphere(subdivisions), rng)
         points = np.ascontiguousarray(mesh.vertices + np.array([0.3, 0.4, 1.5]))
-        grid, tree = (
-            build_parity_grid(mesh.vertices, mesh.triangles),
-            build_triangle_tree(mesh.vertices, mesh.triangles),
-        )
+        tree = build_triangle_tree(mesh.vertices, mesh.triangles)
         room = room_for_penetrations(len(points))
         fast, slow = [], []
         for _ in range(6 if subdivisions < 5 else 3):
             start = thread_time()
             for _ in range(10):
-                find_penetrations(points, mesh.vertices, grid, tree, room)
+                find_penetrations(points, mesh.vertices, tree, room)
             middle = thread_time()
             find_penetrations_exhaustively(points, mesh.vertices, mesh.triangles, room)
             fast.append((middle - start) / 10)

@@ -65,7 +65,7 @@ def _pressed_spheres(run: Run) -> dict[str, Pressed]:
     family=FAMILY,
     claim="At rest, contacts push a soft sphere with its weight and no more, upwards, and only where it touches.",
     section="4.2, 5.1",
-    piece="softbody.collision.ground.ground_soft_bodies, softbody.collision.box_soft",
+    piece="softbody.collision.ground.ground_soft_bodies, softbody.collision.soft_response",
     reference="balance of forces; springs and gas by the judge's own formulas at the positions of the core",
     engines=("scipy", "trimesh"),
     unit="of the weight",

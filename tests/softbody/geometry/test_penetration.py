@@ -5,7 +5,6 @@ import pytest
 
 import softbody
 from softbody.geometry import (
-    build_parity_grid,
     build_triangle_tree,
     find_penetrations,
     find_penetrations_exhaustively,
@@ -17,9 +16,9 @@ from tests.softbody.geometry.shapes import BALL, TORUS, T, V, turned
 def both(points, vertices, triangles, capacity=None):
     """Rows found by the structures and by trying everything."""
     found = []
-    grid, tree = build_parity_grid(vertices, triangles), build_triangle_tree(vertices, triangles)
+    tree = build_triangle_tree(vertices, triangles)
     for find in (
-        lambda rows: find_penetrations(points, vertices, grid, tree, rows),
+        lambda rows: find_penetrations(points, vertices, tree, rows),
         lambda rows: find_penetrations_exhaustively(points, vertices, triangles, rows),
     ):
         rows = room_for_penetrations(len(points) if capacity is None else capacity)
@@ -87,4 +86,4 @@ def test_points_or_vertices_that_are_not_finite_are_inside_nothing():
     spoiled[5] = np.nan
     for points, vertices in ((spoiled, V), (0.3 * V, np.where(np.arange(len(V))[:, None] == 3, np.nan, V))):
         rows = room_for_penetrations(len(V))
-        assert find_penetrations(points, vertices, build_parity_grid(V, T), build_triangle_tree(V, T), rows) == 0
+        assert find_penetrations(points, vertices, build_triangle_tree(V, T), rows) == 0

@@ -116,7 +116,8 @@ def test_the_tree_gives_the_answers_of_the_exhaustive_search(kind):
     search = search_space(tree)
     for q in range(0, len(points), 11):
         one = closest_triangle(tuple(points[q]), vertices, triangles)
-        assert repr(closest_in_tree(tuple(points[q]), tree, vertices, search)) == repr(one)
+        for guess in (-1, 0, one[0], len(triangles) - 1, len(triangles)):
+            assert repr(closest_in_tree(tuple(points[q]), tree, vertices, search, guess)) == repr(one)
         assert one[0] == expected.triangle[q]
 
 
