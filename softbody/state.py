@@ -111,7 +111,7 @@ class Rules(NamedTuple):
     single_contact: bool  # one impulse a pair, as in the paper, instead of manifolds solved together
     exhaustive_pairs: bool  # try all pairs, as in the paper, instead of a grid
     iterations: int  # of the contact solver, a step
-    edge_contacts: bool  # of soft bodies with boxes, and not only contacts of vertices, as in the paper
+    edge_contacts: bool  # of soft bodies, and not only contacts of vertices, as in the paper
     split_steps: bool  # where bodies would jump through each other
     gyroscopic: bool  # a free box keeps I ω instead of ω
     speed_ceiling: float  # [m/s]; paper §6

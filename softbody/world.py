@@ -66,7 +66,7 @@ class World:
     separating-axis test: "complete", or "paper" for face normals only. `contact` of boxes: "manifold", all points
     solved together in `iterations` sweeps a step, or "single", the paper's one impulse a pair, half-way between the
     two. `pairs` to test: those near in a "grid", or "exhaustive", as in the paper, with the same result.
-    `edge_contacts`: sides of boxes hold the edges of soft bodies too, and not only their particles, as in the paper.
+    `edge_contacts`: edges hold edges, of boxes and of soft bodies, and not only particles and corners, as in the paper.
     `split_steps`: a step in which a soft body and another would jump through each other is taken in parts.
 
     More of the paper, off by default: `speed_ceiling` [m/s] and `angular_speed_ceiling` [rad/s]; a box on the ground
