@@ -19,7 +19,8 @@ from benchmarks import peers
 from softbody import World
 from softbody.collision.broad_phase import near_pairs
 from softbody.collision.fast import spheres_of_bodies
-from softbody.collision.soft_contacts import Skins, collide_soft_bodies, find_soft_contacts
+from softbody.collision.skins import Skins
+from softbody.collision.soft_contacts import collide_soft_bodies, find_soft_contacts
 from softbody.collision.soft_response import SoftContacts, room_for_soft_contacts
 from softbody.dynamics.integrators import INTEGRATORS
 from softbody.scenes import boxes_on_torus, rolling_torus, sphere_on_torus, torus_stack, tray

@@ -57,6 +57,7 @@ class Model(NamedTuple):
     triangle_start: np.ndarray  # (b + 1,)
     gas: np.ndarray  # (b,) nRT [J]; may change between steps
     thickness: np.ndarray  # (b,) 2 V/A at rest [m]: of a plate its thickness, of a ball two thirds of its radius
+    edge_length: np.ndarray  # (b,) mean, of the mesh as it was added [m]
     least_volume: np.ndarray  # (b,) [m³]; at or below it the body counts as collapsed
     damping: np.ndarray  # (b,) of the springs, along their edges [N s/m]
     drag: np.ndarray  # (b,) rate at which velocities fade [1/s]

@@ -18,7 +18,8 @@ from softbody.collision.ground import ground_boxes, ground_soft_bodies
 from softbody.collision.impulse import NOBODY, resolve_contact
 from softbody.collision.manifold import new_scratch
 from softbody.collision.material import combined_friction, combined_restitution
-from softbody.collision.soft_contacts import Skins, collide_soft_bodies
+from softbody.collision.skins import Skins
+from softbody.collision.soft_contacts import collide_soft_bodies
 from softbody.collision.soft_response import room_for_soft_contacts
 from softbody.collision.solver import inverse_masses, prepare_contacts, solve_displacements, solve_velocities
 from softbody.dynamics.motion import Scratch, move_soft_bodies

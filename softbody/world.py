@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from softbody.collision.contacts import grown, new_contacts
-from softbody.collision.soft_contacts import Skins, build_skins
+from softbody.collision.skins import Skins, build_skins
 from softbody.dynamics.energy import angular_momentum, linear_momentum, total_energy
 from softbody.dynamics.equilibrium import relax
 from softbody.dynamics.integrators import INTEGRATORS, STABILITY_LIMIT
@@ -195,6 +195,7 @@ class World:
                 f"position is {position!r}: so far away that edge {edge} is lost in rounding; come closer"
             )
         speed = vector(velocity, "velocity")
+        in_mesh = lengths
         if rest_length is not None:
             lengths = rest_length_of(rest_length, len(edges))
         check_range(damping, "damping", "N s/m", least=0.0)
@@ -218,6 +219,7 @@ class World:
             triangle_start=appended(model.triangle_start, len(model.triangles) + len(mesh.triangles)),
             gas=appended(model.gas, float(gas)),
             thickness=appended(model.thickness, 2.0 * mesh.volume / surface_area(mesh.vertices, mesh.triangles)),
+            edge_length=appended(model.edge_length, in_mesh.mean()),
             least_volume=appended(model.least_volume, deflated_below * mesh.volume),
             damping=appended(model.damping, float(damping)),
             drag=appended(model.drag, float(drag)),
@@ -704,6 +706,7 @@ class SoftBody:
             triangle_start=np.array([0, len(own_triangles)]),
             gas=model.gas[one],
             thickness=model.thickness[one],
+            edge_length=model.edge_length[one],
             least_volume=model.least_volume[one],
             damping=np.zeros(1),
             drag=np.zeros(1),
@@ -778,6 +781,7 @@ def _empty_model(gravity: np.ndarray) -> Model:
         triangle_start=start,
         gas=none,
         thickness=none,
+        edge_length=none,
         least_volume=none,
         damping=none,
         drag=none,

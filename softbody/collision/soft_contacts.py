@@ -1,12 +1,10 @@
 """Where do soft bodies touch each other and the boxes? Paper §4.2, §4.3.
 
 All contacts of a step are found before any is parted, so that each structure is made once for all that ask it. They
-are listed pair by pair in a fixed order.
+are listed body by body, in a fixed order.
 """
 
 from __future__ import annotations
-
-from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +14,7 @@ from softbody.collision.edge_skin import edge_inside, edge_over_ridge, facing, w
 from softbody.collision.fast import spheres_of_bodies
 from softbody.collision.material import combined_friction, combined_restitution
 from softbody.collision.patch import WHOLE
+from softbody.collision.skins import Skins, tree_of
 from softbody.collision.soft_response import NO_BOX, SoftContacts, part_contacts, with_room, write_contact
 from softbody.geometry.box import box_corner, point_in_box
 from softbody.geometry.parity_grid import bounding_box
@@ -27,84 +26,17 @@ from softbody.geometry.penetration import (
     find_closest,
     mark_inside,
     mark_points,
-    room_for_penetrations,
     settle_doubts,
 )
 from softbody.geometry.tree_hits import first_hits
-from softbody.geometry.triangle_tree import Search, TriangleTree, build_triangle_tree, refit_triangle_tree, search_space
+from softbody.geometry.triangle_tree import Search, TriangleTree, refit_triangle_tree
 from softbody.jit import jit, jit_lean
 from softbody.quaternion import load_quaternion, rotate_inverse
 from softbody.state import Model, RigidBodies, Rules, State
 from softbody.vec import Vec, dot, load, scale, store, sub
 
-
-class Skins(NamedTuple):
-    """What finds the contacts of soft bodies: the trees of all skins, one body's rows after another's, and scratch.
-
-    What follows a skin as it moves (corners, boxes, frame) has room for the largest: one skin is asked at a time.
-    """
-
-    trees: TriangleTree
-    start: np.ndarray  # (b + 1, fields of a TriangleTree) first row of each body in each of its arrays
-    search: Search  # for the largest of them
-    low: np.ndarray  # (b, 3) [m] corner of the bounding box of each body
-    high: np.ndarray  # (b, 3) [m]
-    mark: np.ndarray  # (most particles of a body or corners of a box,) see `mark_points`
-    found: Penetrations  # as many
-    edge: np.ndarray  # (most edges of a body + 1,) see `_edges_left`
-    hint: np.ndarray  # (n,) see `find_closest`
-    corners: np.ndarray  # (8, 3) [m] of the box that is asked
-    corner_hint: np.ndarray  # (8,)
-    crowd: np.ndarray  # (n,) see `part_contacts`
-    deepest: np.ndarray  # (1,) [m] of all contacts since it was last set to 0
-    deepest_pair: np.ndarray  # (2,) the bodies of that contact, boxes numbered after soft bodies
-
-
-def build_skins(model: Model, position: np.ndarray) -> Skins:
-    """Return the skins of all soft bodies of a model whose particles are at `position` (n, 3) [m]."""
-    # Of the first mesh no row is kept: it tells what arrays look like where there are no bodies.
-    meshes = [(np.eye(4, 3), np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]))]
-    for body in range(len(model.gas)):
-        first, end = model.particle_start[body : body + 2]
-        faces = slice(*model.triangle_start[body : body + 2])
-        meshes.append((position[first:end], model.triangles[faces] - first))
-    trees = [build_triangle_tree(*mesh) for mesh in meshes]
-    joined = TriangleTree(*(np.concatenate([rows[0][:0], *rows[1:]]) for rows in zip(*trees, strict=True)))
-    lengths = [[len(rows) for rows in tree] for tree in trees]
-    lengths[0] = [0] * len(joined)
-    largest = max(trees, key=lambda tree: len(tree.order))
-    bodies, most = len(model.gas), int(np.diff(model.particle_start).max(initial=8))
-    return Skins(
-        joined._replace(corners=largest.corners, boxes=largest.boxes, frame=largest.frame),
-        np.cumsum(lengths, axis=0),
-        search_space(largest),
-        np.zeros((bodies, 3)),
-        np.zeros((bodies, 3)),
-        np.zeros(most, np.uint8),
-        room_for_penetrations(most),
-        np.zeros(int(np.diff(model.edge_start).max(initial=0)) + 1, np.int64),
-        np.full(len(position), -1),
-        np.zeros((8, 3)),
-        np.full(8, -1),
-        np.zeros(len(position)),
-        np.zeros(1),
-        np.zeros(2, np.int64),
-    )
-
-
-@jit
-def tree_of(skins: Skins, body: int) -> TriangleTree:
-    """Return the tree of one body; fit it before it is asked, and before another one is fitted."""
-    trees, first, end = skins.trees, skins.start[body], skins.start[body + 1]
-    return TriangleTree(
-        trees.triangles[first[0] : end[0]],
-        trees.order[first[1] : end[1]],
-        trees.corners[: end[2] - first[2]],
-        trees.level_start[first[3] : end[3]],
-        trees.level_count[first[4] : end[4]],
-        trees.boxes,
-        trees.frame,
-    )
+# Edges are asked of skins whose own are not longer: as a part of their mean length, below which they are not.
+COARSE = 0.9
 
 
 @jit
@@ -217,10 +149,12 @@ def _list_contacts(
             start, end = model.particle_start[other], model.particle_start[other + 1]
             points, box = state.position[start:end], (load(skins.low, other), load(skins.high, other))
             hint, rows = skins.hint[start:end], model.edges[model.edge_start[other] : model.edge_start[other + 1]]
+            if model.edge_length[other] < COARSE * model.edge_length[body]:
+                rows = rows[:0]  # short edges do not go deep between their ends
             restitution = combined_restitution(model.soft_restitution[body], model.soft_restitution[other])
             friction = combined_friction(model.soft_friction[body], model.soft_friction[other])
         else:
-            start, rows = other, own_edges[:0]  # its edges are left to those of the soft body
+            start, rows = 0, own_edges[:0]  # its edges are left to those of the soft body
             points, hint = skins.corners, skins.corner_hint
             box = _box_corners(model, state, other - soft, points)
             restitution = combined_restitution(model.soft_restitution[body], model.box_restitution[other - soft])
