@@ -192,11 +192,10 @@ def turn_back(
         first, weights = _corners(contacts.first, k), load(contacts.first_weights, k)
         point = patch_point(position, first, weights)
         soft = _mobility(inverse_mass, crowd, contacts.first, contacts.first_weights, k)
-        give = soft
         if box == NO_BOX:
             soft += _mobility(inverse_mass, crowd, contacts.second, contacts.second_weights, k)
-            give = soft
-        else:
+        give = soft
+        if box != NO_BOX:
             give += box_crowd[box] * point_mobility(bodies, box, point, normal)
         if not give > 0.0:
             continue
