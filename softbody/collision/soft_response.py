@@ -23,8 +23,10 @@ from softbody.vec import Vec, accumulate, add, cross, dot, load, norm, scale, st
 
 NO_BOX = -1
 
-# Cosine between an impulse and the normal of the skin below which the two count as parallel to the skin.
+# Cosine between an impulse and the normal of a skin below which it is all but along the skin: left to `move_apart`.
 ALONG_SKIN = 0.05
+
+SAME_PLACE = 1e-12  # of a triangle's size: closer than this, two points coincide
 
 
 class SoftContacts(NamedTuple):
@@ -211,14 +213,16 @@ def turn_back(
                 if box != NO_BOX:
                     give += box_crowd[box] * point_mobility(bodies, box, point, along)
                 impulse = sub(impulse, scale(min(contacts.friction[k] * j, sliding / give), along))
-        push_patch(velocity, inverse_mass, first, weights, impulse)
         back = scale(-1.0, impulse)
         if box == NO_BOX:
             second = _corners(contacts.second, k)
-            met = _met_weights(position, point, impulse, second, load(contacts.second_weights, k))
+            meets, met = _met_weights(position, point, impulse, second, load(contacts.second_weights, k))
+            if not meets:
+                continue
             push_patch(velocity, inverse_mass, second, met, back)
         else:
             apply_impulse(bodies, box, point, back)
+        push_patch(velocity, inverse_mass, first, weights, impulse)
     for k in range(count):
         _leave_crowd(contacts, k, crowd)
 
@@ -269,19 +273,19 @@ def _gain(bodies: RigidBodies, box: int, point: Vec, impulse: Vec) -> Vec:
 
 
 @jit_lean
-def _met_weights(position: np.ndarray, point: Vec, impulse: Vec, corners: Corners, weights: Vec) -> Vec:
-    """Return the weights of where the line of an impulse at `point` [m] meets the plane of a triangle.
+def _met_weights(position: np.ndarray, point: Vec, impulse: Vec, corners: Corners, weights: Vec) -> tuple[bool, Vec]:
+    """Return whether the line of an impulse at `point` [m] meets the plane of a triangle, and with which weights.
 
     There the reaction has no moment about the impulse. Where the two points of a contact coincide these are its
-    `weights`, as they are where the line all but misses the plane.
+    `weights`. An impulse all but along the plane, seen from a point that is not in it, does not meet it.
     """
     a, b, c = load(position, corners[0]), load(position, corners[1]), load(position, corners[2])
     up = area_vector(a, b, c)
     square, rise = dot(up, up), dot(impulse, up)
-    if not abs(rise) > ALONG_SKIN * np.sqrt(square) * norm(impulse):
-        return weights
     gap = sub(patch_point(position, corners, weights), point)
+    if not abs(rise) > ALONG_SKIN * np.sqrt(square) * norm(impulse):
+        return dot(gap, gap) <= SAME_PLACE * SAME_PLACE * np.sqrt(square), weights
     aside = sub(scale(dot(gap, up) / rise, impulse), gap)  # from the contact's point, in the plane
     second = 0.5 * dot(cross(sub(a, c), aside), up) / square
     third = 0.5 * dot(cross(sub(b, a), aside), up) / square
-    return weights[0] - second - third, weights[1] + second, weights[2] + third
+    return True, (weights[0] - second - third, weights[1] + second, weights[2] + third)
