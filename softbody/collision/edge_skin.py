@@ -28,10 +28,10 @@ GRAZING = 1e-9
 def edge_over_ridge(p: Vec, q: Vec, hits: Hits, vertices: np.ndarray, triangles: np.ndarray) -> Crossing:
     """Return (depth [m], normal, place, triangle, weights) of the segment from `p` to `q` [m] across an edge of a mesh.
 
-    Of a segment whose ends are outside, by its two `hits`; a triangle of −1 if they have no edge in common that it
-    crosses. The two edges are parted by `depth` along the unit `normal`, their common perpendicular, from the mesh to
-    the segment; they touch then at the segment's `place`, 0 at p … 1 at q, and at the point with barycentric `weights`
-    in `triangle`. `vertices` (n, 3) [m], `triangles` (t, 3).
+    By its two `hits`; of a segment that starts inside, the triangle closest to its start and the one it leaves by. A
+    triangle of −1: the two have no edge in common that it crosses. The two edges are parted by `depth` along the unit
+    `normal`, their common perpendicular, from the mesh to the segment; they touch then at the segment's `place`, 0 at p
+    … 1 at q, and at the point with barycentric `weights` in `triangle`. `vertices` (n, 3) [m], `triangles` (t, 3).
     """
     enter, one, leave, other = hits
     side = _common_side(triangles, one, other)
