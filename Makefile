@@ -5,7 +5,7 @@ UV_VERSION := 0.13.8
 UV := $(shell command -v uv 2>/dev/null || echo .uv/bin/uv)
 RUN := .venv/bin/python
 
-.PHONY: report test lint lock clean
+.PHONY: report test faults matrix lint lock upgrade clean
 
 report: .venv/ready  ## judge every claim, time the step, make build/report/index.html
 	$(RUN) -m validation $(ARGS)
@@ -13,15 +13,26 @@ report: .venv/ready  ## judge every claim, time the step, make build/report/inde
 test: .venv/ready  ## run the project's own tests
 	$(RUN) -m pytest -n auto --dist worksteal $(ARGS)
 
+faults: .venv/ready  ## damage the core under every claim, and see that it turns red
+	$(RUN) -m validation.faults $(ARGS)
+
+matrix: .venv/ready  ## the README's example and a scene's bits on every Python that is here, and on every Numba
+	$(RUN) tests/matrix.py --uv $(UV) $(ARGS)
+
 lint: .venv/ready  ## formatting, lint, types and the walls between the packages
 	.venv/bin/ruff format --check .
 	.venv/bin/ruff check .
 	.venv/bin/lint-imports
 	.venv/bin/mypy
 
-lock: .venv/ready  ## pin the newest versions that pyproject.toml allows
-	$(UV) pip compile --quiet --upgrade --generate-hashes --no-header --no-annotate --python-version 3.11 \
-		--all-extras pyproject.toml --output-file requirements.lock
+PIN := pip compile --quiet --generate-hashes --no-header --no-annotate --python-version 3.11 --all-extras \
+	pyproject.toml --output-file requirements.lock
+
+lock: .venv/ready  ## pin what is new in pyproject.toml; other pins stay
+	$(UV) $(PIN)
+
+upgrade: .venv/ready  ## pin the newest versions that pyproject.toml allows
+	$(UV) $(PIN) --upgrade
 
 clean:  ## remove everything that was made here
 	rm -rf .venv .uv build

@@ -13,6 +13,7 @@ from references.pybullet_world import BulletWorld
 from softbody import World
 from softbody.collision.broad_phase import near_pairs, near_pairs_exhaustive
 from softbody.collision.manifold import box_pairs_manifolds
+from softbody.collision.sat_boxes import PlacedBoxes
 
 SIZES = (10, 100, 1_000)
 STEP = 1.0 / 240.0
@@ -24,7 +25,7 @@ def pile(count: int) -> tuple[World, BulletWorld]:
     """Return the same boxes in both engines, above the ground in layers; both may stop iterating early."""
     rng = np.random.default_rng(count)
     world = World()
-    bullet = BulletWorld(STEP, world.rules.iterations, residual=1e-7)
+    bullet = BulletWorld(STEP, world.settings.iterations, residual=1e-7)
     world.add_ground()
     bullet.add_ground()
     side = max(2, round((count / 3.0) ** (1.0 / 3.0)))
@@ -115,8 +116,9 @@ def fcl_calls(pairs: tuple[np.ndarray, ...]) -> Callable[[], None]:
 def bench_contacts_of_pairs(race) -> None:
     """Separating axes and clipped contact points of many pairs in one call; FCL pair by pair, as its binding wants."""
     pairs = pairs_of_boxes()
+    a, b = PlacedBoxes(*pairs[:3]), PlacedBoxes(*pairs[3:])
     race(
-        lambda: box_pairs_manifolds(*pairs, 0.0, False),
+        lambda: box_pairs_manifolds(a, b),
         PAIRS,
         table="The contact points of two boxes",
         name="softbody",

@@ -21,16 +21,16 @@ import softbody
 from benchmarks.open3d_peer import open3d, open3d_scene
 from softbody.geometry import (
     MeshQuery,
+    build_bvh,
     build_parity_grid,
-    build_triangle_tree,
-    closest_all_in_tree,
+    closest_all_in_bvh,
     closest_triangles,
     points_in_parity_grid,
     points_in_polyhedron,
     rebuild_parity_grid,
-    refit_triangle_tree,
+    refit_bvh,
 )
-from softbody.geometry.closest import no_answers
+from softbody.geometry.closest_point import no_answers
 
 Arrays = tuple[np.ndarray, np.ndarray]
 
@@ -95,7 +95,7 @@ def our_containment(points: np.ndarray, vertices: np.ndarray, triangles: np.ndar
 
     def call() -> np.ndarray:
         rebuild_parity_grid(grid, vertices)
-        points_in_parity_grid(points, grid, vertices, answers, 0, len(points))
+        points_in_parity_grid(points, grid, vertices, answers, (0, len(points)))
         return answers
 
     return call
@@ -157,11 +157,11 @@ def bench_closest_triangle(race, request, size: tuple[int, int], points_are: str
     level = request.config.getoption("--level")
     vertices, triangles = wobbled_torus(size[0])
     points = DISTRIBUTIONS[points_are](vertices, size[1])
-    tree, answers = build_triangle_tree(vertices, triangles), no_answers(len(points))
+    tree, answers = build_bvh(vertices, triangles), no_answers(len(points))
 
     def ours() -> None:
-        refit_triangle_tree(tree, vertices)
-        closest_all_in_tree(points, tree, vertices, answers, 0, len(points))
+        refit_bvh(tree, vertices)
+        closest_all_in_bvh(points, tree, vertices, answers, (0, len(points)))
 
     few = cut(points, PAIRS[level] / 4, triangles)
     ray = points[:1_000]

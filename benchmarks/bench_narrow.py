@@ -7,6 +7,7 @@ from collections.abc import Callable
 import coal
 import fcl
 import igl
+import numba
 import numpy as np
 import pytest
 import trimesh
@@ -14,12 +15,17 @@ from trimesh.ray.ray_pyembree import RayMeshIntersector as Embree
 
 import softbody
 from benchmarks.open3d_peer import open3d, open3d_scene
-from softbody.collision.sat import box_pairs_overlap
+from softbody.collision.sat_boxes import PlacedBoxes, box_pairs_overlap
 from softbody.geometry import (
-    build_triangle_tree,
+    BVH,
+    Penetrations,
+    build_bvh,
     find_penetrations,
     find_penetrations_exhaustively,
+    points_of,
+    refit_bvh,
     room_for_penetrations,
+    search_space,
 )
 
 SUBDIVISIONS = {"quick": (3,), "standard": (3, 4, 5), "full": (3, 4, 5, 6)}  # 642 … 40 962 particles a body
@@ -33,18 +39,25 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
         metafunc.parametrize("subdivisions", SUBDIVISIONS[metafunc.config.getoption("--level")])
 
 
+@numba.njit
+def rebuild_and_find(points: np.ndarray, vertices: np.ndarray, tree: BVH, found: Penetrations) -> int:
+    """Fit the structures to where two bodies are, and find what is inside, one way."""
+    refit_bvh(tree, vertices)
+    return find_penetrations(points_of(points), points_of(vertices), tree, search_space(tree), found)
+
+
 def bench_soft_against_soft(race, request, subdivisions: int) -> None:
     """Two spheres that overlap by a fifth of their radius, both ways: particles inside, closest triangle, depth."""
     level = request.config.getoption("--level")
     ball = softbody.icosphere(subdivisions)
     triangles = ball.triangles
     a, b = ball.vertices, np.ascontiguousarray(ball.vertices + np.array([0.3, 0.4, 1.728]))
-    trees = [build_triangle_tree(x, triangles) for x in (a, b)]
+    trees = [build_bvh(x, triangles) for x in (a, b)]
     room = room_for_penetrations(len(a))
     both_ways = ((a, b, trees[1]), (b, a, trees[0]))
 
     def ours() -> None:
-        assert all(find_penetrations(x, y, tree, room) > 0 for x, y, tree in both_ways)
+        assert all(rebuild_and_find(x, y, tree, room) > 0 for x, y, tree in both_ways)
 
     def exhaustively() -> None:
         for x, y, _ in both_ways:
@@ -137,13 +150,14 @@ def bench_boxes(race) -> None:
         for i in range(1_000)
     ]
     request = fcl.CollisionRequest()
+    a, b = (PlacedBoxes(sizes[k], places[k], turns[k]) for k in (0, 1))
     race(
-        lambda: box_pairs_overlap(sizes[0], places[0], turns[0], sizes[1], places[1], turns[1], False),
+        lambda: box_pairs_overlap(a, b),
         count,
         table="Separating axes of random boxes, in batch",
         name="box_pairs_overlap",
         size=count,
         of="pairs",
         per="pair",
-        peers={"python-fcl": (lambda: [fcl.collide(a, b, request, fcl.CollisionResult()) for a, b in objects], 1_000)},
+        peers={"python-fcl": (lambda: [fcl.collide(x, y, request, fcl.CollisionResult()) for x, y in objects], 1_000)},
     )

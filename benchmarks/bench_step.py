@@ -16,9 +16,8 @@ from benchmarks.mujoco_peer import mujoco_stepping
 from benchmarks.newton_peer import newton, newton_stepping
 from benchmarks.taichi_peer import taichi, taichi_stepping
 from benchmarks.warp_peer import warp, warp_stepping
-from softbody.dynamics.integrators import INTEGRATORS
-from softbody.dynamics.motion import LARGE, scratch_for
-from softbody.step import run_soft_bodies
+from softbody.dynamics.soft_bodies import LARGE, motion_of
+from softbody.step import run_alone
 
 SUBDIVISIONS = (1, 2, 3, 4, 5, 6, 7)  # 42, 162, 642, 2 562, 10 242, 40 962, 163 842 particles
 MILLION = 0  # in place of subdivisions: a torus of 1 000 000 particles
@@ -52,17 +51,17 @@ def world_of(mesh: softbody.Mesh, bodies: int, **options: Any) -> softbody.World
 
 def stepping(world: softbody.World) -> Peer:
     """Return a call that steps a world whose bodies do not meet, and its particles × steps."""
-    particles = len(world.state.position)
+    particles = len(world.state.particle_position)
     steps = steps_for(particles)
     # Far below the stable step, so that no round meets another geometry than the first.
     time_step = 1e-3 * world.stable_time_step()
-    scratch = scratch_for(world.model, world.rings, world.threads)
-    arguments = world.model, world.rings, world.state, scratch, time_step, steps, INTEGRATORS[world.integrator], 1
+    motion = motion_of(world.model.soft_particle_start, world.rings, world.threads)
+    arguments = world.model, world.controls, world.state, motion, world.settings, time_step, steps
 
     def call() -> None:
-        done, _, _ = run_soft_bodies(*arguments, None if world.threads == 1 else world.threads)
+        done, _, _ = run_alone(*arguments)
         assert done == steps
-        assert np.isfinite(world.state.position[0, 0])
+        assert np.isfinite(world.state.particle_position[0, 0])
 
     return call, particles * steps
 

@@ -10,7 +10,7 @@ import pytest
 
 import softbody
 from references import scipy
-from softbody.dynamics.integrators import INTEGRATORS
+from softbody.settings import INTEGRATORS
 
 STIFFNESS, GAS, SECONDS = 200.0, 30.0, 0.5
 STEPS = (150, 300, 600, 1_200, 2_400, 4_800)

@@ -10,6 +10,8 @@ from __future__ import annotations
 import coal
 import numpy as np
 
+PACKAGES = {"coal": "coal"}  # import name, and the name to install it by
+
 # [m], absolute, at sizes near 1 m. Shapes whose separation is smaller may be judged either way. Leave them out.
 MARGIN = 1e-6
 

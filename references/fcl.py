@@ -16,6 +16,8 @@ from collections.abc import Iterator
 import fcl
 import numpy as np
 
+PACKAGES = {"fcl": "python-fcl"}  # import name, and the name to install it by
+
 # Part of the size [m/m]. Boxes whose true separation is smaller than this times their size may be judged either way:
 # at a gap of 1e-14 FCL calls 2.4 % of pairs colliding, at 1e-12 none of a million. Leave such pairs out.
 MARGIN = 1e-12

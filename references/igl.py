@@ -11,6 +11,8 @@ from __future__ import annotations
 import igl
 import numpy as np
 
+PACKAGES = {"igl": "libigl"}  # import name, and the name to install it by
+
 # Part of the size [m/m]. Points nearer to the surface may be judged either way by the first two. Leave them out.
 MARGIN = 1e-12
 

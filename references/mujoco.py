@@ -13,6 +13,8 @@ from numpy.typing import ArrayLike
 
 from references.analytic import Velocities, rotation_matrix
 
+PACKAGES = {"mujoco": "mujoco"}  # import name, and the name to install it by
+
 
 def box_impact(*case: ArrayLike) -> Velocities:
     """Return the velocities after m frictionless impacts at one point each; arguments of `analytic.box_impact`."""

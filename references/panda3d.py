@@ -22,6 +22,8 @@ from panda3d.core import LVecBase3, PTA_int, PTA_LVecBase3, Vec3
 
 from references.analytic import breathing_frequency, equilibrium_scale
 
+PACKAGES = {"panda3d": "panda3d"}  # import name, and the name to install it by
+
 SETTLE = 60.0  # [rad] of breathing, near the critical damping: the motion that is left is below float32
 SAMPLES = 20  # volumes at rest to take the mean of: the last digit of float32 flickers
 

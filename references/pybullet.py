@@ -30,6 +30,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+PACKAGES = {"pybullet": "pybullet"}  # import name, and the name to install it by
+
 
 def _import_silently() -> None:
     """Import pybullet while output and errors go to the null device: it greets with a line, on either by version.

@@ -16,6 +16,8 @@ import scipy.linalg
 import scipy.optimize
 import scipy.spatial
 
+PACKAGES = {"scipy": "scipy"}  # import name, and the name to install it by
+
 RTOL = 1e-13  # of DOP853; SciPy allows no less than 2.2e-14
 ATOL = 1e-15  # of DOP853, on λ near 1
 NEWTON_STEPS = 5  # two are enough

@@ -18,6 +18,9 @@ import trimesh
 import trimesh.proximity
 from trimesh.ray.ray_triangle import RayMeshIntersector
 
+# Import name, and the name to install it by; `contains` needs rtree, and takes embreex by itself where it is installed.
+PACKAGES = {"trimesh": "trimesh", "rtree": "rtree", "embreex": "embreex"}
+
 # [m], absolute, at mesh sizes near 1 m. Points nearer to the surface may be judged either way. Leave them out.
 MARGIN = 1e-5
 

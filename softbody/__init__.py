@@ -1,19 +1,24 @@
-"""Pressure soft bodies and rigid boxes in Numba, every piece checked against independent reference engines.
+"""Pressure soft bodies and rigid boxes in Numba, every piece held by claims that can fail.
 
-Conventions, everywhere: SI units; z is up; right-handed axes; triangles counter-clockwise seen from outside;
-float64; quaternions (w, x, y, z), body frame to world frame; a normal of a contact of a and b points from b to a;
-"§" is a section of the 2008 paper that the method comes from. Same inputs, same version, same machine: same bits.
+Conventions, everywhere: SI units; z is up; right-handed axes; triangles counter-clockwise seen from outside; double
+precision, but where single is asked for; quaternions (w, x, y, z), body frame to world frame; a normal of a contact of
+a and b points from b to a; "§" is a section of the 2008 paper that the method comes from. Same inputs, same version,
+same machine: same bits.
 """
 
+from softbody.bodies import Box, SoftBody
 from softbody.errors import MeshError, OverlapWarning, ParameterError, SimulationError, SoftbodyError
 from softbody.mesh import Mesh, box, icosahedron, icosphere, octahedron, tetrahedron, torus
-from softbody.state import Model, State
-from softbody.world import Box, SoftBody, World
+from softbody.state import Controls, Model, State
+from softbody.world import World
+
+from softbody import scenes  # isort: skip (it needs all of the above)
 
 __version__ = "0.1.0"
 
 __all__ = [
     "Box",
+    "Controls",
     "Mesh",
     "MeshError",
     "Model",
@@ -28,6 +33,7 @@ __all__ = [
     "icosahedron",
     "icosphere",
     "octahedron",
+    "scenes",
     "tetrahedron",
     "torus",
 ]

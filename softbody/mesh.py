@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from softbody.errors import MeshError, ParameterError
 from softbody.geometry.polyhedron import signed_volume
+from softbody.parameters import check_range, vector
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,10 +43,11 @@ class Mesh:
 
     def moved(self, offset: ArrayLike) -> Mesh:
         """Return a copy moved by `offset` (3,) [m]."""
-        return Mesh(self.vertices + np.asarray(offset, float), self.triangles)
+        return Mesh(self.vertices + vector(offset, "offset"), self.triangles)
 
     def scaled(self, factor: float) -> Mesh:
         """Return a copy scaled about the origin by `factor` > 0."""
+        check_range(factor, "factor", above=0.0)
         return Mesh(self.vertices * factor, self.triangles)
 
 

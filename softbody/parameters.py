@@ -70,23 +70,23 @@ def rest_length_of(rest_length: ArrayLike, count: int) -> np.ndarray:
     return array
 
 
-def pins_of(pinned: ArrayLike, count: int) -> np.ndarray:
-    """Return the indices of pinned vertices, each once, in order; of `count` at least one is free."""
+def fixed_particles_of(fixed: ArrayLike, count: int) -> np.ndarray:
+    """Return the indices of fixed vertices, each once, in order; of `count` at least one is free."""
     try:
-        array = np.asarray(pinned)
+        array = np.asarray(fixed)
         if array.size == 0:
             return np.empty(0, np.int64)
         if array.dtype.kind not in "iu" or array.ndim != 1:
             raise TypeError(f"{array.dtype} of shape {array.shape} are no indices")
     except (TypeError, ValueError) as error:
-        raise ParameterError(f"pinned is {pinned!r}; give the indices of vertices") from error
+        raise ParameterError(f"fixed is {fixed!r}; give the indices of vertices") from error
     bad = (array < 0) | (array >= count)
     if bad.any():
-        raise ParameterError(f"pinned vertex {array[np.argmax(bad)]} does not exist: there are 0 … {count - 1}")
-    pins = np.unique(array)
-    if len(pins) == count:
-        raise ParameterError("every vertex is pinned, so that nothing can move; leave one free")
-    return pins
+        raise ParameterError(f"fixed vertex {array[np.argmax(bad)]} does not exist: there are 0 … {count - 1}")
+    indices = np.unique(array)
+    if len(indices) == count:
+        raise ParameterError("every vertex is fixed, so that nothing can move; leave one free")
+    return indices
 
 
 def check_whole(value: int, name: str, least: int) -> None:

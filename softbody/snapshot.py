@@ -35,8 +35,15 @@ def rebuilt(name: str, like: Part, snapshot: Snapshot) -> Part:
         elif isinstance(value, np.ndarray):
             values.append(entry(snapshot, key).astype(value.dtype))
         else:
-            values.append(type(value)(entry(snapshot, key).item()))
+            values.append(_number(entry(snapshot, key), key, type(value)))
     return type(like)(*values)
+
+
+def _number(array: np.ndarray, key: str, kind: type) -> Any:
+    try:
+        return kind(array.item())
+    except (TypeError, ValueError) as error:
+        raise ParameterError(f"{key} is {array!r}; it was one number in the world that was saved") from error
 
 
 def entry(snapshot: Snapshot, key: str) -> np.ndarray:

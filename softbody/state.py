@@ -1,91 +1,90 @@
-"""What the bodies are (Model) and where they are now (State): plain arrays, owned body by body through offsets."""
+"""What the bodies are (Model), what acts on them (Controls) and where they are now (State): plain arrays.
+
+A step is a function of the three. Fields are named by what has a row in them: a `particle_` of a soft body, an
+`edge_`, a `triangle_`, a `soft_` body, a `box_`. A soft body's particles, edges and triangles are numbered over all
+bodies; those of body i are rows start[i] … start[i + 1]. Whoever numbers both kinds of bodies numbers boxes after soft
+bodies.
+"""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from math import inf
+from typing import Annotated, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from softbody.jit import jit
 
 
-def appended(array: np.ndarray, rows: ArrayLike) -> np.ndarray:
-    """Return `array` followed by `rows`, in memory with room for more: adding n bodies costs O(n), not O(n²).
+class Rows(NamedTuple):
+    """What the rows of an array are, if not one real number each."""
 
-    The result may share memory with `array`, of which only the newest result may be appended to.
-    """
-    more = np.asarray(rows, array.dtype).reshape(-1, *array.shape[1:])
-    old, new = len(array), len(array) + len(more)
-    room = array.base
-    if room is None or room.shape[1:] != array.shape[1:] or len(room) < new or room.dtype != array.dtype:
-        room = np.empty((max(new, 2 * old), *array.shape[1:]), array.dtype)
-        room[:old] = array
-    room[old:new] = more
-    return room[:new]
+    columns: int = 0  # numbers a row, 0 for an array of one axis
+    whole: bool = False
 
 
-class Rings(NamedTuple):
-    """The soft bodies once more, in the order and the form in which the fast kernels read them.
+class Property(NamedTuple):
+    """A number that a user may give each body, as a keyword of `add_soft_body` or `add_box`: the field without `soft_`.
 
-    A place is a particle's number within its body in that order. Every particle has its neighbours in cyclic order
-    (its one-ring), so that springs and the triangles between them come from the same coordinates. Particles of the
-    same number of neighbours lie in blocks. See softbody/dynamics/rings.py, which makes them.
+    A field of a Model that is annotated with one needs nothing else: it is filled in, checked, saved and restored.
     """
 
-    order: np.ndarray  # (n,) row in State.position of the particle at each place, body by body
-    block: np.ndarray  # (c, 5) first place, end place, degree, first entry, first entry of `following` or −1
-    block_start: np.ndarray  # (b + 1,)
-    edge: np.ndarray  # (r,) row in Model.edges of the spring of each entry
-    neighbour: np.ndarray  # (r,) place; entry first + d m + q: neighbour d of particle q of the m of a block
-    stiffness: np.ndarray  # (r,) [N/m]
-    rest_pull: np.ndarray  # (r,) stiffness × rest length [N]
-    following: np.ndarray  # (f,) next place around the ring, for blocks whose entries are not all one cycle
-    common_stiffness: np.ndarray  # (b,) [N/m], NaN for a body whose springs differ
+    default: float
+    unit: str = ""
+    least: float = 0.0
+    most: float = inf
 
 
 class Model(NamedTuple):
-    """What the bodies are. Soft body i owns rows start[i] … start[i + 1] of the arrays of its kind."""
+    """What the bodies are; `softbody.builder` makes Models."""
 
-    inverse_mass: np.ndarray  # (n,) [1/kg] of each particle; 0 for one that is pinned
-    edges: np.ndarray  # (e, 2) particles that a spring joins, numbered over all bodies
-    rest_length: np.ndarray  # (e,) [m]
-    stiffness: np.ndarray  # (e,) [N/m]
-    triangles: np.ndarray  # (t, 3) particles, numbered over all bodies
-    particle_start: np.ndarray  # (b + 1,)
-    edge_start: np.ndarray  # (b + 1,)
-    triangle_start: np.ndarray  # (b + 1,)
-    gas: np.ndarray  # (b,) nRT [J]; may change between steps
-    thickness: np.ndarray  # (b,) 2 V/A at rest [m]: of a plate its thickness, of a ball two thirds of its radius
-    edge_length: np.ndarray  # (b,) mean, of the mesh as it was added [m]
-    least_volume: np.ndarray  # (b,) [m³]; at or below it the body counts as collapsed
-    damping: np.ndarray  # (b,) of the springs, along their edges [N s/m]
-    drag: np.ndarray  # (b,) rate at which velocities fade [1/s]
-    external_force: np.ndarray  # (n, 3) [N] on each particle, or (0, 3) where there is none
-    soft_restitution: np.ndarray  # (b,) 0 … 1
-    soft_friction: np.ndarray  # (b,) Coulomb coefficient, ≥ 0
-    box_size: np.ndarray  # (m, 3) full extent [m]
+    soft_count: int  # soft bodies, b
+    box_count: int  # boxes, m
+    particle_inverse_mass: np.ndarray  # (n,) [1/kg]; 0 for a particle that is fixed
+    edge_particles: Annotated[np.ndarray, Rows(2, whole=True)]  # (e, 2) that the edge's spring joins
+    edge_rest_length: np.ndarray  # (e,) [m]
+    edge_stiffness: np.ndarray  # (e,) [N/m]
+    triangle_particles: Annotated[np.ndarray, Rows(3, whole=True)]  # (t, 3) counter-clockwise seen from outside
+    soft_particle_start: Annotated[np.ndarray, Rows(whole=True)]  # (b + 1,)
+    soft_edge_start: Annotated[np.ndarray, Rows(whole=True)]  # (b + 1,)
+    soft_triangle_start: Annotated[np.ndarray, Rows(whole=True)]  # (b + 1,)
+    soft_thickness: np.ndarray  # (b,) 2 V/A at rest [m]: of a plate its thickness, of a ball two thirds of its radius
+    soft_edge_length: np.ndarray  # (b,) mean, of the mesh as it was added [m]
+    soft_mesh_volume: np.ndarray  # (b,) of the mesh as it was added [m³]
+    soft_deflated_below: Annotated[np.ndarray, Property(0.0, most=1.0)]  # (b,) of that volume: then it has collapsed
+    soft_damping: Annotated[np.ndarray, Property(0.0, "N s/m")]  # (b,) of the springs, along their edges
+    soft_drag: Annotated[np.ndarray, Property(0.0, "1/s")]  # (b,) rate at which velocities fade
+    soft_restitution: Annotated[np.ndarray, Property(0.0, most=1.0)]  # (b,)
+    soft_friction: Annotated[np.ndarray, Property(0.5)]  # (b,) Coulomb coefficient
+    box_size: Annotated[np.ndarray, Rows(3)]  # (m, 3) full extent [m]
     box_inverse_mass: np.ndarray  # (m,) [1/kg]; 0 for a static box
-    box_inverse_inertia: np.ndarray  # (m, 3) diagonal in the box's own frame [1/(kg m²)]; 0 for a static box
-    box_restitution: np.ndarray  # (m,) 0 … 1
-    box_friction: np.ndarray  # (m,) Coulomb coefficient, ≥ 0
-    box_force: np.ndarray  # (m, 3) [N] through the centre, besides gravity; stays until it is changed
-    box_torque: np.ndarray  # (m, 3) [N m], world frame; stays until it is changed
-    gravity: np.ndarray  # (3,) [m/s²]
+    box_inverse_inertia: Annotated[np.ndarray, Rows(3)]  # (m, 3) diagonal in the box's own frame [1/(kg m²)]
+    box_restitution: Annotated[np.ndarray, Property(0.0, most=1.0)]  # (m,)
+    box_friction: Annotated[np.ndarray, Property(0.5)]  # (m,) Coulomb coefficient
     ground_height: float  # the ground is z ≤ height [m]; −inf: no ground
     ground_restitution: float  # 0 … 1
     ground_friction: float  # Coulomb coefficient, ≥ 0
 
 
+class Controls(NamedTuple):
+    """What acts on the bodies: what a user sets between steps. It stays until it is changed."""
+
+    gravity: np.ndarray  # (3,) [m/s²]
+    soft_gas: np.ndarray  # (b,) nRT [J]
+    particle_force: Annotated[np.ndarray, Rows(3)]  # (n, 3) [N] on each particle, or (0, 3) where there is none
+    box_force: Annotated[np.ndarray, Rows(3)]  # (m, 3) [N] through the centre, besides gravity
+    box_torque: Annotated[np.ndarray, Rows(3)]  # (m, 3) [N m], world frame
+
+
 class State(NamedTuple):
     """Where the bodies are now."""
 
-    position: np.ndarray  # (n, 3) [m] of each particle
-    velocity: np.ndarray  # (n, 3) [m/s]
-    box_position: np.ndarray  # (m, 3) [m]
-    box_orientation: np.ndarray  # (m, 4) unit quaternion (w, x, y, z), box frame to world
-    box_velocity: np.ndarray  # (m, 3) [m/s]
-    box_angular_velocity: np.ndarray  # (m, 3) [rad/s], world frame
+    particle_position: Annotated[np.ndarray, Rows(3)]  # (n, 3) [m]
+    particle_velocity: Annotated[np.ndarray, Rows(3)]  # (n, 3) [m/s]
+    box_position: Annotated[np.ndarray, Rows(3)]  # (m, 3) [m]
+    box_orientation: Annotated[np.ndarray, Rows(4)]  # (m, 4) unit quaternion (w, x, y, z), box frame to world
+    box_velocity: Annotated[np.ndarray, Rows(3)]  # (m, 3) [m/s]
+    box_angular_velocity: Annotated[np.ndarray, Rows(3)]  # (m, 3) [rad/s], world frame
 
     def copy(self) -> State:
         """Return a State that shares no memory with this one."""
@@ -96,8 +95,8 @@ class State(NamedTuple):
 def copied(state: State) -> State:
     """Return a State that shares no memory with this one."""
     return State(
-        state.position.copy(),
-        state.velocity.copy(),
+        state.particle_position.copy(),
+        state.particle_velocity.copy(),
         state.box_position.copy(),
         state.box_orientation.copy(),
         state.box_velocity.copy(),
@@ -105,20 +104,71 @@ def copied(state: State) -> State:
     )
 
 
-class Rules(NamedTuple):
-    """By which rules bodies move and collide; a ceiling of inf and a floor of 0 do nothing."""
+class VertexRings(NamedTuple):
+    """The soft bodies once more, in the order and the form in which the fast kernels read them.
 
-    paper_axes: bool  # separating axes: face normals only
-    single_contact: bool  # one impulse a pair, as in the paper, instead of manifolds solved together
-    exhaustive_pairs: bool  # try all pairs, as in the paper, instead of a grid
-    iterations: int  # of the contact solver, a step
-    edge_contacts: bool  # of soft bodies, and not only contacts of vertices, as in the paper
-    split_steps: bool  # where bodies would jump through each other
-    gyroscopic: bool  # a free box keeps I ω instead of ω
-    speed_ceiling: float  # [m/s]; paper §6
-    angular_speed_ceiling: float  # [rad/s]; paper §6
-    angular_speed_floor: float  # [rad/s] below which a box on the ground stops turning and snaps to 90°; paper §6
-    frictionless: bool  # whatever is added has friction 0, as everything in the paper
+    An index is a particle's number within its body in that order. Every particle has its neighbours in cyclic order
+    (its one-ring), so that springs and the triangles between them come from the same coordinates. Particles of the
+    same number of neighbours lie in blocks. See softbody/dynamics/vertex_rings.py, which makes them.
+    """
+
+    particle: np.ndarray  # (n,) row in State.particle_position of the particle at each index, body by body
+    block: np.ndarray  # (c, 5) first index, end, degree, first entry, first entry of `next_neighbour` or −1
+    block_start: np.ndarray  # (b + 1,)
+    edge: np.ndarray  # (r,) row in Model.edge_stiffness of the spring of each entry
+    neighbour: np.ndarray  # (r,) index; entry first + d m + q: neighbour d of particle q of the m of a block
+    stiffness: np.ndarray  # (r,) [N/m]
+    rest_pull: np.ndarray  # (r,) stiffness × rest length [N]
+    next_neighbour: np.ndarray  # (f,) index that comes next in the ring, for blocks whose entries are not all one cycle
+    common_stiffness: np.ndarray  # (b,) [N/m], NaN for a body whose springs differ
+
+
+class SoftBodies(NamedTuple):
+    """What moves soft bodies between contacts, gathered from a Model, Controls and a State."""
+
+    inverse_mass: np.ndarray  # (n,) [1/kg]; 0 for a fixed particle
+    position: np.ndarray  # (n, 3) [m]
+    velocity: np.ndarray  # (n, 3) [m/s]
+    force: np.ndarray  # (n, 3) [N] from outside, or (0, 3)
+    start: np.ndarray  # (b + 1,) first particle of each body
+    gas: np.ndarray  # (b,) nRT [J]
+    damping: np.ndarray  # (b,) [N s/m]
+    drag: np.ndarray  # (b,) [1/s]
+    mesh_volume: np.ndarray  # (b,) [m³]
+    deflated_below: np.ndarray  # (b,) of it
+    gravity: np.ndarray  # (3,) [m/s²]
+
+
+@jit
+def soft_bodies_of(model: Model, controls: Controls, state: State) -> SoftBodies:
+    """Return the soft bodies of a world, which share its memory."""
+    return SoftBodies(
+        model.particle_inverse_mass,
+        state.particle_position,
+        state.particle_velocity,
+        controls.particle_force,
+        model.soft_particle_start,
+        controls.soft_gas,
+        model.soft_damping,
+        model.soft_drag,
+        model.soft_mesh_volume,
+        model.soft_deflated_below,
+        controls.gravity,
+    )
+
+
+class Particles(NamedTuple):
+    """What an impulse on a soft body's surface reads and changes."""
+
+    inverse_mass: np.ndarray  # (n,) [1/kg]; 0 for a fixed particle
+    position: np.ndarray  # (n, 3) [m]
+    velocity: np.ndarray  # (n, 3) [m/s]
+
+
+@jit
+def particles_of(model: Model, state: State) -> Particles:
+    """Return the particles of a world, which share its memory."""
+    return Particles(model.particle_inverse_mass, state.particle_position, state.particle_velocity)
 
 
 class RigidBodies(NamedTuple):

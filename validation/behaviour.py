@@ -85,12 +85,11 @@ class Watched:
     def __init__(self, world: World) -> None:
         self.world = world
         self.step = STEP * world.stable_time_step()
-        self.start = world.state.position.copy()
-        self.size = max(np.ptp(SoftBody(world, i).positions, axis=0).max() for i in range(len(world.model.gas)))
+        self.size = max(np.ptp(SoftBody(world, i).positions, axis=0).max() for i in range(world.model.soft_count))
         # What the weights could do if everything fell to the ground, which is at 0.
-        heights = world.state.position[:, 2] / world.model.inverse_mass
+        heights = world.state.particle_position[:, 2] / world.model.particle_inverse_mass
         box_heights = world.state.box_position[:, 2] / world.model.box_inverse_mass
-        self.fall = np.linalg.norm(world.model.gravity) * (heights.sum() + box_heights.sum())
+        self.fall = np.linalg.norm(world.controls.gravity) * (heights.sum() + box_heights.sum())
         self.lowest = self.energy()
         self.cost = self.deepest = self.gain = 0.0
         self.slips: list[float] = []
@@ -108,9 +107,8 @@ class Watched:
         self.slips.extend(slips(self.world))
 
     def energy(self) -> float:
-        """Return the energy less the work of the forces on the particles [J]: it must never rise."""
-        force, moved = self.world.model.external_force, self.world.state.position - self.start
-        return self.world.energy() - (float((force * moved).sum()) if len(force) else 0.0)
+        """Return the energy [J], from which the world takes the work of the forces on particles: it must never rise."""
+        return self.world.energy()
 
 
 def slips(world: World) -> Iterator[float]:
@@ -124,7 +122,7 @@ def slips(world: World) -> Iterator[float]:
 
 def depths(world: World) -> Iterator[float]:
     """Yield how deep [m] things are inside each other, by igl and Bullet."""
-    soft = [SoftBody(world, i) for i in range(len(world.model.gas))]
+    soft = [SoftBody(world, i) for i in range(world.model.soft_count)]
     sizes, places, turns = world.model.box_size, world.state.box_position, world.state.box_orientation
     corners = [place + corners_of(size) @ rotation_matrix(q).T for size, place, q in zip(sizes, places, turns)]
     for a in soft:
@@ -132,11 +130,12 @@ def depths(world: World) -> Iterator[float]:
         for b in soft:
             if a is not b:
                 yield depth_in_mesh(a.positions, b.positions, b.triangles)
-        ends = world.state.position[world.model.edges[slice(*world.model.edge_start[a.index : a.index + 2])]]
-        skin = np.concatenate([a.positions, ends.mean(axis=1)])  # edges may go in between their ends
+        edges = world.model.edge_particles[slice(*world.model.soft_edge_start[a.index : a.index + 2])]
+        middles = world.state.particle_position[edges].mean(axis=1)  # edges may go in between their ends
+        points_of_surface = np.concatenate([a.positions, middles])
         for size, place, q, points in zip(sizes, places, turns, corners):
             yield depth_in_mesh(points, a.positions, a.triangles)
-            behind = 0.5 * size - np.abs((skin - place) @ rotation_matrix(q))
+            behind = 0.5 * size - np.abs((points_of_surface - place) @ rotation_matrix(q))
             yield max(0.0, behind.min(axis=1).max())
     for points in corners:
         yield max(0.0, world.model.ground_height - points[:, 2].min())

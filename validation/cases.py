@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 import softbody
 from softbody import Mesh
-from softbody.collision.sat import box_box_separation
+from softbody.collision.sat_boxes import PlacedBox, PlacedBoxes, box_box_separation
 
 
 def random_orientations(rng: np.random.Generator, count: int) -> np.ndarray:
@@ -134,9 +134,6 @@ def transformed(
     }
 
 
-SixTuples = tuple[Any, Any, Any, Any, Any, Any]
-
-
 class BoxPairs(NamedTuple):
     """Pairs of boxes, row by row: sizes and positions (m, 3) [m], orientations (m, 4), of a and of b."""
 
@@ -156,13 +153,23 @@ class BoxPairs(NamedTuple):
         return BoxPairs(*self[3:], *self[:3])
 
     @property
+    def a(self) -> PlacedBoxes:
+        """The first box of each pair, as the core wants them."""
+        return PlacedBoxes(*self[:3])
+
+    @property
+    def b(self) -> PlacedBoxes:
+        """The second box of each pair."""
+        return PlacedBoxes(*self[3:])
+
+    @property
     def extent(self) -> np.ndarray:
         """The longest side of each pair (m,) [m]."""
         return np.maximum(self.size_a.max(axis=1), self.size_b.max(axis=1))
 
 
 def random_box_pairs(rng: np.random.Generator, count: int, low: float = 0.4, high: float = 2.0) -> BoxPairs:
-    """Return pairs of boxes in random poses, with sides of `low` to `high` [m]; about half of them overlap."""
+    """Return pairs of boxes in random poses, with sides of `low` to `high` [m]; some 60 % of them overlap."""
     size_a, size_b = rng.uniform(low, high, (2, count, 3))
     orientation_a, orientation_b = random_orientations(rng, count), random_orientations(rng, count)
     position_a = rng.uniform(-1.0, 1.0, (count, 3))
@@ -178,7 +185,7 @@ def box_separations(pairs: BoxPairs, paper_axes: bool = False) -> list[tuple[flo
     """Return what the core's separating-axis test says of each pair: separation [m], normal, axis."""
     answers = []
     for row in zip(*pairs):
-        poses: SixTuples = tuple(tuple(part) for part in row)  # type: ignore[assignment]
-        separation, normal, axis = box_box_separation(*poses, paper_axes)
+        parts = [tuple(part) for part in row]
+        separation, normal, axis = box_box_separation(PlacedBox(*parts[:3]), PlacedBox(*parts[3:]), paper_axes)
         answers.append((separation, np.array(normal), axis))
     return answers

@@ -11,6 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from validation.engines import PACKAGES
+from validation.fault import Fault
+
 LEVELS = ("quick", "standard", "full")
 
 DISAGREEMENTS = "disagreements"
@@ -77,6 +80,12 @@ class Check:
     detects: str
     compare: Callable[[Run], Comparison]
     erratum: Misprint | None = None
+    faults: tuple[Fault, ...] = ()  # that turn it red
+
+    @property
+    def lane(self) -> str:
+        """Claims of one lane share a process, in which kernels are compiled once: LANE of its file, or its family."""
+        return str(getattr(self.compare, "__globals__", {}).get("LANE", self.family))
 
 
 CHECKS: dict[str, Check] = {}
@@ -92,18 +101,43 @@ def check(
     tolerance: float,
     because: str,
     detects: str,
+    faults: tuple[Fault, ...],
     unit: str = "relative",
     engines: tuple[str, ...] = (),
     erratum: Misprint | None = None,
 ) -> Callable[[Callable[[Run], Comparison]], Callable[[Run], Comparison]]:
-    """Declare a check; its id is the module's and the function's name, such as `volume.closed_forms`."""
+    """Declare a check; its id is the module's and the function's name, such as `volume.closed_forms`.
+
+    Raises ValueError for an engine that no reference declares, and for a check without a fault that it sees.
+    """
 
     def register(compare: Callable[[Run], Comparison]) -> Callable[[Run], Comparison]:
         name = f"{compare.__module__.rsplit('.', 1)[-1]}.{compare.__name__}"
         if name in CHECKS:
             raise ValueError(f"two checks are called {name}; rename one")
+        unknown = [engine for engine in engines if engine not in PACKAGES]
+        if unknown:
+            raise ValueError(
+                f"{name} leans on {unknown[0]!r}, which no file of references/ declares: say there "
+                f'PACKAGES = {{"{unknown[0]}": "the name to install it by"}}'
+            )
+        if not faults:
+            raise ValueError(f"{name} names no fault that turns it red: a claim that cannot fail says nothing")
         CHECKS[name] = Check(
-            name, family, claim, section, piece, reference, engines, unit, tolerance, because, detects, compare, erratum
+            id=name,
+            family=family,
+            claim=claim,
+            section=section,
+            piece=piece,
+            reference=reference,
+            engines=engines,
+            unit=unit,
+            tolerance=tolerance,
+            because=because,
+            detects=detects,
+            compare=compare,
+            erratum=erratum,
+            faults=faults,
         )
         return compare
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import importlib.util
 import os
 import platform
@@ -9,21 +10,21 @@ import subprocess
 from importlib import metadata
 from pathlib import Path
 
+
+def declared_packages() -> dict[str, str]:
+    """Return what the files of references/ say, as PACKAGES, that they stand on; nothing is imported for that."""
+    packages: dict[str, str] = {}
+    spec = importlib.util.find_spec("references")
+    folders = spec.submodule_search_locations if spec else None
+    for path in sorted(path for folder in folders or () for path in Path(folder).glob("*.py")):
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "PACKAGES":
+                packages |= ast.literal_eval(node.value)
+    return packages
+
+
 # Import name of everything that a claim may lean on → the name under which it is installed.
-PACKAGES = {
-    "numpy": "numpy",
-    "numba": "numba",
-    "scipy": "scipy",
-    "pybullet": "pybullet",
-    "fcl": "python-fcl",
-    "trimesh": "trimesh",
-    "rtree": "rtree",
-    "mujoco": "mujoco",
-    "coal": "coal",
-    "igl": "libigl",
-    "embreex": "embreex",
-    "panda3d": "panda3d",
-}
+PACKAGES = {"numpy": "numpy", "numba": "numba"} | declared_packages()
 
 
 def missing(engines: tuple[str, ...]) -> list[str]:

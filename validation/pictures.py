@@ -87,11 +87,11 @@ def film(scene: Scene) -> Iterator[np.ndarray]:
 
 def things(world: World) -> Iterator[Thing]:
     """Yield everything in a world, as meshes to draw."""
-    soft = len(world.model.gas)
+    soft = world.model.soft_count
     for i in range(soft):
         body = SoftBody(world, i)
         yield Thing(body.positions, body.triangles, COLOURS[i % len(COLOURS)])
-    for i in range(len(world.model.box_size)):
+    for i in range(world.model.box_count):
         box, mesh = Box(world, i), softbody.box(world.model.box_size[i])
         corners = [rotate(tuple(box.orientation), tuple(corner)) for corner in mesh.vertices]
         colour = COLOURS[(soft + i) % len(COLOURS)]

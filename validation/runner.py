@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import queue
 import threading
+from collections import Counter
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -14,37 +15,24 @@ from validation.engines import missing
 from validation.judge import blank_record, judge
 from validation.record import FAILS, NOT_RUN, ClaimRecord
 
-# Families that step whole worlds. They go to one lane, the first: its kernel takes longer to compile than all others.
-WORLDS = (
-    "contact manifolds",
-    "boxes in motion",
-    "rigid boxes",
-    "soft contacts and scenes",
-    "soft bodies that collide",
-    "soft bodies at rest",
-    "scenes over time",
-    "fast bodies",
-)
-
 
 def run_checks(
     checks: list[Check], level: str, seed: int, jobs: int, started: Callable[[Check], None]
 ) -> Iterator[ClaimRecord]:
     """Yield the record of each check as it ends; `started` hears of each as it begins.
 
-    `jobs` lanes take the families one after the other, so that each kernel is compiled in one lane only. A
-    lane's worker process that dies fails the claim it was at, and a new one goes on with the next.
+    `jobs` workers take the lanes of checks one after the other, so that each kernel is compiled in one process only. A
+    worker process that dies fails the claim it was at, and a new one goes on with the next.
     """
-    families: queue.SimpleQueue[list[Check]] = queue.SimpleQueue()
-    for group in [
-        WORLDS,
-        *((family,) for family in dict.fromkeys(check.family for check in checks) if family not in WORLDS),
-    ]:
-        families.put([check for family in group for check in checks if check.family == family])
+    waiting: queue.SimpleQueue[list[Check]] = queue.SimpleQueue()
+    # First the lane with most claims, which is that of worlds: its kernel takes longer to compile than all others.
+    sizes = Counter(check.lane for check in checks)
+    for lane_name in sorted(sizes, key=lambda name: -sizes[name]):
+        waiting.put([check for check in checks if check.lane == lane_name])
     done: queue.SimpleQueue[ClaimRecord | BaseException] = queue.SimpleQueue()
     stop = threading.Event()
     lanes = [
-        threading.Thread(target=_lane, args=(families, done, stop, level, seed, started), daemon=True)
+        threading.Thread(target=_lane, args=(waiting, done, stop, level, seed, started), daemon=True)
         for _ in range(jobs)
     ]
     for lane in lanes:
@@ -60,7 +48,7 @@ def run_checks(
 
 
 def _lane(
-    families: queue.SimpleQueue[list[Check]],
+    waiting: queue.SimpleQueue[list[Check]],
     done: queue.SimpleQueue[ClaimRecord | BaseException],
     stop: threading.Event,
     level: str,
@@ -71,10 +59,10 @@ def _lane(
     try:
         while not stop.is_set():
             try:
-                family = families.get_nowait()
+                checks = waiting.get_nowait()
             except queue.Empty:
                 return
-            for check in family:
+            for check in checks:
                 if stop.is_set():
                     return
                 started(check)

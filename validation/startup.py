@@ -10,6 +10,7 @@ import sys
 import tempfile
 
 import softbody
+from softbody.dynamics.soft_bodies import motion_of
 from validation.record import Figure
 
 # What a process of its own does: import the core, make a soft body, take one step.
@@ -59,5 +60,7 @@ def bytes_per_particle(precision: str) -> float:
     """Return what all arrays of a world of one soft body take, over its particles, memory for a run included."""
     world = softbody.World(precision=precision)
     world.add_soft_body(softbody.icosphere(5), 1.0, 200.0, 30.0)
-    parts = world.model, world.rings, world.state, world._scratch()
-    return sum(array.nbytes for part in parts for array in part if hasattr(array, "nbytes")) / len(world.state.position)
+    memory = motion_of(world.model.soft_particle_start, world.rings).memory
+    parts = world.model, world.controls, world.rings, world.state, memory
+    taken = sum(array.nbytes for part in parts for array in part if hasattr(array, "nbytes"))
+    return taken / len(world.state.particle_position)

@@ -7,6 +7,7 @@ the same pairs in the same order, (a, b) with a > b, by a and then b: the order 
 from __future__ import annotations
 
 from math import floor, frexp
+from typing import NamedTuple
 
 import numpy as np
 
@@ -35,6 +36,16 @@ def near_pairs_exhaustive(centre: np.ndarray, radius: np.ndarray, movable: np.nd
     return pairs[:count].copy()
 
 
+class Cells(NamedTuple):
+    """Spheres, listed by the cells of grids."""
+
+    widest: float  # [m] the width of a cell of the coarsest grid, of level 0
+    level: np.ndarray  # (m,) of the grid of each sphere
+    cell: np.ndarray  # (m, 3) in that grid
+    start: np.ndarray  # (buckets + 1,) where the list of each bucket starts
+    listed: np.ndarray  # (m,) the spheres, bucket by bucket
+
+
 @jit
 def near_pairs(centre: np.ndarray, radius: np.ndarray, movable: np.ndarray) -> np.ndarray:
     """Return the near pairs (p, 2) in a time that grows as m + p; arguments as above.
@@ -43,34 +54,9 @@ def near_pairs(centre: np.ndarray, radius: np.ndarray, movable: np.ndarray) -> n
     listed at its centre, in the finest grid that is still wider than it. Whatever meets it and is not smaller lies, in
     a grid as coarse or coarser, in the cell of its centre or in one of the 26 around.
     """
-    count = centre.shape[0]
-    largest = 0.0
-    for i in range(count):
-        largest = max(largest, radius[i])
-    widest = 2.0 * WIDER * largest
-    level = np.empty(count, np.int64)
-    for i in range(count):
-        level[i] = frexp(largest / radius[i])[1] - 1
+    widest, level, cell, start, listed = _list_in_cells(centre, radius)
+    count, buckets = centre.shape[0], start.shape[0] - 1
     levels = _distinct(level)
-    cell = np.empty((count, 3), np.int64)
-    buckets = 8
-    while buckets < 2 * count:
-        buckets *= 2
-    start = np.zeros(buckets + 1, np.int64)
-    bucket = np.empty(count, np.int64)
-    for i in range(count):
-        for c in range(3):
-            cell[i, c] = floor(centre[i, c] / (widest * 0.5 ** level[i]))
-        bucket[i] = _bucket(cell[i, 0], cell[i, 1], cell[i, 2], level[i], buckets)
-        start[bucket[i] + 1] += 1
-    for k in range(buckets):
-        start[k + 1] += start[k]
-    filled = start[:buckets].copy()
-    listed = np.empty(count, np.int64)
-    for i in range(count):
-        listed[filled[bucket[i]]] = i
-        filled[bucket[i]] += 1
-
     pairs = np.empty((4 * count + 4, 2), np.int64)
     found = 0
     for i in range(count):
@@ -100,6 +86,41 @@ def near_pairs(centre: np.ndarray, radius: np.ndarray, movable: np.ndarray) -> n
                                 pairs[found, 1] = min(i, j)
                                 found += 1
     return _sorted(pairs[:found], count)
+
+
+@jit
+def _list_in_cells(centre: np.ndarray, radius: np.ndarray) -> Cells:
+    """Return the spheres by their cells; see `near_pairs`."""
+    count = centre.shape[0]
+    # The grid of each sphere, by its radius.
+    largest = 0.0
+    for i in range(count):
+        largest = max(largest, radius[i])
+    widest = 2.0 * WIDER * largest
+    level = np.empty(count, np.int64)
+    for i in range(count):
+        level[i] = frexp(largest / radius[i])[1] - 1
+    # Its cell, and a bucket of a hash table for that.
+    cell = np.empty((count, 3), np.int64)
+    buckets = 8
+    while buckets < 2 * count:
+        buckets *= 2
+    start = np.zeros(buckets + 1, np.int64)
+    bucket = np.empty(count, np.int64)
+    for i in range(count):
+        for c in range(3):
+            cell[i, c] = floor(centre[i, c] / (widest * 0.5 ** level[i]))
+        bucket[i] = _bucket(cell[i, 0], cell[i, 1], cell[i, 2], level[i], buckets)
+        start[bucket[i] + 1] += 1
+    # A counting sort by bucket.
+    for k in range(buckets):
+        start[k + 1] += start[k]
+    filled = start[:buckets].copy()
+    listed = np.empty(count, np.int64)
+    for i in range(count):
+        listed[filled[bucket[i]]] = i
+        filled[bucket[i]] += 1
+    return Cells(widest, level, cell, start, listed)
 
 
 @jit_lean

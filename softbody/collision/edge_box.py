@@ -1,16 +1,14 @@
-"""Where does an edge of a skin go through a box, and which way out is shortest?
+"""Where does an edge of a mesh go through a box, how deep, and along which direction?
 
-The paper tests vertices only, so that a skin sags over an edge of a box until a particle happens to be inside (§6).
+The paper tests vertices only, so that a soft body sags over an edge of a box until a particle is inside (§6).
 """
 
 from __future__ import annotations
 
+from softbody.collision.edge_edge import PARALLEL_SINE
 from softbody.jit import jit_lean
 from softbody.quaternion import Quaternion, rotate, rotate_inverse
-from softbody.vec import Vec, add, cross, dot, norm, scale, sub
-
-# Sine of the angle between an edge and a side of the box below which they count as parallel.
-PARALLEL = 1e-9
+from softbody.vec import Vec, cross, dot, norm, scale, sub
 
 
 @jit_lean
@@ -48,7 +46,7 @@ def edge_in_box(p: Vec, q: Vec, size: Vec, position: Vec, orientation: Quaternio
         direction = (1.0 if axis == 0 else 0.0, 1.0 if axis == 1 else 0.0, 1.0 if axis == 2 else 0.0)
         across = cross(along, direction)
         length = norm(across)
-        if length <= PARALLEL * norm(along):
+        if length <= PARALLEL_SINE * norm(along):
             continue
         height = dot(across, a) / length
         reach = (half[0] * abs(across[0]) + half[1] * abs(across[1]) + half[2] * abs(across[2])) / length
@@ -63,9 +61,3 @@ def edge_in_box(p: Vec, q: Vec, size: Vec, position: Vec, orientation: Quaternio
             )
             place = dot(cross(sub(corner, a), direction), across) / (length * length)
     return depth, rotate(orientation, normal), min(max(place, first), last)
-
-
-@jit_lean
-def edge_point(p: Vec, q: Vec, place: float) -> Vec:
-    """Return p + `place` (q − p) [m]."""
-    return add(scale(1.0 - place, p), scale(place, q))

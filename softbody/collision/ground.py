@@ -1,4 +1,8 @@
-"""What happens to particles and boxes that reach below the ground?"""
+"""What happens to particles and boxes that reach below the ground?
+
+Boxes whose contacts are solved together have theirs with the ground among them; here is what the paper's single
+impulses do instead.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +10,17 @@ from math import sqrt
 
 import numpy as np
 
-from softbody.collision.impulse import NOBODY, apply_friction, apply_impulse, point_mobility, point_velocity
-from softbody.collision.material import combined_friction, combined_restitution
+from softbody.collision.contact import NOBODY
+from softbody.collision.impulse import apply_friction, apply_impulse, inverse_effective_mass_at, velocity_of_point
+from softbody.collision.law import (
+    Material,
+    combined,
+    material_of_box,
+    material_of_ground,
+    material_of_soft,
+    sliding_kept,
+    speed_after,
+)
 from softbody.geometry.box import box_corner
 from softbody.jit import jit, jit_lean
 from softbody.quaternion import load_quaternion
@@ -22,43 +35,41 @@ BOX_ROUNDS = 16
 
 
 @jit_lean
-def ground_soft_bodies(model: Model, state: State) -> None:
-    """Lift particles that are below the ground on to it, and turn back those that still go down."""
-    for body in range(model.gas.shape[0]):
-        restitution = combined_restitution(model.soft_restitution[body], model.ground_restitution)
-        friction = combined_friction(model.soft_friction[body], model.ground_friction)
-        for i in range(model.particle_start[body], model.particle_start[body + 1]):
-            if state.position[i, 2] < model.ground_height:
-                state.position[i, 2] = model.ground_height
-                bounce_particle(state.velocity, i, restitution, friction)
+def resolve_ground(model: Model, state: State) -> None:
+    """Lift particles that are below the ground on to it, and let those that still go down bounce."""
+    for body in range(model.soft_count):
+        material = combined(material_of_soft(model, body), material_of_ground(model))
+        for i in range(model.soft_particle_start[body], model.soft_particle_start[body + 1]):
+            if state.particle_position[i, 2] < model.ground_height:
+                state.particle_position[i, 2] = model.ground_height
+                bounce_particle(state.particle_velocity, i, material)
 
 
 @jit_lean
-def bounce_particle(velocity: np.ndarray, i: int, restitution: float, friction: float) -> None:
+def bounce_particle(velocity: np.ndarray, i: int, material: Material) -> None:
     """Reflect particle `i` that goes down: v_z' = −e v_z; friction takes at most μ (1 + e) |v_z| off its slide."""
     down = -velocity[i, 2]
     if down <= 0.0:
         return
-    velocity[i, 2] = restitution * down
+    velocity[i, 2] = speed_after(down, material.restitution)
     slide = sqrt(velocity[i, 0] ** 2 + velocity[i, 1] ** 2)
     if slide > 0.0:
-        kept = max(0.0, 1.0 - friction * (1.0 + restitution) * down / slide)
+        kept = sliding_kept(slide, down, material)
         velocity[i, 0] *= kept
         velocity[i, 1] *= kept
 
 
 @jit
-def ground_boxes(model: Model, state: State, bodies: RigidBodies, grounded: np.ndarray) -> None:
-    """Turn back the corners of boxes that go down below the ground, then lift each box out of it.
+def resolve_ground_of_boxes(model: Model, state: State, bodies: RigidBodies, grounded: np.ndarray) -> None:
+    """Stop the corners of boxes that go down below the ground, then lift each box out of it.
 
     `grounded` (m,) of bool is set to whether each box was below.
     """
     grounded[:] = False
-    for box in range(model.box_size.shape[0]):
+    for box in range(model.box_count):
         if model.box_inverse_mass[box] == 0.0:
             continue
-        restitution = combined_restitution(model.box_restitution[box], model.ground_restitution)
-        friction = combined_friction(model.box_friction[box], model.ground_friction)
+        material = combined(material_of_box(model, box), material_of_ground(model))
         size = load(model.box_size, box)
         position = load(state.box_position, box)
         orientation = load_quaternion(state.box_orientation, box)
@@ -67,13 +78,13 @@ def ground_boxes(model: Model, state: State, bodies: RigidBodies, grounded: np.n
             lowest = min(lowest, box_corner(size, position, orientation, k)[2])
         if lowest < model.ground_height:
             grounded[box] = True
-            bounce_box(bodies, box, size, model.ground_height, restitution, friction)
+            bounce_box(bodies, box, size, model.ground_height, material)
             state.box_position[box, 2] += model.ground_height - lowest
 
 
 @jit
-def bounce_box(bodies: RigidBodies, box: int, size: Vec, height: float, restitution: float, friction: float) -> None:
-    """Turn back all corners of one box below z = `height` [m] at once: u_z' ≥ −e u_z of before, then friction.
+def bounce_box(bodies: RigidBodies, box: int, size: Vec, height: float, material: Material) -> None:
+    """Stop all corners of one box below z = `height` [m] at once: u_z' ≥ −e u_z of before, then friction.
 
     Sequential impulses (Catto 2005): a corner's impulse may shrink again in a later round, but not below zero.
     Friction waits for the last round: before, the corners slide by what the impulses elsewhere leave behind.
@@ -81,19 +92,23 @@ def bounce_box(bodies: RigidBodies, box: int, size: Vec, height: float, restitut
     position = load(bodies.position, box)
     orientation = load_quaternion(bodies.orientation, box)
     target = np.zeros(8)
-    pushed = np.zeros(8)
+    impulse = np.zeros(8)
+    # How fast each corner must go up afterwards.
     for k in range(8):
         corner = box_corner(size, position, orientation, k)
-        target[k] = restitution * max(0.0, -point_velocity(bodies, box, corner)[2])
+        approach = max(0.0, -velocity_of_point(bodies, box, corner)[2])
+        target[k] = speed_after(approach, material.restitution)
+    # Normal impulses, corner by corner, again and again.
     for _ in range(BOX_ROUNDS):
         for k in range(8):
             corner = box_corner(size, position, orientation, k)
             if corner[2] < height:
-                lack = target[k] - point_velocity(bodies, box, corner)[2]
-                push = max(-pushed[k], lack / point_mobility(bodies, box, corner, UP))
-                pushed[k] += push
-                apply_impulse(bodies, box, corner, (0.0, 0.0, push))
+                lack = target[k] - velocity_of_point(bodies, box, corner)[2]
+                change = max(-impulse[k], lack / inverse_effective_mass_at(bodies, box, corner, UP))
+                impulse[k] += change
+                apply_impulse(bodies, box, corner, (0.0, 0.0, change))
+    # Friction where something was pushed.
     for k in range(8):
-        if pushed[k] > 0.0:
+        if impulse[k] > 0.0:
             corner = box_corner(size, position, orientation, k)
-            apply_friction(bodies, box, NOBODY, corner, UP, friction * pushed[k])
+            apply_friction(bodies, (box, NOBODY), corner, UP, material.friction * impulse[k])

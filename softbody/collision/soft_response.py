@@ -13,279 +13,217 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softbody.collision.impulse import apply_impulse, point_mobility, point_velocity
-from softbody.collision.patch import Corners, patch_point, push_patch
+from softbody.collision.contact import NOBODY, Contacts, surface_point
+from softbody.collision.impulse import (
+    apply_impulse,
+    inverse_effective_mass_at,
+    velocity_change_at,
+    velocity_of_point,
+)
+from softbody.collision.law import friction_impulse, normal_impulse
+from softbody.collision.surface_point import SurfacePoint, add_at, value_at
 from softbody.geometry.triangle import area_vector
 from softbody.jit import jit, jit_lean
-from softbody.quaternion import load_quaternion, rotate_diagonal
-from softbody.state import RigidBodies
+from softbody.state import Particles, RigidBodies
 from softbody.vec import Vec, accumulate, add, cross, dot, load, norm, scale, store, sub
 
-NO_BOX = -1
-
-# Cosine between an impulse and the normal of a skin below which it is all but along the skin: left to `move_apart`.
-ALONG_SKIN = 0.05
+# Cosine between an impulse and the normal of a surface below which it is all but along the surface: left to
+# `correct_positions`.
+ALONG_SURFACE = 0.05
 
 SAME_PLACE = 1e-12  # of a triangle's size: closer than this, two points coincide
 
 
-class SoftContacts(NamedTuple):
-    """Where a point of a skin touches another skin or a box, in the order found; only the first rows are set."""
+class WeightSums(NamedTuple):
+    """The sum of the weights of all contacts that act: each has its own weight's part of the mass (mass splitting)."""
 
-    first: np.ndarray  # (c, 3) particles of the point: of a triangle, an edge (i, j, j) or a particle (i, i, i)
-    first_weights: np.ndarray  # (c, 3) barycentric
-    second: np.ndarray  # (c, 3) corners of the triangle of the other skin; of no meaning for a box
-    second_weights: np.ndarray  # (c, 3)
-    box: np.ndarray  # (c,) or NO_BOX
-    normal: np.ndarray  # (c, 3) unit, from the second to the first
-    depth: np.ndarray  # (c,) [m]
-    restitution: np.ndarray  # (c,) combined
-    friction: np.ndarray  # (c,) combined
-    speed: np.ndarray  # (c, 3) [m/s] of the first point seen from the second, before the impulses
+    particle: np.ndarray  # (n,)
+    box: np.ndarray  # (m,) where each contact has weight 1
 
 
 @jit
-def room_for_soft_contacts(capacity: int) -> SoftContacts:
-    """Return arrays for so many contacts."""
-    return SoftContacts(
-        np.empty((capacity, 3), np.int64),
-        np.empty((capacity, 3)),
-        np.empty((capacity, 3), np.int64),
-        np.empty((capacity, 3)),
-        np.empty(capacity, np.int64),
-        np.empty((capacity, 3)),
-        np.empty(capacity),
-        np.empty(capacity),
-        np.empty(capacity),
-        np.empty((capacity, 3)),
+def resolve_contacts(contacts: Contacts, particles: Particles, boxes: RigidBodies, weight_sum: np.ndarray) -> None:
+    """Resolve the contacts of soft bodies: correct positions that overlap, then velocities that approach; §4.2, §4.3.
+
+    Positions and velocities of particles and boxes are changed. `weight_sum` (n,) is zero, and left so.
+    """
+    first = contacts.number[1]
+    if contacts.number[0] == first:
+        return
+    correct_positions(contacts, particles, boxes, WeightSums(weight_sum, np.zeros(boxes.inverse_mass.shape[0])))
+    correct_velocities(
+        contacts,
+        particles,
+        boxes,
+        WeightSums(weight_sum, np.zeros(boxes.inverse_mass.shape[0])),
+        np.empty((contacts.number[0], 3)),
     )
 
 
-@jit
-def with_room(contacts: SoftContacts, count: int, capacity: int) -> SoftContacts:
-    """Return a copy of the first `count` contacts, with room for `capacity`."""
-    longer = room_for_soft_contacts(capacity)
-    for k in range(count):
-        first, second = _corners(contacts.first, k), _corners(contacts.second, k)
-        weights, others = load(contacts.first_weights, k), load(contacts.second_weights, k)
-        box, normal, depth = contacts.box[k], load(contacts.normal, k), contacts.depth[k]
-        restitution, friction = contacts.restitution[k], contacts.friction[k]
-        write_contact(longer, k, first, weights, second, others, box, normal, depth, restitution, friction)
-    return longer
-
-
 @jit_lean
-def write_contact(
-    contacts: SoftContacts,
-    k: int,
-    first: Corners,
-    first_weights: Vec,
-    second: Corners,
-    second_weights: Vec,
-    box: int,
-    normal: Vec,
-    depth: float,
-    restitution: float,
-    friction: float,
-) -> None:
-    """Write contact `k`, if there is room for it."""
-    if k >= contacts.depth.shape[0]:
-        return
-    for c in range(3):
-        contacts.first[k, c], contacts.second[k, c] = first[c], second[c]
-    store(contacts.first_weights, k, first_weights)
-    store(contacts.second_weights, k, second_weights)
-    contacts.box[k] = box
-    store(contacts.normal, k, normal)
-    contacts.depth[k] = depth
-    contacts.restitution[k], contacts.friction[k] = restitution, friction
-
-
-@jit
-def part_contacts(
-    contacts: SoftContacts,
-    count: int,
-    inverse_mass: np.ndarray,
-    position: np.ndarray,
-    velocity: np.ndarray,
-    bodies: RigidBodies,
-    crowd: np.ndarray,
-) -> None:
-    """Move what overlaps apart, and then turn what approaches back; paper §4.2, §4.3.
-
-    `inverse_mass` (n,) [1/kg] of the particles; their `position` and `velocity` (n, 3) [m], [m/s], and those of the
-    boxes, are changed. `crowd` (n,) is zero, and left so.
-    """
-    box_crowd = np.zeros(bodies.inverse_mass.shape[0])
-    move_apart(contacts, count, inverse_mass, position, bodies, crowd, box_crowd)
-    box_crowd[:] = 0.0
-    turn_back(contacts, count, inverse_mass, position, velocity, bodies, crowd, box_crowd)
-
-
-@jit_lean
-def move_apart(
-    contacts: SoftContacts,
-    count: int,
-    inverse_mass: np.ndarray,
-    position: np.ndarray,
-    bodies: RigidBodies,
-    crowd: np.ndarray,
-    box_crowd: np.ndarray,
-) -> None:
+def correct_positions(contacts: Contacts, particles: Particles, boxes: RigidBodies, sums: WeightSums) -> None:
     """Move both sides of each contact apart along its normal, by its depth, in proportion to how easily they move.
 
     (The paper: half each, for equal masses.) Boxes move without turning.
     """
-    for k in range(count):
-        _add_to_crowd(contacts, k, crowd, box_crowd)
-    for k in range(count):
-        box, normal = contacts.box[k], load(contacts.normal, k)
-        give = _mobility(inverse_mass, crowd, contacts.first, contacts.first_weights, k)
-        if box == NO_BOX:
-            give += _mobility(inverse_mass, crowd, contacts.second, contacts.second_weights, k)
+    soft = range(contacts.number[1], contacts.number[0])
+    for k in soft:
+        _add_weights(contacts, k, sums)
+    for k in soft:
+        # How far each side gives way: the sum of both inverse masses is that of a kilogramme of shift.
+        box, normal = contacts.box[k, 1], load(contacts.normal, k)
+        a, b = surface_point(contacts, k, 0), surface_point(contacts, k, 1)
+        inverse_mass = _split_inverse_mass(particles.inverse_mass, sums.particle, a)
+        if box == NOBODY:
+            inverse_mass += _split_inverse_mass(particles.inverse_mass, sums.particle, b)
         else:
-            give += bodies.inverse_mass[box] * box_crowd[box]
-        if give > 0.0:
-            shift = scale(contacts.depth[k] / give, normal)
-            push_patch(position, inverse_mass, _corners(contacts.first, k), load(contacts.first_weights, k), shift)
+            inverse_mass += boxes.inverse_mass[box] * sums.box[box]
+        if inverse_mass > 0.0:
+            shift = scale(contacts.depth[k] / inverse_mass, normal)
             back = scale(-1.0, shift)
-            if box == NO_BOX:
-                weights = load(contacts.second_weights, k)
-                push_patch(position, inverse_mass, _corners(contacts.second, k), weights, back)
+            add_at(particles.position, particles.inverse_mass, a, shift)
+            if box == NOBODY:
+                add_at(particles.position, particles.inverse_mass, b, back)
             else:
-                accumulate(bodies.position, box, scale(bodies.inverse_mass[box], back))
-    for k in range(count):
-        _leave_crowd(contacts, k, crowd)
+                accumulate(boxes.position, box, scale(boxes.inverse_mass[box], back))
+    for k in soft:
+        _clear_weights(contacts, k, sums.particle)
 
 
 @jit_lean
-def turn_back(
-    contacts: SoftContacts,
-    count: int,
-    inverse_mass: np.ndarray,
-    position: np.ndarray,
-    velocity: np.ndarray,
-    bodies: RigidBodies,
-    crowd: np.ndarray,
-    box_crowd: np.ndarray,
+def correct_velocities(
+    contacts: Contacts, particles: Particles, boxes: RigidBodies, sums: WeightSums, velocity: np.ndarray
 ) -> None:
     """Where the two sides of a contact approach, let them part with e times that speed, and take off their sliding.
 
-    One impulse along the normal, j = (1 + e) approach / mobility, and Coulomb friction of at most μ j against the
-    sliding. A patch gives way by Σ w²/m, a box by 1/M + n · [(I⁻¹ (r × n)) × r] (the paper bounces from the masses
-    alone).
+    One impulse along the normal and friction against the sliding, by the law of contact. A point on a surface gives way
+    by Σ w²/m, a box by 1/M + n · [(I⁻¹ (r × n)) × r] (the paper bounces from the masses alone). `velocity` is scratch.
     """
-    for k in range(count):
-        box = contacts.box[k]
-        point = patch_point(position, _corners(contacts.first, k), load(contacts.first_weights, k))
-        speed = patch_point(velocity, _corners(contacts.first, k), load(contacts.first_weights, k))
-        if box == NO_BOX:
-            other = patch_point(velocity, _corners(contacts.second, k), load(contacts.second_weights, k))
-        else:
-            other = point_velocity(bodies, box, point)
-        store(contacts.speed, k, sub(speed, other))
-        if dot(sub(speed, other), load(contacts.normal, k)) < 0.0:
-            _add_to_crowd(contacts, k, crowd, box_crowd)
-    for k in range(count):
-        box, normal, u = contacts.box[k], load(contacts.normal, k), load(contacts.speed, k)
-        approach = -dot(u, normal)
+    soft = range(contacts.number[1], contacts.number[0])
+    # Velocities of all contacts before any impulse; those that approach act.
+    for k in soft:
+        a = surface_point(contacts, k, 0)
+        u = sub(value_at(particles.velocity, a), _velocity_of_second(contacts, k, particles, boxes))
+        store(velocity, k, u)
+        if dot(u, load(contacts.normal, k)) < 0.0:
+            _add_weights(contacts, k, sums)
+    for k in soft:
+        approach = -dot(load(velocity, k), load(contacts.normal, k))
         if not approach > 0.0:
             continue
-        first, weights = _corners(contacts.first, k), load(contacts.first_weights, k)
-        point = patch_point(position, first, weights)
-        soft = _mobility(inverse_mass, crowd, contacts.first, contacts.first_weights, k)
-        if box == NO_BOX:
-            soft += _mobility(inverse_mass, crowd, contacts.second, contacts.second_weights, k)
-        give = soft
-        if box != NO_BOX:
-            give += box_crowd[box] * point_mobility(bodies, box, point, normal)
-        if not give > 0.0:
+        a, box = surface_point(contacts, k, 0), contacts.box[k, 1]
+        point = value_at(particles.position, a)
+        acts, impulse = _impulse(contacts, k, particles, boxes, sums, load(velocity, k))
+        if not acts:
             continue
-        j = (1.0 + contacts.restitution[k]) * approach / give
-        impulse = scale(j, normal)
-        if contacts.friction[k] > 0.0:
-            if box != NO_BOX:  # its push turns a box, and so may move its point along the skin
-                u = add(u, scale(box_crowd[box], _gain(bodies, box, point, impulse)))
-            slide = sub(u, scale(dot(u, normal), normal))
-            sliding = norm(slide)
-            if sliding > 0.0:
-                along, give = scale(1.0 / sliding, slide), soft
-                if box != NO_BOX:
-                    give += box_crowd[box] * point_mobility(bodies, box, point, along)
-                impulse = sub(impulse, scale(min(contacts.friction[k] * j, sliding / give), along))
         back = scale(-1.0, impulse)
-        if box == NO_BOX:
-            second = _corners(contacts.second, k)
-            meets, met = _met_weights(position, point, impulse, second, load(contacts.second_weights, k))
+        # The same impulse on both sides, at one point, so that angular momentum is kept.
+        if box == NOBODY:
+            meets, b = _line_meets_triangle(particles.position, point, impulse, surface_point(contacts, k, 1))
             if not meets:
                 continue
-            push_patch(velocity, inverse_mass, second, met, back)
+            add_at(particles.velocity, particles.inverse_mass, b, back)
         else:
-            apply_impulse(bodies, box, point, back)
-        push_patch(velocity, inverse_mass, first, weights, impulse)
-    for k in range(count):
-        _leave_crowd(contacts, k, crowd)
+            apply_impulse(boxes, box, point, back)
+        add_at(particles.velocity, particles.inverse_mass, a, impulse)
+        store(contacts.impulse, k, impulse)
+    for k in soft:
+        _clear_weights(contacts, k, sums.particle)
 
 
 @jit_lean
-def _corners(corners: np.ndarray, k: int) -> Corners:
-    return corners[k, 0], corners[k, 1], corners[k, 2]
+def _velocity_of_second(contacts: Contacts, k: int, particles: Particles, boxes: RigidBodies) -> Vec:
+    """Return the velocity [m/s] of side b of a contact, where side a is."""
+    box = contacts.box[k, 1]
+    if box == NOBODY:
+        return value_at(particles.velocity, surface_point(contacts, k, 1))
+    return velocity_of_point(boxes, box, value_at(particles.position, surface_point(contacts, k, 0)))
 
 
 @jit_lean
-def _add_to_crowd(contacts: SoftContacts, k: int, crowd: np.ndarray, box_crowd: np.ndarray) -> None:
-    """Add the weights of a contact to those that its particles have in all, and 1 to its box's number of contacts."""
+def _impulse(
+    contacts: Contacts, k: int, particles: Particles, boxes: RigidBodies, sums: WeightSums, u: Vec
+) -> tuple[bool, Vec]:
+    """Return the impulse [N s] on side a of contact `k`, whose sides meet with velocity `u` [m/s]; if one can move."""
+    box, normal, a = contacts.box[k, 1], load(contacts.normal, k), surface_point(contacts, k, 0)
+    point = value_at(particles.position, a)
+    # The normal impulse, by the inverse effective mass of both sides.
+    soft = _split_inverse_mass(particles.inverse_mass, sums.particle, a)
+    if box == NOBODY:
+        soft += _split_inverse_mass(particles.inverse_mass, sums.particle, surface_point(contacts, k, 1))
+    inverse_mass = soft
+    if box != NOBODY:
+        inverse_mass += sums.box[box] * inverse_effective_mass_at(boxes, box, point, normal)
+    if not inverse_mass > 0.0:
+        return False, (0.0, 0.0, 0.0)
+    j = normal_impulse(-dot(u, normal), inverse_mass, contacts.restitution[k])
+    impulse = scale(j, normal)
+    if not contacts.friction[k] > 0.0:
+        return True, impulse
+    # Friction against the sliding that the normal impulse leaves: it may turn a box, and so move its point aside.
+    if box != NOBODY:
+        u = add(u, scale(sums.box[box], velocity_change_at(boxes, box, point, impulse)))
+    slide = sub(u, scale(dot(u, normal), normal))
+    sliding = norm(slide)
+    if not sliding > 0.0:
+        return True, impulse
+    along, inverse_mass = scale(1.0 / sliding, slide), soft
+    if box != NOBODY:
+        inverse_mass += sums.box[box] * inverse_effective_mass_at(boxes, box, point, along)
+    return True, sub(impulse, scale(friction_impulse(sliding, inverse_mass, contacts.friction[k] * j), along))
+
+
+@jit_lean
+def _add_weights(contacts: Contacts, k: int, sums: WeightSums) -> None:
+    """Add the weights of a contact to the sums of its particles, and 1 to that of its box."""
+    particles, weights, box = contacts.particles, contacts.weights, contacts.box[k, 1]
     for c in range(3):
-        crowd[contacts.first[k, c]] += contacts.first_weights[k, c]
-    if contacts.box[k] == NO_BOX:
+        sums.particle[particles[k, 0, c]] += weights[k, 0, c]
+    if box == NOBODY:
         for c in range(3):
-            crowd[contacts.second[k, c]] += contacts.second_weights[k, c]
+            sums.particle[particles[k, 1, c]] += weights[k, 1, c]
     else:
-        box_crowd[contacts.box[k]] += 1.0
+        sums.box[box] += 1.0
 
 
 @jit_lean
-def _leave_crowd(contacts: SoftContacts, k: int, crowd: np.ndarray) -> None:
-    """Make what `_add_to_crowd` has added to particles zero."""
+def _clear_weights(contacts: Contacts, k: int, weight_sum: np.ndarray) -> None:
+    """Make what `_add_weights` has added to particles zero."""
+    particles, box = contacts.particles, contacts.box[k, 1]
     for c in range(3):
-        crowd[contacts.first[k, c]] = 0.0
-        if contacts.box[k] == NO_BOX:
-            crowd[contacts.second[k, c]] = 0.0
+        weight_sum[particles[k, 0, c]] = 0.0
+        if box == NOBODY:
+            weight_sum[particles[k, 1, c]] = 0.0
 
 
 @jit_lean
-def _mobility(inverse_mass: np.ndarray, crowd: np.ndarray, corners: np.ndarray, weights: np.ndarray, k: int) -> float:
-    """Return Σ w²/m [1/kg] of a patch that has the part w / crowd of the mass of each of its particles."""
+def _split_inverse_mass(inverse_mass: np.ndarray, weight_sum: np.ndarray, point: SurfacePoint) -> float:
+    """Return Σ w²/m [1/kg] of a point that has the part w / (sum of weights) of the mass of each of its particles."""
     result = 0.0
     for c in range(3):
-        i = corners[k, c]
-        result += weights[k, c] * crowd[i] * inverse_mass[i]
+        i = point.particles[c]
+        result += point.weights[c] * weight_sum[i] * inverse_mass[i]
     return result
 
 
 @jit_lean
-def _gain(bodies: RigidBodies, box: int, point: Vec, impulse: Vec) -> Vec:
-    """Return the velocity [m/s] that an impulse [N s] gives the point of a box that it acts on."""
-    arm = sub(point, load(bodies.position, box))
-    orientation, inverse_inertia = load_quaternion(bodies.orientation, box), load(bodies.inverse_inertia, box)
-    spin = rotate_diagonal(orientation, inverse_inertia, cross(arm, impulse))
-    return add(scale(bodies.inverse_mass[box], impulse), cross(spin, arm))
+def _line_meets_triangle(
+    position: np.ndarray, point: Vec, impulse: Vec, second: SurfacePoint
+) -> tuple[bool, SurfacePoint]:
+    """Return whether the line of an impulse at `point` [m] meets the plane of a triangle, and the point where it does.
 
-
-@jit_lean
-def _met_weights(position: np.ndarray, point: Vec, impulse: Vec, corners: Corners, weights: Vec) -> tuple[bool, Vec]:
-    """Return whether the line of an impulse at `point` [m] meets the plane of a triangle, and with which weights.
-
-    There the reaction has no moment about the impulse. Where the two points of a contact coincide these are its
-    `weights`. An impulse all but along the plane, seen from a point that is not in it, does not meet it.
+    There the reaction has no moment about the impulse. Where the two points of a contact coincide this is the `second`
+    one. An impulse all but along the plane, seen from a point that is not in it, does not meet it.
     """
-    a, b, c = load(position, corners[0]), load(position, corners[1]), load(position, corners[2])
+    i, j, k = second.particles
+    weights = second.weights
+    a, b, c = load(position, i), load(position, j), load(position, k)
     up = area_vector(a, b, c)
     square, rise = dot(up, up), dot(impulse, up)
-    gap = sub(patch_point(position, corners, weights), point)
-    if not abs(rise) > ALONG_SKIN * np.sqrt(square) * norm(impulse):
-        return dot(gap, gap) <= SAME_PLACE * SAME_PLACE * np.sqrt(square), weights
+    gap = sub(value_at(position, second), point)
+    if not abs(rise) > ALONG_SURFACE * np.sqrt(square) * norm(impulse):
+        return dot(gap, gap) <= SAME_PLACE * SAME_PLACE * np.sqrt(square), second
     aside = sub(scale(dot(gap, up) / rise, impulse), gap)  # from the contact's point, in the plane
-    second = 0.5 * dot(cross(sub(a, c), aside), up) / square
-    third = 0.5 * dot(cross(sub(b, a), aside), up) / square
-    return True, (weights[0] - second - third, weights[1] + second, weights[2] + third)
+    u = 0.5 * dot(cross(sub(a, c), aside), up) / square
+    v = 0.5 * dot(cross(sub(b, a), aside), up) / square
+    return True, SurfacePoint(second.particles, (weights[0] - u - v, weights[1] + u, weights[2] + v))

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from softbody.dynamics.pressure import gas_energy
-from softbody.dynamics.soft import body_volume
-from softbody.dynamics.springs import spring_energy
+from softbody.dynamics.plain_forces import spring_energy
+from softbody.dynamics.pressure import gas_energy, soft_volume
 from softbody.jit import jit
 from softbody.quaternion import load_quaternion, rotate_diagonal
-from softbody.state import Model, State
+from softbody.state import Controls, Model, State
 from softbody.vec import Vec, add, cross, dot, load, scale
 
 
@@ -15,10 +14,10 @@ from softbody.vec import Vec, add, cross, dot, load, scale
 def kinetic_energy(model: Model, state: State) -> float:
     """Return ½ Σ m v² + ½ Σ ω·Iω [J] of every body that can move."""
     energy = 0.0
-    for i in range(state.position.shape[0]):
-        if model.inverse_mass[i] > 0.0:
-            v = load(state.velocity, i)
-            energy += 0.5 * dot(v, v) / model.inverse_mass[i]
+    for i in range(state.particle_position.shape[0]):
+        if model.particle_inverse_mass[i] > 0.0:
+            v = load(state.particle_velocity, i)
+            energy += 0.5 * dot(v, v) / model.particle_inverse_mass[i]
     for i in range(state.box_position.shape[0]):
         if model.box_inverse_mass[i] > 0.0:
             v = load(state.box_velocity, i)
@@ -28,20 +27,25 @@ def kinetic_energy(model: Model, state: State) -> float:
 
 
 @jit
-def potential_energy(model: Model, state: State) -> float:
-    """Return ½ Σ k (l − l0)² − Σ nRT ln V − Σ m g·x − Σ f·x [J] of all that can move; f are external forces."""
+def potential_energy(model: Model, controls: Controls, state: State) -> float:
+    """Return ½ Σ k (l − l0)² − Σ nRT ln V − Σ m g·x − Σ f·x [J] of all that can move; f are forces on particles."""
     energy = 0.0
-    for body in range(model.gas.shape[0]):
-        edges = slice(model.edge_start[body], model.edge_start[body + 1])
-        energy += spring_energy(state.position, model.edges[edges], model.rest_length[edges], model.stiffness[edges])
-        if model.gas[body] > 0.0:
-            energy += gas_energy(model.gas[body], body_volume(model, state.position, body))
-    g = load(model.gravity.reshape(1, 3), 0)
-    for i in range(state.position.shape[0]):
-        if model.inverse_mass[i] > 0.0:
-            energy -= dot(g, load(state.position, i)) / model.inverse_mass[i]
-            if model.external_force.shape[0] > 0:
-                energy -= dot(load(model.external_force, i), load(state.position, i))
+    for body in range(model.soft_count):
+        edges = slice(model.soft_edge_start[body], model.soft_edge_start[body + 1])
+        energy += spring_energy(
+            state.particle_position,
+            model.edge_particles[edges],
+            model.edge_rest_length[edges],
+            model.edge_stiffness[edges],
+        )
+        if controls.soft_gas[body] > 0.0:
+            energy += gas_energy(controls.soft_gas[body], soft_volume(model, state.particle_position, body))
+    g = controls.gravity[0], controls.gravity[1], controls.gravity[2]
+    for i in range(state.particle_position.shape[0]):
+        if model.particle_inverse_mass[i] > 0.0:
+            energy -= dot(g, load(state.particle_position, i)) / model.particle_inverse_mass[i]
+            if controls.particle_force.shape[0] > 0:
+                energy -= dot(load(controls.particle_force, i), load(state.particle_position, i))
     for i in range(state.box_position.shape[0]):
         if model.box_inverse_mass[i] > 0.0:
             energy -= dot(g, load(state.box_position, i)) / model.box_inverse_mass[i]
@@ -49,18 +53,18 @@ def potential_energy(model: Model, state: State) -> float:
 
 
 @jit
-def total_energy(model: Model, state: State) -> float:
+def total_energy(model: Model, controls: Controls, state: State) -> float:
     """Return kinetic plus potential energy [J]."""
-    return kinetic_energy(model, state) + potential_energy(model, state)
+    return kinetic_energy(model, state) + potential_energy(model, controls, state)
 
 
 @jit
 def linear_momentum(model: Model, state: State) -> Vec:
     """Return Σ m v [kg m/s] of every body that can move."""
     momentum = (0.0, 0.0, 0.0)
-    for i in range(state.position.shape[0]):
-        if model.inverse_mass[i] > 0.0:
-            momentum = add(momentum, scale(1.0 / model.inverse_mass[i], load(state.velocity, i)))
+    for i in range(state.particle_position.shape[0]):
+        if model.particle_inverse_mass[i] > 0.0:
+            momentum = add(momentum, scale(1.0 / model.particle_inverse_mass[i], load(state.particle_velocity, i)))
     for i in range(state.box_position.shape[0]):
         if model.box_inverse_mass[i] > 0.0:
             momentum = add(momentum, scale(1.0 / model.box_inverse_mass[i], load(state.box_velocity, i)))
@@ -71,10 +75,10 @@ def linear_momentum(model: Model, state: State) -> Vec:
 def angular_momentum(model: Model, state: State) -> Vec:
     """Return Σ x × m v + Σ I ω [kg m²/s] about the origin, of every body that can move."""
     momentum = (0.0, 0.0, 0.0)
-    for i in range(state.position.shape[0]):
-        if model.inverse_mass[i] > 0.0:
-            orbit = cross(load(state.position, i), load(state.velocity, i))
-            momentum = add(momentum, scale(1.0 / model.inverse_mass[i], orbit))
+    for i in range(state.particle_position.shape[0]):
+        if model.particle_inverse_mass[i] > 0.0:
+            orbit = cross(load(state.particle_position, i), load(state.particle_velocity, i))
+            momentum = add(momentum, scale(1.0 / model.particle_inverse_mass[i], orbit))
     for i in range(state.box_position.shape[0]):
         if model.box_inverse_mass[i] > 0.0:
             orbit = cross(load(state.box_position, i), load(state.box_velocity, i))

@@ -2,15 +2,13 @@
 
 On x'' = −ω² x (ω h = z): `rk4_velocity` is of order 1, stable to z = 2, and loses z²/4 of the amplitude a step;
 `rk4` is of order 4 and stable to z = 2√2; `symplectic_euler` is of order 1, stable to z = 2, and loses nothing.
-A step is a few stages, and a stage the force on all particles, by place (softbody/dynamics/ring_forces.py), then one
-of the updates below, of the places `first` … `last` − 1 (unsigned: LLVM turns the loops into vector code only if it
-knows that no index is negative). Their arrays have a row for each component: `pull` [N] and
-`area` [m²] make the force pull + P/6 area, `inverse_mass` is (n,), and `start` and `end` of a step have six rows,
-positions and then velocities. `lead` is how far the stage looks ahead: half the step or, in the last two, all of it.
-Everything is computed in the precision of the arrays, and of the numbers `push`, `lead` and `sixth` (h/6) [s].
+A step is a few stages, and a stage the force on all particles, by index (softbody/dynamics/ring_forces.py), then one
+of the updates below. Everything is computed in the precision of the arrays.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numba import prange
@@ -25,51 +23,77 @@ from softbody.dynamics.ring_forces import (
     PULL,
     SHIFT,
     STAGE_VELOCITY,
-    add_other_forces,
+    Forces,
+    Load,
+    add_load,
     ring_forces,
 )
 from softbody.jit import arrays_do_not_overlap, jit_lean, jit_threaded
-from softbody.state import Model, Rings
+from softbody.settings import RK4, RK4_VELOCITY, SYMPLECTIC_EULER
+from softbody.state import SoftBodies, VertexRings
 
-RK4_VELOCITY = 0
-RK4 = 1
-SYMPLECTIC_EULER = 2
+STAGES = (4, 4, 1)  # forces a step, by the number of the integrator
+STABILITY_LIMIT = (2.0, 2.0 * 2.0**0.5, 2.0)  # ω h, likewise
 
-INTEGRATORS = {"rk4_velocity": RK4_VELOCITY, "rk4": RK4, "symplectic_euler": SYMPLECTIC_EULER}
-STAGES = (4, 4, 1)  # forces a step, in the same order
-STABILITY_LIMIT = {"rk4_velocity": 2.0, "rk4": 2.0 * 2.0**0.5, "symplectic_euler": 2.0}  # ω h
+
+class Stretch(NamedTuple):
+    """So many steps of so long, by one integrator."""
+
+    h: float  # [s]
+    steps: int
+    integrator: int
+
+
+class StageRows(NamedTuple):
+    """What an update reads and writes, by index: a row for each component."""
+
+    pull: np.ndarray  # (3, n) [N]; with the area it makes the force pull + P/6 area
+    area: np.ndarray  # (3, n) [m²]
+    inverse_mass: np.ndarray  # (n,) [1/kg]
+    start: np.ndarray  # (6, n) positions, then velocities, at the start of the step
+    end: np.ndarray  # (6, n) at its end
+    velocity: np.ndarray  # (3, n) [m/s] of the stage, for rk4 and where something damps
+    shift: np.ndarray  # (3, n) [m/s²] sum over the stages, for rk4
+    gravity: np.ndarray  # (3,) [m/s²]
+
+
+class Pace(NamedTuple):
+    """The numbers of one stage, in the precision of the arrays."""
+
+    stage: int
+    push: float  # [Pa] a sixth of the pressure
+    lead: float  # [s] how far the stage looks ahead: half the step or, in the last two, all of it
+    sixth: float  # [s] of the step
+    damped: bool  # something reads the velocity of the next stage
+
+
+# First index and end, unsigned: LLVM turns the loops into vector code only if it knows that no index is negative.
+Part = tuple[np.uint64, np.uint64]
 
 
 def _advance_body(
-    model: Model,
-    rings: Rings,
-    body: int,
-    h: float,
-    steps: int,
-    integrator: int,
-    cut: np.ndarray,
-    work: np.ndarray,
+    bodies: SoftBodies, rings: VertexRings, body: int, stretch: Stretch, cut: np.ndarray, work: np.ndarray,
     block_moment: np.ndarray,
-) -> float:
-    """Advance one body by `steps` steps of `h` [s] in the rows POSITION and VELOCITY of `work` (WORK_ROWS, n).
+) -> float:  # fmt: skip
+    """Advance one body by a stretch of steps in the rows POSITION and VELOCITY of `work` (WORK_ROWS, n).
 
     Its blocks are done in shares, of which share i has blocks cut[i] … cut[i + 1]; they write to places of their own,
     so that the result is the same for any `cut`. `block_moment` (blocks,) is scratch. Returns the least volume [m³]
     of all starts of steps and of the end (NaN if one is NaN).
     """
+    h, steps, integrator = stretch
     one, other = work[POSITION : POSITION + 6], work[NEXT_POSITION : NEXT_POSITION + 6]
     pull, area, moment = work[PULL : PULL + 3], work[AREA : AREA + 3], work[MOMENT]
-    stage_velocity, shift = work[STAGE_VELOCITY : STAGE_VELOCITY + 3], work[SHIFT : SHIFT + 3]
-    inverse_mass = work[INVERSE_MASS]
+    velocity, shift, inverse_mass = (
+        work[STAGE_VELOCITY : STAGE_VELOCITY + 3],
+        work[SHIFT : SHIFT + 3],
+        work[INVERSE_MASS],
+    )
     # What a thread is handed it unpacks each time: here are the few fields that count.
-    first_particle, gravity, external_force = model.particle_start[body], model.gravity, model.external_force
-    damping, drag = model.damping[body], model.drag[body]
-    damped = damping > 0.0 or drag > 0.0
-    loaded = damped or external_force.shape[0] > 0
-    k = rings.common_stiffness[body]
-    stages = STAGES[integrator]
-    real = work.dtype.type
-    least = np.inf
+    gravity, load = bodies.gravity, Load(bodies.start[body], bodies.damping[body], bodies.drag[body], bodies.force)
+    damped = load.damping > 0.0 or load.drag > 0.0
+    loaded = damped or bodies.force.shape[0] > 0
+    k, real, stages, least = rings.common_stiffness[body], work.dtype.type, STAGES[integrator], np.inf
     # One call of the force, for the stages of all steps and for the volume at the end: machine code for it is made
     # for every place that it is called from.
     for turn in range(stages * steps + 1):
@@ -79,22 +103,11 @@ def _advance_body(
         start, end = (one, other) if step % 2 == 0 else (other, one)
         x = start if stage == 0 else end
         for share in prange(cut.shape[0] - 1):
-            ring_forces(rings, k, cut[share], cut[share + 1], x, pull, area, moment, block_moment)
+            blocks = cut[share], cut[share + 1]
+            ring_forces(rings, k, blocks, Forces(x, pull, area, moment), block_moment)
             if loaded:
-                velocity = start[3:] if stage == 0 else stage_velocity
-                add_other_forces(
-                    rings,
-                    first_particle,
-                    cut[share],
-                    cut[share + 1],
-                    damping,
-                    drag,
-                    external_force,
-                    inverse_mass,
-                    x,
-                    velocity,
-                    pull,
-                )
+                add_load(rings, load, blocks, inverse_mass, (x, start[3:] if stage == 0 else velocity, pull))
+        # The volume, and with it the pressure.
         volume = 0.0
         for block in range(cut[0], cut[-1]):
             volume += block_moment[block]
@@ -103,49 +116,13 @@ def _advance_body(
             least = volume
         if step == steps:
             break
-        push = real(gas_pressure(model.gas[body], volume) / 6.0)
-        lead = real(h if stage >= 2 or integrator == SYMPLECTIC_EULER else 0.5 * h)
-        sixth = real(h / 6.0)
+        lead = h if stage >= 2 or integrator == SYMPLECTIC_EULER else 0.5 * h
+        pace = Pace(stage, real(gas_pressure(bodies.gas[body], volume) / 6.0), real(lead), real(h / 6.0), damped)
         for share in prange(cut.shape[0] - 1):
-            if cut[share] == cut[share + 1]:
-                continue
-            first, last = np.uint64(rings.block[cut[share], 0]), np.uint64(rings.block[cut[share + 1] - 1, 1])
-            if integrator == RK4_VELOCITY:
-                rk4_velocity_stage(
-                    stage,
-                    first,
-                    last,
-                    pull,
-                    area,
-                    inverse_mass,
-                    push,
-                    gravity,
-                    lead,
-                    sixth,
-                    start,
-                    end,
-                    stage_velocity,
-                    damped,
-                )
-            elif integrator == RK4:
-                rk4_stage(
-                    stage,
-                    first,
-                    last,
-                    pull,
-                    area,
-                    inverse_mass,
-                    push,
-                    gravity,
-                    lead,
-                    sixth,
-                    start,
-                    end,
-                    stage_velocity,
-                    shift,
-                )
-            else:
-                symplectic_euler_stage(first, last, pull, area, inverse_mass, push, gravity, lead, start, end)
+            if cut[share] < cut[share + 1]:
+                part = np.uint64(rings.block[cut[share], 0]), np.uint64(rings.block[cut[share + 1] - 1, 1])
+                rows = StageRows(pull, area, inverse_mass, start, end, velocity, shift, gravity)
+                _update(integrator, part, rows, pace)
     if steps % 2 == 1:
         copy_rows(work, NEXT_POSITION, POSITION, rings.block[cut[-1] - 1, 1])
     return least
@@ -153,6 +130,17 @@ def _advance_body(
 
 advance_body = jit_lean(_advance_body)
 advance_body_on_threads = jit_threaded(_advance_body)  # the shares side by side
+
+
+@jit_lean
+def _update(integrator: int, part: Part, rows: StageRows, pace: Pace) -> None:
+    """Take in the acceleration of one stage by an integrator, for the indices of `part`."""
+    if integrator == RK4_VELOCITY:
+        rk4_velocity_stage(part, rows, pace)
+    elif integrator == RK4:
+        rk4_stage(part, rows, pace)
+    else:
+        symplectic_euler_stage(part, rows, pace)
 
 
 @jit_lean
@@ -165,28 +153,13 @@ def copy_rows(work: np.ndarray, source: int, target: int, count: int) -> None:
 
 @jit_lean
 def acceleration(pull: float, push: float, inverse_mass: float, gravity: float) -> float:
-    """Return one component [m/s²] from forces [N], mass [1/kg] and gravity [m/s²], which does not move a pin."""
+    """Return one component [m/s²] from forces [N], mass [1/kg] and gravity [m/s²], which does not move a fixed one."""
     return (pull + push) * inverse_mass + (gravity if inverse_mass > 0.0 else inverse_mass)
 
 
 @jit_lean
-def rk4_velocity_stage(
-    stage: int,
-    first: np.uint64,
-    last: np.uint64,
-    pull: np.ndarray,
-    area: np.ndarray,
-    inverse_mass: np.ndarray,
-    push: float,
-    gravity: np.ndarray,
-    lead: float,
-    sixth: float,
-    start: np.ndarray,
-    end: np.ndarray,
-    stage_velocity: np.ndarray,
-    damped: bool,
-) -> None:
-    """Take in the acceleration of one `stage` of four of the paper's scheme; §5.1, in the right form.
+def rk4_velocity_stage(part: Part, rows: StageRows, pace: Pace) -> None:
+    """Take in the acceleration of one stage of four of the paper's scheme; §5.1, in the right form.
 
     Each of four acceleration estimates moves all velocities from the step's start by the one before, then all
     positions from the step's start by that velocity. (The paper prints the mean of the velocities where the
@@ -194,6 +167,9 @@ def rk4_velocity_stage(
     last stage.
     """
     arrays_do_not_overlap()
+    first, last = part
+    pull, area, inverse_mass, start, end, velocity, _, gravity = rows
+    stage, push, lead, sixth, damped = pace
     for c in range(3):
         g = pull.dtype.type(gravity[c])
         if stage == 0:
@@ -215,33 +191,20 @@ def rk4_velocity_stage(
         if damped and stage < 3:
             for i in range(first, last):
                 a = acceleration(pull[c, i], push * area[c, i], inverse_mass[i], g)
-                stage_velocity[c, i] = start[3 + c, i] + lead * a
+                velocity[c, i] = start[3 + c, i] + lead * a
 
 
 @jit_lean
-def rk4_stage(
-    stage: int,
-    first: np.uint64,
-    last: np.uint64,
-    pull: np.ndarray,
-    area: np.ndarray,
-    inverse_mass: np.ndarray,
-    push: float,
-    gravity: np.ndarray,
-    lead: float,
-    sixth: float,
-    start: np.ndarray,
-    end: np.ndarray,
-    stage_velocity: np.ndarray,
-    shift: np.ndarray,
-) -> None:
-    """Take in the acceleration of one `stage` of four of the classical Runge–Kutta scheme on (x, v) (Kutta 1901).
+def rk4_stage(part: Part, rows: StageRows, pace: Pace) -> None:
+    """Take in the acceleration of one stage of four of the classical Runge–Kutta scheme on (x, v) (Kutta 1901).
 
-    The velocities of the stages are v, v + h/2 a0, v + h/2 a1 and v + h a2 (`stage_velocity`), so that x' = x + h v +
-    h²/6 (a0 + a1 + a2). `shift` holds the plain sum of three accelerations, the velocities of `end` the weighted
-    one until the last stage.
+    The velocities of the stages are v, v + h/2 a0, v + h/2 a1 and v + h a2, so that x' = x + h v + h²/6 (a0 + a1 + a2).
+    `shift` holds the plain sum of three accelerations, the velocities of `end` the weighted one until the last stage.
     """
     arrays_do_not_overlap()
+    first, last = part
+    pull, area, inverse_mass, start, end, velocity, shift, gravity = rows
+    stage, push, lead, sixth, _ = pace
     for c in range(3):
         g = pull.dtype.type(gravity[c])
         if stage == 0:
@@ -250,14 +213,14 @@ def rk4_stage(
                 end[3 + c, i] = a
                 shift[c, i] = a
                 end[c, i] = start[c, i] + lead * start[3 + c, i]
-                stage_velocity[c, i] = start[3 + c, i] + lead * a
+                velocity[c, i] = start[3 + c, i] + lead * a
         elif stage < 3:
             for i in range(first, last):
                 a = acceleration(pull[c, i], push * area[c, i], inverse_mass[i], g)
                 end[3 + c, i] += a + a
                 shift[c, i] += a
-                end[c, i] = start[c, i] + lead * stage_velocity[c, i]
-                stage_velocity[c, i] = start[3 + c, i] + lead * a
+                end[c, i] = start[c, i] + lead * velocity[c, i]
+                velocity[c, i] = start[3 + c, i] + lead * a
         else:
             for i in range(first, last):
                 a = acceleration(pull[c, i], push * area[c, i], inverse_mass[i], g)
@@ -266,24 +229,15 @@ def rk4_stage(
 
 
 @jit_lean
-def symplectic_euler_stage(
-    first: np.uint64,
-    last: np.uint64,
-    pull: np.ndarray,
-    area: np.ndarray,
-    inverse_mass: np.ndarray,
-    push: float,
-    gravity: np.ndarray,
-    lead: float,
-    start: np.ndarray,
-    end: np.ndarray,
-) -> None:
+def symplectic_euler_stage(part: Part, rows: StageRows, pace: Pace) -> None:
     """Do the whole step of symplectic Euler: v' = v + h a(x), then x' = x + h v'."""
     arrays_do_not_overlap()
+    first, last = part
+    pull, area, inverse_mass, start, end, _, _, gravity = rows
     for c in range(3):
         g = pull.dtype.type(gravity[c])
         for i in range(first, last):
-            a = acceleration(pull[c, i], push * area[c, i], inverse_mass[i], g)
-            u = start[3 + c, i] + lead * a
+            a = acceleration(pull[c, i], pace.push * area[c, i], inverse_mass[i], g)
+            u = start[3 + c, i] + pace.lead * a
             end[3 + c, i] = u
-            end[c, i] = start[c, i] + lead * u
+            end[c, i] = start[c, i] + pace.lead * u

@@ -1,4 +1,4 @@
-"""What pressure does the gas have, and what force does it exert on a closed mesh?"""
+"""What volume does a soft body enclose, what pressure does its gas have, and what work can that still do?"""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from math import log
 
 import numpy as np
 
-from softbody.geometry.triangle import area_vector
+from softbody.geometry.polyhedron import signed_volume
 from softbody.jit import jit
-from softbody.vec import accumulate, load, scale
+from softbody.state import Model
 
 
 @jit
@@ -18,24 +18,13 @@ def gas_pressure(gas: float, volume: float) -> float:
 
 
 @jit
-def add_pressure_forces(position: np.ndarray, triangles: np.ndarray, pressure: float, force: np.ndarray) -> None:
-    """Add a third of P A n̂ of each triangle to the force on each of its corners; paper §2.2, §10.11.
-
-    `position` (n, 3) [m], `triangles` (t, 3), `pressure` [Pa], `force` (n, 3) [N]. On a closed mesh the sum is
-    exactly P ∂V/∂x: it does the work P dV, and exerts no net force and no net torque.
-    """
-    for t in range(triangles.shape[0]):
-        i = triangles[t, 0]
-        j = triangles[t, 1]
-        k = triangles[t, 2]
-        area = area_vector(load(position, i), load(position, j), load(position, k))
-        share = scale(pressure / 3.0, area)
-        accumulate(force, i, share)
-        accumulate(force, j, share)
-        accumulate(force, k, share)
-
-
-@jit
 def gas_energy(gas: float, volume: float) -> float:
     """Return −nRT ln(V / 1 m³) [J]: the work that the gas can still be made to do, up to a constant."""
     return -gas * log(volume)
+
+
+@jit
+def soft_volume(model: Model, position: np.ndarray, body: int) -> float:
+    """Return the signed volume [m³] of one soft body at `position` (n, 3) [m]; paper §2.3."""
+    triangles = model.triangle_particles[model.soft_triangle_start[body] : model.soft_triangle_start[body + 1]]
+    return signed_volume(position, triangles)

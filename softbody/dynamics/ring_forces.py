@@ -8,13 +8,15 @@ of the neighbours' coordinates, and nothing is scattered. Every sum has an order
 from __future__ import annotations
 
 from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
+from numba import literal_unroll
 
 from softbody.jit import arrays_do_not_overlap, jit_lean
-from softbody.state import Rings
+from softbody.state import VertexRings
 
-# Rows of the work array in which one body moves, by place: three each for x, y and z.
+# Rows of the work array in which one body moves, by index: three each for x, y and z.
 POSITION = 0  # [m]; velocities follow positions
 VELOCITY = 3  # [m/s]
 NEXT_POSITION = 6  # [m] of a stage, in the end of the step
@@ -30,42 +32,75 @@ WORK_ROWS = 32
 
 LANES = 8  # partial sums of a long sum
 
+Blocks = tuple[int, int]  # first and end
+Components = tuple[np.ndarray, np.ndarray, np.ndarray]  # rows of x, y and z
+
+
+class Forces(NamedTuple):
+    """What a pass over the rings reads and writes, by index."""
+
+    position: np.ndarray  # (3, n) [m]
+    pull: np.ndarray  # (3, n) [N]
+    area: np.ndarray  # (3, n) G [m²]
+    moment: np.ndarray  # (n,) x · G [m³]; the sum over a body is 18 V
+
+
+@jit_lean
+def ring_forces(rings: VertexRings, k: float, blocks: Blocks, forces: Forces, block_moment: np.ndarray) -> None:
+    """Overwrite pull, area and moment of the particles in `blocks`.
+
+    They are of one body, `k` [N/m] is the stiffness of its springs, NaN if they differ. `block_moment` (blocks,) gets
+    the sum of the moments of each block.
+    """
+    position, pull, area, moment = forces
+    x, pulls = (position[0], position[1], position[2]), (pull[0], pull[1], pull[2])
+    areas = area[0], area[1], area[2]
+    for block in range(blocks[0], blocks[1]):
+        first, end, degree = rings.block[block, 0], rings.block[block, 1], rings.block[block, 2]
+        if rings.block[block, 4] >= 0:
+            _any_ring_sums(rings, block, forces)
+        else:
+            # One kernel for each degree, and each of equal or different springs.
+            part = first, end, rings.block[block, 3]
+            for unrolled in literal_unroll(DEGREES):
+                if len(unrolled) == degree:
+                    if k == k:
+                        ring_sums(unrolled, (), part, k, rings, (x, pulls, areas, moment))
+                    else:
+                        ring_sums(unrolled, (0,), part, k, rings, (x, pulls, areas, moment))
+        block_moment[block] = sum_in_lanes(moment[first:end], end - first)
+
+
+DEGREES = ((0,) * 6, (0,) * 5, (0,) * 7, (0,) * 4, (0,) * 8)  # the most frequent first
+
 
 @jit_lean
 def ring_sums(
     degree: tuple[int, ...],
     differ: tuple[int, ...],
-    first: int,
-    end: int,
-    entry: int,
-    neighbour: np.ndarray,
+    part: tuple[int, int, int],
     common_stiffness: float,
-    stiffness: np.ndarray,
-    rest_pull: np.ndarray,
-    x: np.ndarray,
-    y: np.ndarray,
-    z: np.ndarray,
-    pull_x: np.ndarray,
-    pull_y: np.ndarray,
-    pull_z: np.ndarray,
-    area_x: np.ndarray,
-    area_y: np.ndarray,
-    area_z: np.ndarray,
-    moment: np.ndarray,
+    rings: VertexRings,
+    rows: tuple[Components, Components, Components, np.ndarray],
 ) -> None:
-    """Overwrite pull [N], area (G, [m²]) and moment (x · G, [m³]) of the particles of one block, `first` … `end`.
+    """Overwrite pull [N], area (G, [m²]) and moment (x · G, [m³]) of the particles of one block.
 
+    `part` is its first index, its end and its first entry in the `rings`, `rows` are x, pull, area and moment.
     The lengths of two tuples, not their values, choose the machine code: that of `degree` is the number of
     neighbours, so that the loop over them is unrolled; `differ` is () where all springs have `common_stiffness`.
-    `moment` is about the particle at place 0: about the origin, it would lose its digits far away. Components are
+    The moment is about the particle at index 0: about the origin, it would lose its digits far away. Components are
     written out, as LLVM vectorises this and not the same in tuples (12 against 19 ns).
     """
     arrays_do_not_overlap()
+    first, end, entry = part
     if first < 0 or entry < 0:
         return  # never: it tells LLVM that no index is negative, so that it reads and writes rows in one piece
+    (x, y, z), (pull_x, pull_y, pull_z), (area_x, area_y, area_z), moment = rows
+    neighbour, stiffness, rest_pull = rings.neighbour, rings.stiffness, rings.rest_pull
     count = end - first
     origin_x, origin_y, origin_z = x[0], y[0], z[0]
     for q in range(count):
+        # The first neighbour: its spring, and where the ring starts.
         i = first + q
         here_x, here_y, here_z = x[i], y[i], z[i]
         e = entry + q
@@ -76,6 +111,7 @@ def ring_sums(
         sum_x, sum_y, sum_z = tension * start_x, tension * start_y, tension * start_z
         before_x, before_y, before_z = start_x, start_y, start_z
         turn_x = turn_y = turn_z = x.dtype.type(0.0)
+        # The others: their springs, and the triangle with the neighbour before.
         for d in range(1, len(degree)):
             e = entry + d * count + q
             j = neighbour[e]
@@ -89,6 +125,7 @@ def ring_sums(
             turn_y += before_z * dx - before_x * dz
             turn_z += before_x * dy - before_y * dx
             before_x, before_y, before_z = dx, dy, dz
+        # The triangle that closes the ring.
         turn_x += before_y * start_z - before_z * start_y
         turn_y += before_z * start_x - before_x * start_z
         turn_z += before_x * start_y - before_y * start_x
@@ -98,39 +135,28 @@ def ring_sums(
 
 
 @jit_lean
-def any_ring_sums(
-    first: int,
-    end: int,
-    degree: int,
-    entry: int,
-    behind: int,
-    neighbour: np.ndarray,
-    following: np.ndarray,
-    stiffness: np.ndarray,
-    rest_pull: np.ndarray,
-    x: np.ndarray,
-    pull: np.ndarray,
-    area: np.ndarray,
-    moment: np.ndarray,
-) -> None:
-    """Do the same for a block of any degree, where a particle's entries may be several cycles.
-
-    `following`, from `behind` on, has the particle that comes next around the ring after each neighbour.
-    """
+def _any_ring_sums(rings: VertexRings, block: int, forces: Forces) -> None:
+    """Do the same for a block of any degree, where a particle's entries may be several cycles."""
+    x, pull, area, moment = forces
+    first, end, degree = rings.block[block, 0], rings.block[block, 1], rings.block[block, 2]
+    entry, behind = rings.block[block, 3], rings.block[block, 4]
+    neighbour, next_neighbour = rings.neighbour, rings.next_neighbour
     count = end - first
     for q in range(count):
         i = first + q
         sum_x = sum_y = sum_z = 0.0
         turn_x = turn_y = turn_z = 0.0
         for d in range(degree):
+            # The spring.
             e = entry + d * count + q
             j = neighbour[e]
             dx, dy, dz = x[0, j] - x[0, i], x[1, j] - x[1, i], x[2, j] - x[2, i]
-            tension = stiffness[e] - rest_pull[e] / sqrt(dx * dx + dy * dy + dz * dz)
+            tension = rings.stiffness[e] - rings.rest_pull[e] / sqrt(dx * dx + dy * dy + dz * dz)
             sum_x += tension * dx
             sum_y += tension * dy
             sum_z += tension * dz
-            j = following[behind + d * count + q]
+            # The triangle with the neighbour that comes next.
+            j = next_neighbour[behind + d * count + q]
             nx, ny, nz = x[0, j] - x[0, i], x[1, j] - x[1, i], x[2, j] - x[2, i]
             turn_x += dy * nz - dz * ny
             turn_y += dz * nx - dx * nz
@@ -138,60 +164,6 @@ def any_ring_sums(
         pull[0, i], pull[1, i], pull[2, i] = sum_x, sum_y, sum_z
         area[0, i], area[1, i], area[2, i] = turn_x, turn_y, turn_z
         moment[i] = (x[0, i] - x[0, 0]) * turn_x + (x[1, i] - x[1, 0]) * turn_y + (x[2, i] - x[2, 0]) * turn_z
-
-
-@jit_lean
-def ring_forces(
-    rings: Rings,
-    k: float,
-    first_block: int,
-    end_block: int,
-    x: np.ndarray,
-    pull: np.ndarray,
-    area: np.ndarray,
-    moment: np.ndarray,
-    block_moment: np.ndarray,
-) -> None:
-    """Overwrite `pull` [N], `area` [m²] and `moment` [m³] of the particles in blocks `first_block` … `end_block`.
-
-    The blocks are of one body, `k` [N/m] is the stiffness of its springs, NaN if they differ. `x` [m], `pull` and
-    `area` have a row for each component; all by place. `block_moment` (blocks,) gets the sum over each block of
-    `moment`; the sum over a body is 18 V.
-    """
-    nb, ks, rest = rings.neighbour, rings.stiffness, rings.rest_pull
-    rx, ry, rz = x[0], x[1], x[2]
-    px, py, pz = pull[0], pull[1], pull[2]
-    gx, gy, gz = area[0], area[1], area[2]
-    for c in range(first_block, end_block):
-        first, end, degree = rings.block[c, 0], rings.block[c, 1], rings.block[c, 2]
-        entry, behind = rings.block[c, 3], rings.block[c, 4]
-        if behind >= 0:
-            any_ring_sums(first, end, degree, entry, behind, nb, rings.following, ks, rest, x, pull, area, moment)
-        elif k == k:
-            if degree == 6:
-                ring_sums(SIX, (), first, end, entry, nb, k, ks, rest, rx, ry, rz, px, py, pz, gx, gy, gz, moment)
-            elif degree == 5:
-                ring_sums(FIVE, (), first, end, entry, nb, k, ks, rest, rx, ry, rz, px, py, pz, gx, gy, gz, moment)
-            elif degree == 7:
-                ring_sums(SEVEN, (), first, end, entry, nb, k, ks, rest, rx, ry, rz, px, py, pz, gx, gy, gz, moment)
-            elif degree == 4:
-                ring_sums(FOUR, (), first, end, entry, nb, k, ks, rest, rx, ry, rz, px, py, pz, gx, gy, gz, moment)
-            else:
-                ring_sums(EIGHT, (), first, end, entry, nb, k, ks, rest, rx, ry, rz, px, py, pz, gx, gy, gz, moment)
-        elif degree == 6:
-            ring_sums(SIX, (0,), first, end, entry, nb, k, ks, rest, rx, ry, rz, px, py, pz, gx, gy, gz, moment)
-        elif degree == 5:
-            ring_sums(FIVE, (0,), first, end, entry, nb, k, ks, rest, rx, ry, rz, px, py, pz, gx, gy, gz, moment)
-        elif degree == 7:
-            ring_sums(SEVEN, (0,), first, end, entry, nb, k, ks, rest, rx, ry, rz, px, py, pz, gx, gy, gz, moment)
-        elif degree == 4:
-            ring_sums(FOUR, (0,), first, end, entry, nb, k, ks, rest, rx, ry, rz, px, py, pz, gx, gy, gz, moment)
-        else:
-            ring_sums(EIGHT, (0,), first, end, entry, nb, k, ks, rest, rx, ry, rz, px, py, pz, gx, gy, gz, moment)
-        block_moment[c] = sum_in_lanes(moment[first:end], end - first)
-
-
-FOUR, FIVE, SIX, SEVEN, EIGHT = (0,) * 4, (0,) * 5, (0,) * 6, (0,) * 7, (0,) * 8
 
 
 @jit_lean
@@ -213,38 +185,41 @@ def sum_in_lanes(values: np.ndarray, count: int) -> float:
     return ((a + b) + (c + d)) + ((e + f) + (g + h))
 
 
-@jit_lean
-def add_other_forces(
-    rings: Rings,
-    start: int,
-    first_block: int,
-    end_block: int,
-    damping: float,
-    drag: float,
-    external_force: np.ndarray,
-    inverse_mass: np.ndarray,
-    x: np.ndarray,
-    velocity: np.ndarray,
-    pull: np.ndarray,
-) -> None:
-    """Add damping, drag and external forces to `pull` [N] of the particles in blocks `first_block` … `end_block`.
+class Load(NamedTuple):
+    """What acts on one soft body besides springs, gas and gravity."""
 
-    `inverse_mass` (n,) [1/kg], `x` [m], `velocity` [m/s], with a row for each component, by place; `external_force`
-    as of Model. A damped spring resists by `damping` [N s/m] times the speed at which its ends
-    part; drag [1/s] is −`drag` m v. `start` is the first particle of the body.
+    first: int  # its first particle
+    damping: float  # [N s/m] of its springs, against the speed at which their ends part
+    drag: float  # [1/s]: a force of −drag m v
+    force: np.ndarray  # (n, 3) [N] on each particle of all bodies, or (0, 3)
+
+
+@jit_lean
+def add_load(
+    rings: VertexRings,
+    load: Load,
+    blocks: Blocks,
+    inverse_mass: np.ndarray,
+    moving: tuple[np.ndarray, np.ndarray, np.ndarray],
+) -> None:
+    """Add damping, drag and forces from outside to the pull [N] of the particles in `blocks`.
+
+    `moving` are position [m], velocity [m/s] and pull, with a row for each component, by index; `inverse_mass` (n,).
     """
-    for block in range(first_block, end_block):
+    x, velocity, pull = moving
+    for block in range(blocks[0], blocks[1]):
         first, end, degree, entry, _ = rings.block[block]
-        if external_force.shape[0] > 0:
+        if load.force.shape[0] > 0:
             for i in range(first, end):
                 for c in range(3):
-                    pull[c, i] += external_force[rings.order[start + i], c]
-        if drag > 0.0:
+                    pull[c, i] += load.force[rings.particle[load.first + i], c]
+        if load.drag > 0.0:
             for i in range(first, end):
                 if inverse_mass[i] > 0.0:
                     for c in range(3):
-                        pull[c, i] -= drag / inverse_mass[i] * velocity[c, i]
-        if damping > 0.0:
+                        pull[c, i] -= load.drag / inverse_mass[i] * velocity[c, i]
+        if load.damping > 0.0:
+            # Against the speed at which the ends of each spring part.
             count = end - first
             for q in range(count):
                 i = first + q
@@ -256,7 +231,7 @@ def add_other_forces(
                         + (velocity[1, j] - velocity[1, i]) * dy
                         + (velocity[2, j] - velocity[2, i]) * dz
                     )
-                    share = damping * parting / (dx * dx + dy * dy + dz * dz)
+                    share = load.damping * parting / (dx * dx + dy * dy + dz * dz)
                     pull[0, i] += share * dx
                     pull[1, i] += share * dy
                     pull[2, i] += share * dz

@@ -6,58 +6,61 @@ from math import sqrt
 
 import numpy as np
 
-from softbody.dynamics.soft import body_volume
+from softbody.dynamics.pressure import soft_volume
 from softbody.jit import jit
-from softbody.state import Model
+from softbody.state import Controls, Model
 from softbody.vec import add, cross, dot, load, norm, scale, sub
 
 
 @jit
-def highest_frequency(model: Model, position: np.ndarray, body: int) -> float:
+def highest_frequency(model: Model, controls: Controls, position: np.ndarray, body: int) -> float:
     """Return an upper bound of the highest angular frequency ω [rad/s] of one soft body at `position`.
 
     ω² is the largest eigenvalue of M⁻¹ ∂²U/∂x². Bounded term by term: the springs by the graph Laplacian's
     bound, max over edges of the sum of Σk/m at both ends (Anderson and Morley 1985; a compressed spring only
     lowers it); the gas by its rank-one part nRT/V² Σ|∂V/∂x|²/m plus P times the row sums of ∂²V/∂x².
     """
-    edge_range = range(model.edge_start[body], model.edge_start[body + 1])
-    first = model.particle_start[body]
-    count = model.particle_start[body + 1] - first
+    edge_range = range(model.soft_edge_start[body], model.soft_edge_start[body + 1])
+    first = model.soft_particle_start[body]
+    count = model.soft_particle_start[body + 1] - first
     stiffness = np.zeros(count)
     bend = np.zeros(count)
     gradient = np.zeros((count, 3))
     for e in edge_range:
         for end in range(2):
-            stiffness[model.edges[e, end] - first] += model.stiffness[e]
-    for t in range(model.triangle_start[body], model.triangle_start[body + 1]):
-        a = load(position, model.triangles[t, 0])
-        b = load(position, model.triangles[t, 1])
-        c = load(position, model.triangles[t, 2])
+            stiffness[model.edge_particles[e, end] - first] += model.edge_stiffness[e]
+    for t in range(model.soft_triangle_start[body], model.soft_triangle_start[body + 1]):
+        a = load(position, model.triangle_particles[t, 0])
+        b = load(position, model.triangle_particles[t, 1])
+        c = load(position, model.triangle_particles[t, 2])
         six_gradients = cross(sub(b, a), sub(c, a))
         for corner in range(3):
-            i = model.triangles[t, corner]
+            i = model.triangle_particles[t, corner]
             p = load(position, i)
-            q = load(position, model.triangles[t, (corner + 1) % 3])
-            r = load(position, model.triangles[t, (corner + 2) % 3])
+            q = load(position, model.triangle_particles[t, (corner + 1) % 3])
+            r = load(position, model.triangle_particles[t, (corner + 2) % 3])
             # ∂²V/∂p∂q is [r − m]×/6 from this triangle, about the middle m of the edge that it shares.
             bend[i - first] += norm(sub(r, scale(0.5, add(p, q)))) / 6.0
             bend[i - first] += norm(sub(q, scale(0.5, add(p, r)))) / 6.0
             for d in range(3):
                 gradient[i - first, d] += six_gradients[d] / 6.0
-    volume = body_volume(model, position, body)
-    pressure = model.gas[body] / volume
+    volume = soft_volume(model, position, body)
+    pressure = controls.soft_gas[body] / volume
     springs = 0.0
     for e in edge_range:
-        i = model.edges[e, 0]
-        j = model.edges[e, 1]
-        both = stiffness[i - first] * model.inverse_mass[i] + stiffness[j - first] * model.inverse_mass[j]
+        i = model.edge_particles[e, 0]
+        j = model.edge_particles[e, 1]
+        both = (
+            stiffness[i - first] * model.particle_inverse_mass[i]
+            + stiffness[j - first] * model.particle_inverse_mass[j]
+        )
         springs = max(springs, both)
     rank_one = 0.0
     rows = 0.0
     for i in range(count):
         g = load(gradient, i)
-        rank_one += dot(g, g) * model.inverse_mass[first + i]
-        rows = max(rows, bend[i] * model.inverse_mass[first + i])
+        rank_one += dot(g, g) * model.particle_inverse_mass[first + i]
+        rows = max(rows, bend[i] * model.particle_inverse_mass[first + i])
     return sqrt(springs + abs(pressure) * (rank_one / abs(volume) + rows))
 
 
@@ -67,19 +70,22 @@ def highest_damping(model: Model, body: int) -> float:
 
     By the graph Laplacian's bound again, with the damping of the springs in place of their stiffness.
     """
-    first = model.particle_start[body]
-    neighbours = np.zeros(model.particle_start[body + 1] - first)
-    edge_range = range(model.edge_start[body], model.edge_start[body + 1])
+    first = model.soft_particle_start[body]
+    neighbours = np.zeros(model.soft_particle_start[body + 1] - first)
+    edge_range = range(model.soft_edge_start[body], model.soft_edge_start[body + 1])
     for e in edge_range:
         for end in range(2):
-            neighbours[model.edges[e, end] - first] += 1.0
+            neighbours[model.edge_particles[e, end] - first] += 1.0
     springs = 0.0
     for e in edge_range:
-        i = model.edges[e, 0]
-        j = model.edges[e, 1]
-        both = neighbours[i - first] * model.inverse_mass[i] + neighbours[j - first] * model.inverse_mass[j]
+        i = model.edge_particles[e, 0]
+        j = model.edge_particles[e, 1]
+        both = (
+            neighbours[i - first] * model.particle_inverse_mass[i]
+            + neighbours[j - first] * model.particle_inverse_mass[j]
+        )
         springs = max(springs, both)
-    return model.damping[body] * springs + model.drag[body]
+    return model.soft_damping[body] * springs + model.soft_drag[body]
 
 
 @jit

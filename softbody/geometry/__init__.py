@@ -1,10 +1,17 @@
 """Pure predicates and measures on points, triangles, tetrahedra, polyhedra and boxes.
 
-From Python: `points_in_mesh`, `closest_on_mesh`, and `MeshQuery` for a mesh that moves. From other kernels, or for
-single points: the functions of the modules, on tuples and plain arrays.
+What a World runs, and claims judge as it runs them: `aabb`, `box`, `bvh`, `bvh_rays`, `penetration`, `predicates`,
+`sphere`, the volume and the ray of `polyhedron`, and what these call. For geometry users, called by no World: `query`
+(`MeshQuery`, `points_in_mesh`, `closest_on_mesh`) and its `parity_grid`, `tetrahedron`, `points_in_…` and `closest_…s`
+of many at once, point in convex, centroid and inertia, and the exhaustive forms, which are the baselines.
+
+From Python: `points_in_mesh`, `closest_on_mesh`, and `MeshQuery` for a mesh that moves; their arrays are checked. From
+other kernels, or for single points: the functions of the modules, on tuples and arrays; theirs are not.
 """
 
-from softbody.geometry.closest import Closest, closest_triangle, closest_triangles
+from softbody.geometry.aabb import AABB, bounding_box, boxes_meet
+from softbody.geometry.bvh import BVH, build_bvh, closest_all_in_bvh, closest_in_bvh, refit_bvh, search_space
+from softbody.geometry.closest_point import Closest, closest_triangle, closest_triangles
 from softbody.geometry.parity_grid import (
     ParityGrid,
     build_parity_grid,
@@ -14,8 +21,10 @@ from softbody.geometry.parity_grid import (
 )
 from softbody.geometry.penetration import (
     Penetrations,
+    Points,
     find_penetrations,
     find_penetrations_exhaustively,
+    points_of,
     room_for_penetrations,
 )
 from softbody.geometry.polyhedron import (
@@ -43,29 +52,25 @@ from softbody.geometry.triangle import (
     points_in_triangles,
     triangle_area,
 )
-from softbody.geometry.triangle_tree import (
-    TriangleTree,
-    build_triangle_tree,
-    closest_all_in_tree,
-    closest_in_tree,
-    refit_triangle_tree,
-    search_space,
-)
 
 __all__ = [
+    "AABB",
+    "BVH",
     "Closest",
     "MeshQuery",
     "ParityGrid",
     "Penetrations",
-    "TriangleTree",
+    "Points",
     "barycentric_in_tetrahedron",
+    "bounding_box",
     "bounding_sphere",
     "bounding_spheres",
+    "boxes_meet",
+    "build_bvh",
     "build_parity_grid",
-    "build_triangle_tree",
     "centroid",
-    "closest_all_in_tree",
-    "closest_in_tree",
+    "closest_all_in_bvh",
+    "closest_in_bvh",
     "closest_on_mesh",
     "closest_point_on_triangle",
     "closest_points_on_triangles",
@@ -85,8 +90,9 @@ __all__ = [
     "points_in_polyhedron",
     "points_in_tetrahedra",
     "points_in_triangles",
+    "points_of",
     "rebuild_parity_grid",
-    "refit_triangle_tree",
+    "refit_bvh",
     "room_for_penetrations",
     "search_space",
     "signed_volume",

@@ -1,7 +1,7 @@
-"""Which points are inside a mesh that deforms? Triangles binned on a grid seen from above, rebuilt every step.
+"""Which of many points are inside a mesh? Triangles binned on a grid seen from above; for geometry users.
 
 The same answers as `point_in_polyhedron`, bit for bit. The bounding box is cut into columns along z, and each column
-into LEVELS. A triangle is listed in every column that its shadow's bounding box meets, and marks the levels that it
+into LEVELS. A triangle is listed in every column that its projection's bounding box meets, and marks the levels that it
 passes through. No surface passes through an unmarked block, so all its points are on the same side, if the mesh is
 closed: that side is found once for a run of blocks, often from a neighbour's, and most points need no triangle at all.
 A point in a marked block counts the triangles between itself and the next block above whose side is known.
@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from softbody.geometry.aabb import bounding_box
 from softbody.geometry.polyhedron import ray_hits_triangle
 from softbody.geometry.triangle_list import checked_triangles, edges_meet_evenly
 from softbody.jit import jit, jit_lean
@@ -99,22 +100,6 @@ def build_parity_grid(
     return grid
 
 
-@jit_lean
-def bounding_box(points: np.ndarray) -> tuple[Vec, Vec]:
-    """Return the low and the high corner [m] of `points` (n, 3); NaN in both if any number is not finite."""
-    x0 = x1 = points[0, 0]
-    y0 = y1 = points[0, 1]
-    z0 = z1 = points[0, 2]
-    spoiled = 0.0
-    for i in range(points.shape[0]):
-        x, y, z = load(points, i)
-        x0, x1 = min(x0, x), max(x1, x)
-        y0, y1 = min(y0, y), max(y1, y)
-        z0, z1 = min(z0, z), max(z1, z)
-        spoiled += 0.0 * x + 0.0 * y + 0.0 * z  # inf · 0 is NaN
-    return (x0 + spoiled, y0 + spoiled, z0 + spoiled), (x1 + spoiled, y1 + spoiled, z1 + spoiled)
-
-
 @jit
 def rebuild_parity_grid(grid: ParityGrid, vertices: np.ndarray) -> None:
     """Bin the triangles where `vertices` (n, 3) [m] now are. If any is not finite, no point is inside."""
@@ -188,6 +173,7 @@ def _list_triangles(grid: ParityGrid) -> int:
     count = 0
     room = entries.shape[0] - 4
     for t in range(triangles.shape[0]):
+        # The triangle's bounding box, in fine steps across and in levels up.
         i, j, k = triangles[t, 0], triangles[t, 1], triangles[t, 2]
         left = min(lattice[i, 0], lattice[j, 0], lattice[k, 0])
         right = max(lattice[i, 0], lattice[j, 0], lattice[k, 0])
@@ -204,6 +190,7 @@ def _list_triangles(grid: ParityGrid) -> int:
             # Up to 2 × 2 columns, as most triangles: all four are written, without a branch, and counted if they
             # differ.
             wide, deep = last_x - first_x, last_y - first_y
+            # The four columns, and what part of each the box takes.
             a = first_y * along_x + first_x
             b = a + wide
             c = a + deep * along_x
@@ -214,6 +201,7 @@ def _list_triangles(grid: ParityGrid) -> int:
             east = np.uint64(right - last_x * STEPS) << _RIGHT | np.uint64(STEPS - 1) << _LEFT
             south = np.uint64(in_back) << _BACK | np.uint64(STEPS - 1 - (front - first_y * STEPS)) << _FRONT
             north = np.uint64(back - last_y * STEPS) << _BACK | np.uint64(STEPS - 1) << _FRONT
+            # How many entries each column gets, which of its levels are marked, and the entries themselves.
             start[a + 2] += 1
             start[b + 2] += wide
             start[c + 2] += deep
@@ -233,19 +221,31 @@ def _list_triangles(grid: ParityGrid) -> int:
         else:
             if count + (last_x - first_x + 1) * (last_y - first_y + 1) > room:
                 return -1
-            for y in range(first_y, last_y + 1):
-                in_front = max(front - y * STEPS, 0)
-                in_back = min(back - y * STEPS, STEPS - 1)
-                row = np.uint64(in_back) << _BACK | np.uint64(STEPS - 1 - in_front) << _FRONT
-                for x in range(first_x, last_x + 1):
-                    in_left = max(left - x * STEPS, 0)
-                    in_right = min(right - x * STEPS, STEPS - 1)
-                    cell = np.uint64(in_right) << _RIGHT | np.uint64(STEPS - 1 - in_left) << _LEFT
-                    column = y * along_x + x
-                    start[column + 2] += 1
-                    marked[column] |= levels
-                    of_column[count], entries[count] = column, entry | row | cell
-                    count += 1
+            count = _list_wide_triangle(grid, (left, right, front, back), entry, levels, count)
+    return count
+
+
+@jit_lean
+def _list_wide_triangle(
+    grid: ParityGrid, footprint: tuple[int, int, int, int], entry: np.uint64, levels: np.uint64, count: int
+) -> int:
+    """Write an entry for each column under a triangle's `footprint`, a box in fine steps; return the count."""
+    left, right, front, back = footprint
+    along_x, start, marked = grid.shape[0], grid.start, grid.marked
+    of_column, entries = grid.unsorted_column, grid.unsorted_entry
+    for y in range(front >> STEP_BITS, (back >> STEP_BITS) + 1):
+        in_front = max(front - y * STEPS, 0)
+        in_back = min(back - y * STEPS, STEPS - 1)
+        row = np.uint64(in_back) << _BACK | np.uint64(STEPS - 1 - in_front) << _FRONT
+        for x in range(left >> STEP_BITS, (right >> STEP_BITS) + 1):
+            in_left = max(left - x * STEPS, 0)
+            in_right = min(right - x * STEPS, STEPS - 1)
+            cell = np.uint64(in_right) << _RIGHT | np.uint64(STEPS - 1 - in_left) << _LEFT
+            column = y * along_x + x
+            start[column + 2] += 1
+            marked[column] |= levels
+            of_column[count], entries[count] = column, entry | row | cell
+            count += 1
     return count
 
 
@@ -285,7 +285,7 @@ def _find_sides(grid: ParityGrid, vertices: np.ndarray) -> None:
                 if y > 0 and (side_in | side_out) == _NONE:
                     side_in, side_out = inside[k - along_x] & run, outside[k - along_x] & run
                 if (side_in | side_out) == _NONE:
-                    answer = _ask_block(grid, vertices, f, x, y, _bit_number(lowest))
+                    answer = _ask_block(grid, vertices, f, (x, y, _bit_number(lowest)))
                     side_in = run if answer == 1 else _NONE
                     side_out = run if answer == 0 else _NONE
                 if side_in != _NONE:
@@ -296,11 +296,12 @@ def _find_sides(grid: ParityGrid, vertices: np.ndarray) -> None:
 
 
 @jit
-def _ask_block(grid: ParityGrid, vertices: np.ndarray, f: Frame, x: int, y: int, level: int) -> int:
-    """Return whether an unmarked block is inside, 1 or 0, by its middle; or −1, unknown.
+def _ask_block(grid: ParityGrid, vertices: np.ndarray, f: Frame, block: tuple[int, int, int]) -> int:
+    """Return whether an unmarked block, (column along x, along y, level), is inside, 1 or 0, by its middle.
 
-    In a mesh only a few roundings wide, the middle of a block may round into another one: then it stays unknown.
+    Or −1, unknown: in a mesh only a few roundings wide, the middle of a block may round into another one.
     """
+    x, y, level = block
     p = (
         f[0] + (STEPS * x + 0.5 * STEPS) / f[6],
         f[1] + (STEPS * y + 0.5 * STEPS) / f[7],
@@ -310,7 +311,7 @@ def _ask_block(grid: ParityGrid, vertices: np.ndarray, f: Frame, x: int, y: int,
     if k != y * f[10] + x or at_level != level:
         return -1
     wanted = _wanted(fine_x, fine_y, level, LEVELS - 1)
-    return 1 if _odd_hits(grid.triangles, grid.start, grid.entries, vertices, p, wanted, k) else 0
+    return 1 if _odd_hits(_columns(grid), vertices, p, wanted, k) else 0
 
 
 @jit
@@ -350,17 +351,19 @@ def _wanted(x: int, y: int, from_level: int, to_level: int) -> np.uint64:
     )
 
 
+Columns = tuple[np.ndarray, np.ndarray, np.ndarray]
+
+
 @jit
-def _odd_hits(
-    triangles: np.ndarray,
-    start: np.ndarray,
-    entries: np.ndarray,
-    vertices: np.ndarray,
-    p: Vec,
-    wanted: np.uint64,
-    k: int,
-) -> bool:
+def _columns(grid: ParityGrid) -> Columns:
+    """Return what a ray reads of a grid: its triangles, and the lists of its columns."""
+    return grid.triangles, grid.start, grid.entries
+
+
+@jit
+def _odd_hits(columns: Columns, vertices: np.ndarray, p: Vec, wanted: np.uint64, k: int) -> bool:
     """Tell whether the +z ray from `p` meets an odd number of those triangles of column `k` that `wanted` asks for."""
+    triangles, start, entries = columns
     odd = False
     for e in range(start[k], start[k + 1]):
         entry = entries[e]
@@ -401,24 +404,26 @@ def point_in_parity_grid(p: Vec, grid: ParityGrid, vertices: np.ndarray) -> bool
     if ((grid.inside[k] | grid.outside[k]) >> np.uint64(level)) & _ONE == _NONE:
         known = _next_known(grid.inside[k], grid.outside[k], level)
         wanted = _wanted(x, y, level, known - 1)
-        odd = _odd_hits(grid.triangles, grid.start, grid.entries, vertices, p, wanted, k)
+        odd = _odd_hits(_columns(grid), vertices, p, wanted, k)
         return odd ^ ((grid.inside[k] >> np.uint64(known)) & _ONE != _NONE)
     return (grid.inside[k] >> np.uint64(level)) & _ONE != _NONE
 
 
 @jit
 def points_in_parity_grid(
-    points: np.ndarray, grid: ParityGrid, vertices: np.ndarray, answers: np.ndarray, first: int, last: int
+    points: np.ndarray, grid: ParityGrid, vertices: np.ndarray, answers: np.ndarray, share: tuple[int, int]
 ) -> None:
-    """Write into answers[first:last] whether these of `points` (m, 3) [m] are inside the mesh of a grid.
+    """Write into the answers from share[0] to share[1] whether these of `points` (m, 3) [m] are inside a mesh.
 
-    The grid must have been built for `vertices` (n, 3) [m]; `answers` is (m,) of bool. The range lets threads share.
+    The grid must have been built for `vertices` (n, 3) [m]; `answers` is (m,) of bool. Threads take shares of the work.
     """
     f = _frame(grid)
     inside, outside = grid.inside, grid.outside
-    triangles, start, entries = grid.triangles, grid.start, grid.entries
+    columns = _columns(grid)
+    first, last = share
     unclear = np.empty(min(BLOCK, last - first), np.int64)
     for begin in range(first, last, BLOCK):
+        # Points in blocks whose side is known are answered without a branch, the others put aside.
         count = 0
         for q in range(begin, min(begin + BLOCK, last)):
             p = load(points, q)
@@ -431,9 +436,10 @@ def points_in_parity_grid(
                 count += (is_in | is_out) == _NONE
             else:
                 answers[q] = False
+        # The others count the triangles up to the next block whose side is known.
         for u in range(count):
             p = load(points, unclear[u])
             x, y, k, level = _place(p, f)
             known = _next_known(inside[k], outside[k], level)
-            odd = _odd_hits(triangles, start, entries, vertices, p, _wanted(x, y, level, known - 1), k)
+            odd = _odd_hits(columns, vertices, p, _wanted(x, y, level, known - 1), k)
             answers[unclear[u]] = odd ^ ((inside[k] >> np.uint64(known)) & _ONE != _NONE)

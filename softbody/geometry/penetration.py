@@ -1,4 +1,7 @@
-"""Which points of one body are inside another, how deep, and under which triangle? The narrow phase of soft bodies."""
+"""Which points of one body are inside another, how deep, and under which triangle? The narrow phase of soft bodies.
+
+`find_penetrations` is what every World asks, for particles and for the corners of boxes.
+"""
 
 from __future__ import annotations
 
@@ -6,20 +9,27 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softbody.geometry.closest import closest_triangle
-from softbody.geometry.parity_grid import bounding_box
-from softbody.geometry.polyhedron import UNSURE, point_in_polyhedron
-from softbody.geometry.tree_hits import point_in_tree, quick_point_in_tree
-from softbody.geometry.triangle_tree import Search, TriangleTree, closest_in_tree, refit_triangle_tree, search_space
+from softbody.geometry.aabb import AABB, bounding_box, boxes_meet
+from softbody.geometry.bvh import BVH, Search, closest_in_bvh
+from softbody.geometry.bvh_rays import point_in_bvh, point_in_bvh_filtered
+from softbody.geometry.closest_point import closest_triangle
+from softbody.geometry.polyhedron import UNCERTAIN, point_in_polyhedron
 from softbody.jit import jit, jit_lean
 from softbody.vec import Vec, add, dot, load, norm, scale, store, sub
 
 # Some ten roundings of 1e-16, of a product of two lengths, and more.
 ROUNDING = 1e-14
 
-INSIDE = 1 << 7  # the mark of a point that is inside; one with another mark is not
-IN_DOUBT = 1 << 7 | 1
-BoundingBox = tuple[Vec, Vec]  # low and high corner [m]
+INSIDE = 1 << 7  # the outcode of a point that is inside; one with another is not
+UNDECIDED = 1 << 7 | 1
+
+
+class Points(NamedTuple):
+    """Points that move together: the vertices of a mesh, or some others, such as the corners of a box."""
+
+    position: np.ndarray  # (m, 3) [m]
+    bounds: AABB
+    hint: np.ndarray  # (m,) int64: the triangle closest to each when it was last inside something, −1 for none
 
 
 class Penetrations(NamedTuple):
@@ -29,18 +39,30 @@ class Penetrations(NamedTuple):
     triangle: np.ndarray  # (capacity,) int64 the closest triangle of the other body
     weights: np.ndarray  # (capacity, 3) barycentric, of the closest point of that triangle
     depth: np.ndarray  # (capacity,) [m] the distance to it
+    outcode: np.ndarray  # (capacity,) uint8 of every point, not only of those inside: see `find_outcodes`
+
+
+@jit
+def points_of(position: np.ndarray) -> Points:
+    """Return Points at `position` (m, 3) [m], of which nothing is known yet."""
+    return Points(position, bounding_box(position), np.full(position.shape[0], -1))
 
 
 @jit
 def room_for_penetrations(capacity: int) -> Penetrations:
-    """Return arrays for as many points; a body needs at most as many as it has."""
+    """Return arrays for the answers about as many points."""
     return Penetrations(
-        np.empty(capacity, np.int64), np.empty(capacity, np.int64), np.empty((capacity, 3)), np.empty(capacity)
+        np.empty(capacity, np.int64),
+        np.empty(capacity, np.int64),
+        np.empty((capacity, 3)),
+        np.empty(capacity),
+        np.empty(capacity, np.uint8),
     )
 
 
 @jit_lean
-def _write(found: Penetrations, row: int, point: int, triangle: int, weights: Vec, depth: float) -> None:
+def _write(found: Penetrations, row: int, point: int, nearest: tuple[int, Vec, float]) -> None:
+    triangle, weights, depth = nearest
     found.point[row] = point
     found.triangle[row] = triangle
     store(found.weights, row, weights)
@@ -48,119 +70,86 @@ def _write(found: Penetrations, row: int, point: int, triangle: int, weights: Ve
 
 
 @jit_lean
-def boxes_meet(a: BoundingBox, b: BoundingBox) -> bool:
-    """Tell whether two boxes along the axes, each by its low and high corner [m], have a point in common.
+def find_outcodes(points: Points, mesh: Points, outcode: np.ndarray) -> int:
+    """Write on which sides of a mesh each point is outside; return how many are outside on none.
 
-    None has, if any number is not finite.
+    A bit for each side of the bounding box of the mesh, and one for a plane across the line between the middles of both
+    boxes: it often parts what the boxes do not. Where all ends of an edge share a bit, all of it is outside (Cohen and
+    Sutherland).
     """
-    for axis in range(3):  # noqa: SIM110 (Numba has no all() of a generator)
-        if not (a[0][axis] <= b[1][axis] and b[0][axis] <= a[1][axis]):
-            return False
-    return True
-
-
-@jit_lean
-def mark_points(
-    points: np.ndarray, box: BoundingBox, vertices: np.ndarray, other: BoundingBox, mark: np.ndarray
-) -> int:
-    """Mark each of `points` (n, 3) [m] with the sides on which it is outside a mesh; return how many have no mark.
-
-    `box` and `other` are the bounding boxes of the points and of the mesh's `vertices` (n, 3) [m]. A bit for each side
-    of `other`, and one for a plane across the line between the middles of both: it often parts what the boxes do not.
-    Where all ends of an edge share a bit, all of it is outside (Cohen and Sutherland).
-    """
-    low, high = other
+    # The plane: as far along the line as the farthest vertex of the mesh.
+    low, high = mesh.bounds
     middle = scale(0.5, add(low, high))
-    way = sub(scale(0.5, add(box[0], box[1])), middle)
+    axis = sub(scale(0.5, add(points.bounds[0], points.bounds[1])), middle)
     reach = -np.inf
-    for i in range(vertices.shape[0]):
-        reach = max(reach, dot(sub(load(vertices, i), middle), way))
-    reach += ROUNDING * norm(way) * norm(sub(high, low))
-    free = 0
-    for i in range(points.shape[0]):
-        p = load(points, i)
+    for i in range(mesh.position.shape[0]):
+        reach = max(reach, dot(sub(load(mesh.position, i), middle), axis))
+    reach += ROUNDING * norm(axis) * norm(sub(high, low))
+    # Six bits for the box, one for the plane.
+    left = 0
+    for i in range(points.position.shape[0]):
+        p = load(points.position, i)
         bits = (p[0] < low[0]) | (p[0] > high[0]) << 1 | (p[1] < low[1]) << 2 | (p[1] > high[1]) << 3
-        bits |= (p[2] < low[2]) << 4 | (p[2] > high[2]) << 5 | (dot(sub(p, middle), way) > reach) << 6
-        mark[i] = bits
-        free += bits == 0
-    return free
+        bits |= (p[2] < low[2]) << 4 | (p[2] > high[2]) << 5 | (dot(sub(p, middle), axis) > reach) << 6
+        outcode[i] = bits
+        left += bits == 0
+    return left
 
 
 @jit_lean
-def mark_inside(
-    points: np.ndarray, mark: np.ndarray, tree: TriangleTree, vertices: np.ndarray, search: Search
-) -> tuple[int, int]:
-    """Mark those of the unmarked `points` (n, 3) [m] that are INSIDE a mesh, or IN_DOUBT; return how many of each.
-
-    In doubt are those of which only `settle_doubts` can tell. `tree` must have been fitted to `vertices` (n, 3) [m].
-    """
-    inside = doubts = 0
-    for i in range(points.shape[0]):
-        if mark[i] == 0:
-            answer = quick_point_in_tree(load(points, i), tree, vertices, search)
-            mark[i] = IN_DOUBT if answer == UNSURE else INSIDE * answer
+def _find_inside(points: Points, mesh: Points, tree: BVH, search: Search, outcode: np.ndarray) -> tuple[int, int]:
+    """Tell which points of outcode 0 are INSIDE, by a filter in floats; return how many, and how many UNDECIDED."""
+    inside = undecided = 0
+    for i in range(points.position.shape[0]):
+        if outcode[i] == 0:
+            answer = point_in_bvh_filtered(load(points.position, i), tree, mesh.position, search)
+            outcode[i] = UNDECIDED if answer == UNCERTAIN else INSIDE * answer
             inside += answer == 1
-            doubts += answer == UNSURE
-    return inside, doubts
+            undecided += answer == UNCERTAIN
+    return inside, undecided
 
 
 @jit
-def settle_doubts(
-    points: np.ndarray, mark: np.ndarray, tree: TriangleTree, vertices: np.ndarray, search: Search
-) -> int:
-    """Decide by exact arithmetic which of `points` (n, 3) [m] in doubt are inside; return how many are."""
+def _decide_exactly(points: Points, mesh: Points, tree: BVH, search: Search, outcode: np.ndarray) -> int:
+    """Decide by exact arithmetic which of the UNDECIDED are INSIDE; return how many are."""
     inside = 0
-    for i in range(points.shape[0]):
-        if mark[i] == IN_DOUBT:
-            is_inside = point_in_tree(load(points, i), tree, vertices, search)
-            mark[i] = INSIDE if is_inside else 0
+    for i in range(points.position.shape[0]):
+        if outcode[i] == UNDECIDED:
+            is_inside = point_in_bvh(load(points.position, i), tree, mesh.position, search)
+            outcode[i] = INSIDE if is_inside else 0
             inside += is_inside
     return inside
 
 
 @jit_lean
-def find_closest(
-    points: np.ndarray,
-    mark: np.ndarray,
-    hint: np.ndarray,
-    tree: TriangleTree,
-    vertices: np.ndarray,
-    search: Search,
-    found: Penetrations,
-) -> None:
-    """Write which triangle is closest to each of `points` (n, 3) [m] that is marked INSIDE, for as many as have room.
-
-    `hint` (n,): the triangles where to look first, or −1; those of the last step, as a rule. They are replaced.
-    """
+def _find_closest(points: Points, mesh: Points, tree: BVH, search: Search, found: Penetrations) -> None:
+    """Write which triangle is closest to each point that is INSIDE, for as many as have room; hints are replaced."""
     row, rows = 0, found.point.shape[0]
-    for i in range(points.shape[0]):
-        if mark[i] == INSIDE and row < rows:
-            triangle, weights, depth = closest_in_tree(load(points, i), tree, vertices, search, hint[i])
-            hint[i] = triangle
-            _write(found, row, i, triangle, weights, depth)
+    for i in range(points.position.shape[0]):
+        if found.outcode[i] == INSIDE and row < rows:
+            nearest = closest_in_bvh(load(points.position, i), tree, mesh.position, search, points.hint[i])
+            points.hint[i] = nearest[0]
+            _write(found, row, i, nearest)
             row += 1
 
 
-@jit
-def find_penetrations(points: np.ndarray, vertices: np.ndarray, tree: TriangleTree, found: Penetrations) -> int:
-    """Find those of `points` (m, 3) [m] that are inside a closed mesh, and its triangle closest to each; paper §4.3.
+@jit_lean
+def find_penetrations(points: Points, mesh: Points, tree: BVH, search: Search, found: Penetrations) -> int:
+    """Find those of `points` that are inside a closed mesh, and its triangle closest to each; paper §4.3.
 
-    `vertices` (n, 3) [m] are where the mesh of `tree` is now: it is fitted to them here, if the two bodies may overlap.
-    Returns how many are inside; the first rows of `found` hold them. If there are more than it has room for, the rest
-    are counted only. If any number is not finite, nothing is inside.
+    `mesh` are its vertices, and `tree` must have been fitted to them; `search` from `search_space`. Returns how many
+    are inside; the first rows of `found` hold them. If there are more than it has room for, the rest are counted only;
+    its outcodes need room for all. If any number is not finite, nothing is inside.
     """
-    box, other = bounding_box(points), bounding_box(vertices)
-    if not boxes_meet(box, other):
+    if not boxes_meet(points.bounds, mesh.bounds):
         return 0
-    mark = np.empty(points.shape[0], np.uint8)
-    if mark_points(points, box, vertices, other, mark) == 0:
+    if find_outcodes(points, mesh, found.outcode) == 0:
         return 0
-    refit_triangle_tree(tree, vertices)
-    search = search_space(tree)
-    inside, doubts = mark_inside(points, mark, tree, vertices, search)
-    if doubts > 0:
-        inside += settle_doubts(points, mark, tree, vertices, search)
-    find_closest(points, mark, np.full(points.shape[0], -1), tree, vertices, search, found)
+    inside, undecided = _find_inside(points, mesh, tree, search, found.outcode)
+    if undecided > 0:
+        inside += _decide_exactly(points, mesh, tree, search, found.outcode)
+    if inside > 0:
+        _find_closest(points, mesh, tree, search, found)
     return inside
 
 
@@ -168,13 +157,15 @@ def find_penetrations(points: np.ndarray, vertices: np.ndarray, tree: TriangleTr
 def find_penetrations_exhaustively(
     points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray, found: Penetrations
 ) -> int:
-    """Do the same by trying every point against every triangle, as the paper does: the baseline."""
+    """Do the same by trying every one of `points` (m, 3) [m] against every triangle, as the paper does: the baseline.
+
+    `vertices` (n, 3) [m], `triangles` (t, 3). No outcodes are found.
+    """
     total = 0
     for i in range(points.shape[0]):
         p = load(points, i)
         if point_in_polyhedron(p, vertices, triangles):
             if total < found.point.shape[0]:
-                triangle, weights, depth = closest_triangle(p, vertices, triangles)
-                _write(found, total, i, triangle, weights, depth)
+                _write(found, total, i, closest_triangle(p, vertices, triangles))
             total += 1
     return total

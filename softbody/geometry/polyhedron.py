@@ -6,12 +6,12 @@ from math import isfinite, isnan
 
 import numpy as np
 
-from softbody.geometry.orientation import LINE_ROUNDING, quick_side_of_plane, side_of_line, side_of_plane
+from softbody.geometry.predicates import LINE_ROUNDING, orient2d, orient3d, orient3d_filtered
 from softbody.geometry.triangle import area_vector, triangle_area
 from softbody.jit import jit, jit_lean
 from softbody.vec import Vec, add, cross, dot, load, norm, scale, sub
 
-UNSURE = 2  # an answer besides yes and no
+UNCERTAIN = 2  # the answer of a floating-point filter that fails, besides yes and no
 
 
 @jit
@@ -96,7 +96,7 @@ def _crossing(p: Vec, a: Vec, b: Vec) -> int:
     """
     if (a[1] <= p[1]) == (b[1] <= p[1]):
         return 0
-    turn = side_of_line(a[0], a[1], b[0], b[1], p[0], p[1])
+    turn = orient2d(a, b, p)
     if b[1] > a[1]:
         return 1 if turn > 0.0 else 0
     return -1 if turn < 0.0 else 0
@@ -104,13 +104,13 @@ def _crossing(p: Vec, a: Vec, b: Vec) -> int:
 
 @jit
 def _is_clear(left: float, right: float) -> bool:
-    """Tell whether the sign of left − right is beyond what rounding can do to it; see `side_of_line`."""
+    """Tell whether the sign of left − right is beyond what rounding can do to it; see `orient2d`."""
     return abs(left - right) >= LINE_ROUNDING * (abs(left) + abs(right))
 
 
 @jit_lean
-def quick_ray_hits(p: Vec, a: Vec, b: Vec, c: Vec) -> int:
-    """Return the answer of `ray_hits_triangle`, 1 or 0, or UNSURE where rounding might decide."""
+def ray_hits_triangle_filtered(p: Vec, a: Vec, b: Vec, c: Vec) -> int:
+    """Return the answer of `ray_hits_triangle`, 1 or 0, or UNCERTAIN where the floating-point filter fails."""
     a_low, b_low, c_low = a[1] <= p[1], b[1] <= p[1], c[1] <= p[1]
     if a_low == b_low and b_low == c_low:
         return 0
@@ -122,7 +122,7 @@ def quick_ray_hits(p: Vec, a: Vec, b: Vec, c: Vec) -> int:
     bc, cb = bx * cy, by * cx
     ca, ac = cx * ay, cy * ax
     if not (_is_clear(ab, ba) & _is_clear(bc, cb) & _is_clear(ca, ac)):
-        return UNSURE
+        return UNCERTAIN
     # Of two edges that pass the level of p, one goes up and one down.
     up = (a_low & (not b_low) & (ab > ba)) | (b_low & (not c_low) & (bc > cb)) | (c_low & (not a_low) & (ca > ac))
     down = (b_low & (not a_low) & (ab < ba)) | (c_low & (not b_low) & (bc < cb)) | (a_low & (not c_low) & (ca < ac))
@@ -130,9 +130,9 @@ def quick_ray_hits(p: Vec, a: Vec, b: Vec, c: Vec) -> int:
         return 0
     if p[2] < min(a[2], b[2], c[2]):
         return 1
-    side = quick_side_of_plane(a, b, c, p)
+    side = orient3d_filtered(a, b, c, p)
     if isnan(side):
-        return UNSURE
+        return UNCERTAIN
     return 1 if (side > 0.0) == up and side != 0.0 else 0
 
 
@@ -143,13 +143,13 @@ def ray_hits_triangle(p: Vec, a: Vec, b: Vec, c: Vec) -> bool:
     Exact: a ray through an edge or vertex shared by two triangles counts for one of them only, even if the two have
     copies of that vertex of their own, and a triangle without area, or on its edge seen from above, is never hit.
     """
-    hit = quick_ray_hits(p, a, b, c)
-    if hit != UNSURE:
+    hit = ray_hits_triangle_filtered(p, a, b, c)
+    if hit != UNCERTAIN:
         return hit == 1
     facing = _crossing(p, a, b) + _crossing(p, b, c) + _crossing(p, c, a)
     if facing == 0 or p[2] >= max(a[2], b[2], c[2]):
         return False
-    side = side_of_plane(a, b, c, p)
+    side = orient3d(a, b, c, p)
     return side > 0.0 if facing > 0 else side < 0.0
 
 

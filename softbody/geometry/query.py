@@ -1,15 +1,17 @@
-"""Which points are in a mesh, and which of its triangles are closest? For use from Python, with arrays checked."""
+"""Which points are in a mesh, and which of its triangles are closest? For geometry users, with arrays checked."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from softbody.errors import MeshError, ParameterError
-from softbody.geometry.closest import Closest
+from softbody.geometry.bvh import BVH, build_bvh, closest_all_in_bvh, refit_bvh
+from softbody.geometry.closest_point import Closest
 from softbody.geometry.parity_grid import (
     COLUMNS_PER_TRIANGLE,
     ParityGrid,
@@ -18,7 +20,6 @@ from softbody.geometry.parity_grid import (
     rebuild_parity_grid,
 )
 from softbody.geometry.triangle_list import checked_points, checked_triangles
-from softbody.geometry.triangle_tree import TriangleTree, build_triangle_tree, closest_all_in_tree, refit_triangle_tree
 
 
 class MeshQuery:
@@ -41,7 +42,7 @@ class MeshQuery:
         self.vertices = checked.copy()
         self._columns_per_triangle = columns_per_triangle
         self._grid: ParityGrid | None = None
-        self._tree: TriangleTree | None = None
+        self._tree: BVH | None = None
         self._grid_is_old = self._tree_is_old = False
 
     def move(self, vertices: ArrayLike) -> None:
@@ -65,7 +66,7 @@ class MeshQuery:
         rows, grid = checked_points(points), self._grid
         answers = np.empty(len(rows), bool)
         _share(
-            lambda first, last: points_in_parity_grid(rows, grid, self.vertices, answers, first, last),
+            lambda share: points_in_parity_grid(rows, grid, self.vertices, answers, share),
             len(rows),
             threads,
         )
@@ -74,14 +75,14 @@ class MeshQuery:
     def closest(self, points: ArrayLike, threads: int = 1) -> Closest:
         """Return the triangle closest to each of `points` (m, 3) [m], with weights, point and distance."""
         if self._tree is None:
-            self._tree = build_triangle_tree(self.vertices, self.triangles)
+            self._tree = build_bvh(self.vertices, self.triangles)
         elif self._tree_is_old:
-            refit_triangle_tree(self._tree, self.vertices)
+            refit_bvh(self._tree, self.vertices)
         self._tree_is_old = False
         rows, tree = checked_points(points), self._tree
         count = len(rows)
         answers = Closest(np.empty(count, np.int64), np.empty((count, 3)), np.empty((count, 3)), np.empty(count))
-        _share(lambda first, last: closest_all_in_tree(rows, tree, self.vertices, answers, first, last), count, threads)
+        _share(lambda share: closest_all_in_bvh(rows, tree, self.vertices, answers, share), count, threads)
         return answers
 
 
@@ -105,13 +106,13 @@ def closest_on_mesh(points: ArrayLike, vertices: ArrayLike, triangles: ArrayLike
     return MeshQuery(vertices, triangles).closest(points, threads)
 
 
-def _share(work: Callable[[int, int], object], count: int, threads: int) -> None:
-    """Call work(first, last) for equal parts of `count` on as many threads; the kernels let go of the GIL."""
+def _share(work: Callable[[tuple[int, int]], object], count: int, threads: int) -> None:
+    """Call work((first, last)) for equal shares of `count` on as many threads; the kernels let go of the GIL."""
     if not isinstance(threads, (int, np.integer)) or threads < 1:
         raise ParameterError(f"threads is {threads!r}; give a whole number from 1 on")
     if threads == 1:
-        work(0, count)
+        work((0, count))
         return
     edges = [count * k // threads for k in range(threads + 1)]
     with ThreadPoolExecutor(threads) as pool:
-        list(pool.map(work, edges[:-1], edges[1:]))
+        list(pool.map(work, pairwise(edges)))

@@ -109,11 +109,12 @@ def closest_weights_on_triangle(p: Vec, a: Vec, b: Vec, c: Vec) -> tuple[Vec, fl
 
 
 @jit
-def weighted_point(u: float, v: float, w: float, a: Vec, b: Vec, c: Vec) -> Vec:
-    """Return the point [m] with barycentric weights u, v, w in a triangle: u a + v b + w c.
+def weighted_point(weights: Vec, a: Vec, b: Vec, c: Vec) -> Vec:
+    """Return the point [m] with barycentric `weights` (u, v, w) in a triangle: u a + v b + w c.
 
     Taken from the corner with the largest weight: so a corner is met exactly, and little is lost far from the origin.
     """
+    u, v, w = weights
     if u >= v and u >= w:
         return add(a, add(scale(v, sub(b, a)), scale(w, sub(c, a))))
     if v >= w:
@@ -131,7 +132,7 @@ def closest_point_on_triangle(p: Vec, a: Vec, b: Vec, c: Vec) -> tuple[Vec, Vec]
     triangle, to rounding, however thin the triangle.
     """
     weights, _ = closest_weights_on_triangle(p, a, b, c)
-    return weighted_point(weights[0], weights[1], weights[2], a, b, c), weights
+    return weighted_point(weights, a, b, c), weights
 
 
 @jit

@@ -7,7 +7,7 @@ import numpy as np
 from softbody.parameters import check_whole
 from softbody.world import World
 
-ACROSS = 1.3  # [m] between neighbours at the start, more than the diagonal of a box is long
+ACROSS = 1.3  # [m] between neighbours at the start, give or take 0.2: few boxes have so long a diagonal, none overlap
 
 
 def build(boxes: int = 40, world: World | None = None) -> World:

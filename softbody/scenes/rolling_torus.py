@@ -34,5 +34,5 @@ def build(force: float = 0.5, tilt: float = 0.0, world: World | None = None) -> 
         position=(0.0, 0.0, -leaning[:, 2].min()),
         friction=0.8,
     )
-    body.external_force = (force * mass * float(np.linalg.norm(world.model.gravity)) / len(leaning), 0.0, 0.0)
+    body.external_force = (force * mass * float(np.linalg.norm(world.controls.gravity)) / len(leaning), 0.0, 0.0)
     return world

@@ -22,10 +22,10 @@ from validation.record import (
 
 FAMILIES = {
     "Volume and mass": ("volume", "softbody.geometry.polyhedron", "trimesh", ("trimesh",)),
-    "Springs and gas": ("springs", "softbody.dynamics.springs", "finite differences of the energy", ()),
+    "Springs and gas": ("springs", "softbody.dynamics.plain_forces", "finite differences of the energy", ()),
     "Integrators": ("integrators", "softbody.dynamics.integrators", "SciPy DOP853", ("scipy",)),
-    "Rigid motion": ("rigid", "softbody.dynamics.rigid", "PyBullet", ("pybullet",)),
-    "Box against box": ("sat", "softbody.collision.sat", "FCL", ("fcl",)),
+    "Rigid motion": ("rigid", "softbody.dynamics.rigid_boxes", "PyBullet", ("pybullet",)),
+    "Box against box": ("sat", "softbody.collision.sat_boxes", "FCL", ("fcl",)),
     "Point in a body": ("inside", "softbody.geometry.polyhedron", "exact arithmetic", ()),
     "Impulses": ("impulse", "softbody.collision.impulse", "conservation laws", ()),
 }

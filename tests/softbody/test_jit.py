@@ -6,13 +6,20 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import NamedTuple
 
+import numba
+import numpy as np
 import pytest
+from numba.core.errors import NumbaError
 
 import softbody
+from softbody.jit import _knows_numba, jit, jit_lean
 from softbody.vec import norm
 
 CORE = Path(softbody.__file__).parent
+
+compiled = pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="nothing is compiled")
 
 
 def output(code, where, **variables):
@@ -102,7 +109,7 @@ for integrator in ("rk4_velocity", "rk4", "symplectic_euler"):
     world.add_soft_body(softbody.octahedron(), 1.0, 50.0, 5.0, (5.0, 0.0, 1.0), (0.5, 0.0, -1.0))
     world.add_box((1.0, 1.0, 1.0), 2.0, (0.0, 0.0, 0.6), (0.8, 0.6, 0.0, 0.0), (1.0, 0.1, 0.0), (0.1, 0.2, 0.3))
     world.add_box((1.0, 2.0, 1.0), 3.0, (1.1, 0.2, 0.7), velocity=(-1.0, 0.0, 0.0), restitution=0.5)
-    world.step(1e-2, 30)
+    world.step(1e-2, 12)
     print(hashlib.sha256(b"".join(array.tobytes() for array in world.state)).hexdigest(), world.energy())
 """
 
@@ -112,6 +119,114 @@ def test_kernels_run_without_the_compiler_to_the_same_bits():
     interpreted = output(STEP, root, NUMBA_DISABLE_JIT="1")
     assert interpreted.count("\n") == 2
     assert interpreted == output(STEP, root)
+
+
+PLAIN = """
+import numpy as np, softbody
+from softbody.geometry import MeshQuery
+print(softbody.jit._knows_numba())
+world = softbody.World()
+ball = world.add_soft_body(softbody.icosphere(2, 0.5), 1.0, 50.0, 5.0, (0.1, 0.2, 0.3), (0.5, 0.0, -1.0), drag=0.1)
+query, points = MeshQuery(ball.positions, ball.triangles), np.random.default_rng(1).uniform(-1.0, 1.0, (2_000, 3))
+for numbers in (query.contains(points), query.closest(points).distance, world.angular_momentum()):
+    print(hash(numbers.tobytes()))
+print(world.energy(), ball.pressure, world.stable_time_step())
+"""
+
+
+@compiled
+def test_numbas_public_decorator_alone_gives_the_same_bits(tmp_path):
+    """Kernels that compile in reasonable time; `make matrix` does it with a whole scene."""
+    ways = {"NUMBA_CACHE_DIR": str(tmp_path), "PYTHONHASHSEED": "0"}
+    known, plain = (output(PLAIN, CORE.parent, SOFTBODY_PLAIN_NUMBA=flag, **ways).split() for flag in "01")
+    assert (known[0], plain[0]) == ("True", "False")
+    assert len(known) == 7
+    assert known[1:] == plain[1:]
+
+
+@pytest.mark.parametrize(
+    ("version", "known"), [("0.59.1", False), ("0.60.0", True), ("0.68.0rc1", True), ("0.99.0", False), ("1.0", False)]
+)
+def test_only_a_numba_that_was_tried_is_taken_for_known(monkeypatch, version, known):
+    monkeypatch.delenv("SOFTBODY_PLAIN_NUMBA", raising=False)
+    monkeypatch.setattr(numba, "__version__", version)
+    assert _knows_numba() == known
+
+
+class Rows(NamedTuple):
+    count: int
+    rows: np.ndarray
+
+
+@jit_lean
+def lean_same(rows):
+    return rows
+
+
+@jit_lean
+def lean_tuple(rows):
+    return 1.0, (2, rows[1:])
+
+
+@jit_lean
+def lean_named(rows):
+    return Rows(1, rows)
+
+
+@jit
+def squares(rows):
+    return rows * rows
+
+
+@jit
+def sum_of_squares(rows):
+    return squares(rows).sum()
+
+
+@jit_lean
+def lean_maybe(rows):
+    return rows if rows[0] > 0.0 else None
+
+
+@jit_lean
+def lean_of_array(rows):
+    return squares(rows)[0]
+
+
+@jit_lean
+def lean_of_number(rows):
+    return sum_of_squares(rows) + 1.0
+
+
+@jit_lean
+def lean_view(rows):
+    rows[1:][0] = 7.0
+
+
+guarded = pytest.mark.skipif(
+    bool(numba.config.DISABLE_JIT) or not _knows_numba(), reason="the public decorator counts all references"
+)
+
+
+@guarded
+@pytest.mark.parametrize("kernel", [lean_same, lean_tuple, lean_named, lean_maybe], ids=lambda k: k.__name__)
+def test_a_lean_kernel_that_returns_an_array_is_refused_by_name(kernel):
+    for _ in range(2):  # nothing is kept of it
+        with pytest.raises(NumbaError, match=rf"{kernel.__name__} is lean and returns an array"):
+            kernel(np.ones(3))
+
+
+@guarded
+def test_a_lean_kernel_that_calls_one_that_returns_an_array_is_refused_by_name():
+    with pytest.raises(NumbaError, match="squares returns an array, and a lean kernel calls it"):
+        lean_of_array(np.ones(3))
+
+
+def test_a_lean_kernel_may_call_one_that_makes_an_array_for_itself_and_write_to_a_view():
+    rows = np.ones(3)
+    assert lean_of_number(rows) == 4.0
+    lean_view(rows)
+    assert rows.tolist() == [1.0, 7.0, 1.0]
 
 
 def test_dividing_by_zero_gives_infinity_as_in_numpy():

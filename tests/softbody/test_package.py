@@ -23,6 +23,13 @@ def test_importing_the_core_brings_numpy_numba_and_the_standard_library_only():
     assert loaded <= set(sys.stdlib_module_names) | {"softbody", "numpy", "numba", "llvmlite"}
 
 
+def test_scenes_are_there_without_being_imported_by_name():
+    root = Path(softbody.__file__).parents[1]
+    code = "import softbody; print(softbody.scenes.tray.build(1).model.soft_count)"
+    done = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True)
+    assert done.stdout == "1\n"
+
+
 def test_every_public_name_is_there():
     assert len(set(softbody.__all__)) == len(softbody.__all__)
     for name in softbody.__all__:

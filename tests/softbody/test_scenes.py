@@ -29,7 +29,7 @@ def deepest_corner(world: World) -> float:
 def test_every_scene_fills_the_world_that_it_is_given(name):
     world = World.paper()
     assert getattr(scenes, name).build(world=world) is world
-    assert len(world.model.gas) + len(world.model.box_size) > 0
+    assert len(world.controls.soft_gas) + len(world.model.box_size) > 0
     frictions = world.model.soft_friction, world.model.box_friction, [world.model.ground_friction]
     assert not np.concatenate(frictions).any()
 
@@ -61,8 +61,8 @@ def test_a_stiffer_ball_is_squeezed_less_by_its_fall():
 def test_balls_stay_in_their_tray(bodies, seconds):
     world = run(scenes.tray.build(bodies), seconds)
     inside = world.state.box_position[world.state.box_position[:, 0].argmax(), 0] - 0.5 * scenes.tray.WALL
-    assert np.abs(world.state.position[:, :2]).max() < inside + 1e-3
-    assert world.state.position[:, 2].min() >= 0.0
+    assert np.abs(world.state.particle_position[:, :2]).max() < inside + 1e-3
+    assert world.state.particle_position[:, 2].min() >= 0.0
 
 
 @pytest.mark.parametrize(

@@ -36,7 +36,7 @@ def test_a_snapshot_shares_no_memory(halfway):
     world, snapshot, end = halfway
     world.restore(snapshot)
     world.step(STEP, 40)
-    world.state.position[:] += 1.0
+    world.state.particle_position[:] += 1.0
     world.restore(snapshot)
     world.step(STEP, 40)
     assert world.state_hash() == end
@@ -72,9 +72,9 @@ def test_a_restored_world_takes_more_bodies(halfway):
     assert ball.index == 1
 
 
-def test_the_papers_rules_go_along():
+def test_the_papers_choices_go_along():
     world = pickle.loads(pickle.dumps(World.paper()))
-    assert world.rules == World.paper().rules
+    assert world.settings == World.paper().settings
     assert world.integrator == "rk4_velocity"
     world.add_box((1.0, 1.0, 1.0), 1.0, friction=0.7)
     assert world.model.box_friction[0] == 0.0
@@ -85,7 +85,7 @@ def test_the_hash_sees_the_last_bit():
     world.add_soft_body(softbody.tetrahedron(), 1.0, 50.0, 5.0)
     before = world.state_hash()
     assert world.state_hash() == before
-    world.state.velocity[2, 1] = np.nextafter(0.0, 1.0)
+    world.state.particle_velocity[2, 1] = np.nextafter(0.0, 1.0)
     assert world.state_hash() != before
 
 
@@ -94,11 +94,14 @@ def test_what_is_no_snapshot_is_refused_and_changes_nothing(tmp_path):
     world.add_soft_body(softbody.tetrahedron(), 1.0, 50.0, 5.0)
     before = world.state_hash()
     lacking = world.snapshot()
-    del lacking["rings.order"]
-    with pytest.raises(ParameterError, match=r"'rings\.order' is missing"):
+    del lacking["rings.particle"]
+    with pytest.raises(ParameterError, match=r"'rings\.particle' is missing"):
         world.restore(lacking)
-    with pytest.raises(ParameterError, match="integrator"):
-        world.restore(world.snapshot() | {"integrator": np.array("euler")})
+    with pytest.raises(ParameterError, match="precision is 'half'; choose one of double, single"):
+        world.restore(world.snapshot() | {"precision": np.array("half")})
+    for integrator in (np.array("euler"), np.array(7)):
+        with pytest.raises(ParameterError, match=r"settings\.integrator"):
+            world.restore(world.snapshot() | {"settings.integrator": integrator})
     assert world.state_hash() == before
     (tmp_path / "text.npz").write_text("no archive")
     with pytest.raises(ParameterError, match=r"text\.npz is no NPZ file of a world"):

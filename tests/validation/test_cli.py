@@ -97,7 +97,9 @@ def test_a_crash_fails_its_claim_and_no_other(tmp_path: Path) -> None:
     (tmp_path / "validation" / "checks" / "aaa.py").write_text(
         "import os\n"
         "from validation.check import Comparison, check\n"
+        "from validation.fault import Fault\n"
         "words = dict.fromkeys(('family', 'section', 'piece', 'reference', 'because', 'detects'), 'crash')\n"
+        "words['faults'] = (Fault('a fault', 'softbody.world.PRECISIONS', 'x_', 'None'),)\n"
         "@check(claim='This one dies.', tolerance=0.0, **words)\n"
         "def dies(run):\n"
         "    os.abort()\n"

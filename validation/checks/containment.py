@@ -24,8 +24,29 @@ from validation.cases import (
 )
 from validation.check import DISAGREEMENTS, Comparison, Misprint, Run, check
 from validation.engines import missing
+from validation.fault import Fault
 
 FAMILY = "containment"
+
+STEEP_TRIANGLES = Fault(
+    "a ray that misses steep triangles",
+    polyhedron.ray_hits_triangle_filtered,
+    "if p_[2] < min(a_[2], b_[2], c_[2]):\n    return 1",
+    "if abs(cross(sub(b_, a_), sub(c_, a_))[2]) < 1e-3:\n    return 0\n"
+    "if p_[2] < min(a_[2], b_[2], c_[2]):\n    return 1",
+)
+COUNTED_AGAIN = Fault(
+    "a grid that counts the triangles above a known level again",
+    parity_grid.points_in_parity_grid,
+    "_wanted(x_, y_, level_, known_ - 1)",
+    "_wanted(x_, y_, level_, LEVELS - 1)",
+)
+NEAR_MISSES = Fault(
+    "points within 1e-9 m below a triangle not under it",
+    polyhedron.ray_hits_triangle_filtered,
+    "orient3d_filtered(a_, b_, c_, p_)",
+    "orient3d_filtered(a_, b_, c_, (p_[0], p_[1], p_[2] + 1e-9))",
+)
 CONCAVE = "softbody.geometry.polyhedron.points_in_polyhedron"
 GRID = "softbody.geometry.parity_grid.points_in_parity_grid"
 
@@ -63,6 +84,7 @@ def ask_all(shapes: dict[str, Mesh], points: dict[str, np.ndarray], judge: objec
     tolerance=0.0,
     because="a yes-or-no answer; trimesh is right beyond 1e-5 m of the surface, and points nearer are passed over",
     detects="one wrong answer",
+    faults=(STEEP_TRIANGLES,),
     erratum=Misprint("E5", "t = (a_z − p_z)/n_z", "t = ((a − p)·n)/n_z"),
 )
 def random_points_by_trimesh(run: Run) -> Comparison:
@@ -107,6 +129,7 @@ def far_from_surface(points: np.ndarray, mesh: Mesh, band: float) -> np.ndarray:
     tolerance=0.0,
     because="a yes-or-no answer; the winding number is sure beyond 1e-12 m of the surface; nearer ones are left out",
     detects="one wrong answer",
+    faults=(STEEP_TRIANGLES,),
 )
 def random_points_by_winding_number(run: Run) -> Comparison:
     from references import winding
@@ -130,6 +153,14 @@ def random_points_by_winding_number(run: Run) -> Comparison:
     tolerance=0.0,
     because="a yes-or-no answer; points within 1e-9 m of the surface are passed over",
     detects="a ray that counts a shared vertex or edge twice, or not at all",
+    faults=(
+        Fault(
+            "a ray that counts a vertex on its path for both edges",
+            polyhedron.ray_hits_triangle_filtered,
+            "a_[1] <= p_[1]",
+            "a_[1] < p_[1]",
+        ),
+    ),
     erratum=Misprint("E20", "every triangle that the ray meets counts", "shared edges and vertices count once"),
 )
 def stacked_copies(run: Run) -> Comparison:
@@ -165,6 +196,14 @@ def stacked_copies(run: Run) -> Comparison:
     tolerance=0.0,
     because="a yes-or-no answer; rounding moves a face by 1e-15",
     detects="one wrong answer; any tolerance inside the test",
+    faults=(
+        Fault(
+            "a tolerance of 1e-12 m³ in the ray",
+            polyhedron.ray_hits_triangle_filtered,
+            "(side_ > 0.0) == up_ and side_ != 0.0",
+            "(side_ > 0.0) == up_ and abs(side_) > 1e-12",
+        ),
+    ),
 )
 def points_near_the_surface(run: Run) -> Comparison:
     from references import exact
@@ -224,6 +263,7 @@ def special_points(mesh: Mesh, rng: np.random.Generator, count: int) -> dict[str
     tolerance=0.0,
     because="a yes-or-no answer, on the surface too; both ask the same exact question of each triangle",
     detects="one triangle missed, or counted twice",
+    faults=(COUNTED_AGAIN,),
 )
 def grid_is_exhaustive(run: Run) -> Comparison:
     rng = run.rng
@@ -238,7 +278,7 @@ def grid_is_exhaustive(run: Run) -> Comparison:
             special = special_points(moved, rng, run.count(100, 500, 20_000))
             points = np.concatenate([points_around(moved, run.count(500, 3_000, 100_000), rng), *special.values()])
             answers = np.empty(len(points), bool)
-            parity_grid.points_in_parity_grid(points, grid, vertices, answers, 0, len(points))
+            parity_grid.points_in_parity_grid(points, grid, vertices, answers, (0, len(points)))
             measured.append(answers)
             expected.append(polyhedron.points_in_polyhedron(points, vertices, mesh.triangles))
             kinds += [kind] * len(points)
@@ -261,6 +301,7 @@ def accelerated(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray)
     tolerance=0.0,
     because="a yes-or-no answer; points within 1e-12 of the surface, where libigl may be wrong, are left out",
     detects="one wrong answer",
+    faults=(COUNTED_AGAIN,),
 )
 def random_points_by_igl(run: Run) -> Comparison:
     from references import igl
@@ -288,6 +329,7 @@ def random_points_by_igl(run: Run) -> Comparison:
     tolerance=0.0,
     because="a yes-or-no answer; points exactly on the surface are left out, for either answer is right",
     detects="one wrong answer; any tolerance inside the test",
+    faults=(NEAR_MISSES,),
 )
 def special_points_by_exact_arithmetic(run: Run) -> Comparison:
     from references import exact, igl, trimesh
@@ -343,6 +385,7 @@ def special_points_by_exact_arithmetic(run: Run) -> Comparison:
     tolerance=0.0,
     because="a yes-or-no answer; random points within 1e-9 m of the surface are left out, for coordinates are rounded",
     detects="one answer that changes",
+    faults=(NEAR_MISSES,),
 )
 def containment_is_invariant(run: Run) -> Comparison:
     rng = run.rng
@@ -369,6 +412,14 @@ def containment_is_invariant(run: Run) -> Comparison:
     tolerance=0.0,
     because="a yes-or-no answer on random points, none within 1e-9 of the surface",
     detects="one wrong answer",
+    faults=(
+        Fault(
+            "a convex test that forgives a hundredth",
+            polyhedron.point_in_convex,
+            "face_ >= 0 and depth_ >= 0.0",
+            "face_ >= 0 and depth_ >= -0.01",
+        ),
+    ),
 )
 def convex(run: Run) -> Comparison:
     from references import winding
@@ -399,6 +450,14 @@ def convex(run: Run) -> Comparison:
     tolerance=1e-10,
     because="both lose the digits of the system's condition number, up to 1e5 here",
     detects="a determinant with two corners exchanged",
+    faults=(
+        Fault(
+            "two corners of a tetrahedron exchanged",
+            tetrahedron.barycentric_in_tetrahedron,
+            "tetrahedron_volume(a_, b_, p, d_)",
+            "tetrahedron_volume(b_, a_, p, d_)",
+        ),
+    ),
     erratum=Misprint("E14", "five determinants of the same size", "five determinants of the same sign"),
 )
 def tetrahedra(run: Run) -> Comparison:
@@ -436,6 +495,9 @@ def tetrahedra(run: Run) -> Comparison:
     tolerance=0.0,
     because="a yes-or-no answer; weights nearer to 0 than 1e-9 are left out, but for points exactly on an edge's line",
     detects="one wrong answer",
+    faults=(
+        Fault("flat triangles contain points", triangle.point_in_triangle, "dot(n_, n_) == 0.0", "dot(n_, n_) < 0.0"),
+    ),
     erratum=Misprint(
         "E16",
         "outside iff u·v < 0 or u·w < 0",

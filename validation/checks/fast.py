@@ -8,10 +8,13 @@ import numpy as np
 
 import softbody
 from softbody import World
+from softbody.collision import substeps
 from validation.cases import random_orientations, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.fault import Fault
 
 FAMILY = "fast bodies"
+LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 
 STEP = 0.8  # of the stable time step
 FLIGHT = 0.06  # [s] of each shot
@@ -48,12 +51,13 @@ def shoot(target: str, rng: np.random.Generator, make: Callable[..., World] = Wo
     family=FAMILY,
     claim="No soft ball shot at up to 100 m/s goes through a plate of 0.1 m, fixed or free, or through another ball.",
     section="6",
-    piece="softbody.collision.fast.parts_of_step",
+    piece="softbody.collision.substeps.subdivision",
     reference="invariant: what was in front stays in front",
     unit=DISAGREEMENTS,
     tolerance=0.0,
     because="one passage is one too many",
     detects="a step that takes a ball through a plate: without splitting, a third of the shots",
+    faults=(Fault("a step that is never split", substeps.subdivision, "int(ceil(parts_))", "1"),),
 )
 def nothing_passes_through(run: Run) -> Comparison:
     rng = run.rng

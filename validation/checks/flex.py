@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from softbody import World
+from softbody.dynamics import pressure
 from validation.cases import MESH_KINDS, random_mesh
 from validation.check import Comparison, Run, check
+from validation.fault import Fault
 
 STEPS = 100
 GRAVITY = -9.81  # [m/s²]
@@ -16,13 +18,14 @@ GRAVITY = -9.81  # [m/s²]
     family="soft bodies",
     claim="Any soft body, damped and full of gas, moves as MuJoCo makes it move, step by step, by two integrators.",
     section="2, 5.1",
-    piece="softbody.step.run_soft_bodies",
+    piece="softbody.step.run_alone",
     reference="MuJoCo's flex of lines, Euler and RK4; P ∂V/∂x, which it lacks, as a force of the user, by numpy",
     engines=("mujoco",),
     unit="of the size and the way",
     tolerance=3e-14,
     because="100 steps of rounding at 1e-16 of positions: 1e-14 at worst of 200 bodies",
     detects="a force, mass or weight off by 1e-11; damping, gravity or gas at the wrong stage of a step",
+    faults=(Fault("pressure off by 1e-11", pressure.gas_pressure, "gas_ / volume_", "gas_ / volume_ * (1.0 + 1e-11)"),),
 )
 def motion(run: Run) -> Comparison:
     from references import mujoco_flex

@@ -7,13 +7,19 @@ from typing import Any
 
 import numpy as np
 
-from softbody.collision import impulse
+from softbody import quaternion
+from softbody.collision import impulse, law
+from softbody.collision.law import Material
+from softbody.geometry import box
 from softbody.geometry.box import box_inertia
 from softbody.state import RigidBodies
 from validation.cases import BoxPairs, box_separations, random_box_pairs, rotation_matrix
 from validation.check import Comparison, Misprint, Run, check
+from validation.fault import Fault
 
 FAMILY = "box–box impulse"
+
+RESTITUTION = Fault("restitution off by 1e-9", law.normal_impulse, "1.0 + restitution_", "1.000000001 + restitution_")
 PIECE = "softbody.collision.impulse.resolve_contact"
 
 OVERLAP = 1e-6  # [m] of the pose at the impact: Bullet sees no contact at exactly 0
@@ -88,7 +94,8 @@ def core_impact(impacts: Impacts, i: int, point: np.ndarray, normal: np.ndarray)
         impacts.velocity[:, i].copy(),
         impacts.angular_velocity[:, i].copy(),
     )
-    j = impulse.resolve_contact(bodies, 0, 1, tuple(point), tuple(normal), float(impacts.restitution[i]), 0.0)
+    material = Material(float(impacts.restitution[i]), 0.0)
+    j = impulse.resolve_contact(bodies, (0, 1), tuple(point), tuple(normal), material)
     return np.concatenate(
         [bodies.velocity[0], bodies.angular_velocity[0], bodies.velocity[1], bodies.angular_velocity[1]]
     ), j
@@ -132,6 +139,15 @@ def mass_ratio(impacts: Impacts) -> np.ndarray:
     tolerance=1e-11,
     because="Bullet's own residual at such a contact: up to 4e-12 against the closed form, in 8 000 trials",
     detects="e + 1e-9, a contact 1e-9 m off, any missing term",
+    faults=(
+        RESTITUTION,
+        Fault(
+            "inertia of a box with two axes exchanged",
+            box.box_inertia,
+            "(y2 + z2, x2 + z2, x2 + y2)",
+            "(x2 + z2, y2 + z2, x2 + y2)",
+        ),
+    ),
 )
 def one_impact_by_bullet(run: Run) -> Comparison:
     from references import pybullet
@@ -181,6 +197,7 @@ def _by_closed_form(run: Run, printed_name: str | None) -> Comparison:
     tolerance=1e-13,
     because="rounding, with inertias and masses up to 1 000:1",
     detects="an error of 1e-13 in any of the twelve velocities",
+    faults=(RESTITUTION,),
     erratum=Misprint("E1", "v1' = v1 + j n/m1 and ω1' with +", "minus for the second body"),
 )
 def one_impact_by_closed_form(run: Run) -> Comparison:
@@ -191,12 +208,20 @@ def one_impact_by_closed_form(run: Run) -> Comparison:
     family=FAMILY,
     claim="Spinning boxes meet with the velocity of the points that touch, not of their centres.",
     section="4.4",
-    piece="softbody.collision.impulse.point_velocity",
+    piece="softbody.collision.impulse.velocity_of_point",
     reference="closed form",
     unit="of the speed",
     tolerance=1e-13,
     because="rounding, with inertias and masses up to 1 000:1",
     detects="a missing ω × r",
+    faults=(
+        Fault(
+            "points that touch without their spin",
+            impulse.velocity_of_point,
+            "add(velocity_, cross(spin_, arm_))",
+            "velocity_",
+        ),
+    ),
     erratum=Misprint("E2", "relative velocity from the linear velocities only", "v + ω × r of both"),
 )
 def spinning_boxes(run: Run) -> Comparison:
@@ -207,12 +232,20 @@ def spinning_boxes(run: Run) -> Comparison:
     family=FAMILY,
     claim="The denominator's angular part is n · [(I⁻¹ (r × n)) × r].",
     section="4.4",
-    piece="softbody.collision.impulse.mobility",
+    piece="softbody.collision.impulse.inverse_effective_mass",
     reference="closed form",
     unit="of the speed",
     tolerance=1e-13,
     because="rounding, with inertias and masses up to 1 000:1",
     detects="another order of the products",
+    faults=(
+        Fault(
+            "another order in the denominator",
+            impulse.inverse_effective_mass,
+            "dot(direction_, cross(spin_, arm_))",
+            "dot(direction_, cross(arm_, spin_))",
+        ),
+    ),
     erratum=Misprint("E3", "n·I⁻¹·(r×n)×r, which can be read as n·I⁻¹((r×n)×r)", "n·[(I⁻¹(r×n))×r]"),
 )
 def denominator(run: Run) -> Comparison:
@@ -229,6 +262,14 @@ def denominator(run: Run) -> Comparison:
     tolerance=1e-13,
     because="rounding, with inertias and masses up to 1 000:1",
     detects="a body-frame inertia used in the world frame",
+    faults=(
+        Fault(
+            "an inertia that does not turn with the body",
+            quaternion.rotate_diagonal,
+            "rotate(q_, multiply(diagonal_, rotate_inverse(q_, a_)))",
+            "multiply(diagonal_, a_)",
+        ),
+    ),
     erratum=Misprint("E17", "one angle and a constant diagonal I", "R I⁻¹ Rᵀ"),
 )
 def turned_inertia(run: Run) -> Comparison:
@@ -245,6 +286,14 @@ def turned_inertia(run: Run) -> Comparison:
     tolerance=2e-15,
     because="rounding of a dozen products",
     detects="an impulse given to one body only, or at two different points",
+    faults=(
+        Fault(
+            "the second body feels 1e-9 less",
+            impulse.resolve_contact,
+            "scale(-j_, normal_)",
+            "scale(-j_ * (1.0 - 1e-9), normal_)",
+        ),
+    ),
 )
 def impact_conserves_momentum(run: Run) -> Comparison:
     rng = run.rng
@@ -310,6 +359,7 @@ def _energy(impacts: Impacts, i: int, velocities: np.ndarray) -> float:
     tolerance=1e-13,
     because="rounding; with a mass ratio of 1 000 the heavy body's energy loses three digits",
     detects="e taken for 1 − e; an impulse that is not the one returned",
+    faults=(RESTITUTION,),
 )
 def restitution_and_energy(run: Run) -> Comparison:
     rng = run.rng

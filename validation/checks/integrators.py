@@ -6,11 +6,32 @@ import numpy as np
 
 import softbody
 from softbody import Mesh, World
-from softbody.dynamics.integrators import INTEGRATORS
+from softbody.dynamics import integrators, pressure, ring_forces, stability, vertex_rings
+from softbody.settings import INTEGRATORS
 from validation.cases import lumpy_sphere
 from validation.check import Comparison, Misprint, Run, check
+from validation.fault import Fault
 
 FAMILY = "integrators"
+
+WRONG_WEIGHT = Fault(
+    "a wrong weight in the paper's integrator",
+    integrators.rk4_velocity_stage,
+    "end_[3 + c_, i_] += a_ + a_",
+    "end_[3 + c_, i_] += 1.999999999 * a_",
+)
+WEIGHT_BY_A_THOUSANDTH = Fault(
+    "a weight in the paper's integrator off by a thousandth",
+    integrators.rk4_velocity_stage,
+    "end_[3 + c_, i_] += a_ + a_",
+    "end_[3 + c_, i_] += 2.001 * a_",
+)
+LAST_VELOCITY = Fault(
+    "rk4 moves with the last velocity instead of the mean",
+    integrators.rk4_stage,
+    "sixth_ * shift[c_, i_]",
+    "1.5 * sixth_ * shift[c_, i_]",
+)
 PIECE = "softbody.dynamics.integrators"
 
 STIFFNESS = 40.0
@@ -27,17 +48,17 @@ def breathing(
     body = world.add_soft_body(mesh, mass=1.0, stiffness=STIFFNESS, gas=gas)
     moment = (mesh.vertices**2).sum() / len(mesh.vertices)
     body.positions[:] = scale * mesh.vertices
-    return world, STIFFNESS * (world.model.rest_length**2).sum(), moment
+    return world, STIFFNESS * (world.model.edge_rest_length**2).sum(), moment
 
 
 def scale_of(world: World, mesh: Mesh) -> float:
     """Return λ: the shape's projection on the rest shape."""
-    return float((world.state.position * mesh.vertices).sum() / (mesh.vertices**2).sum())
+    return float((world.state.particle_position * mesh.vertices).sum() / (mesh.vertices**2).sum())
 
 
 def rate_of(world: World, mesh: Mesh) -> float:
     """Return dλ/dt [1/s]."""
-    return float((world.state.velocity * mesh.vertices).sum() / (mesh.vertices**2).sum())
+    return float((world.state.particle_velocity * mesh.vertices).sum() / (mesh.vertices**2).sum())
 
 
 @check(
@@ -50,6 +71,7 @@ def rate_of(world: World, mesh: Mesh) -> float:
     tolerance=2e-13,
     because="100 steps of rounding at 1e-16, on an amplitude of a tenth of the size",
     detects="a wrong weight or stage: damping, order and stability of all three follow from these matrices",
+    faults=(WRONG_WEIGHT,),
 )
 def amplification(run: Run) -> Comparison:
     from references import analytic
@@ -82,6 +104,7 @@ def amplification(run: Run) -> Comparison:
     tolerance=2e-14,
     because="the decay over 10 to 500 steps, measured on a rounded trajectory",
     detects="a scheme that damps otherwise than it should, by 2e-14 a step",
+    faults=(WRONG_WEIGHT,),
 )
 def damping(run: Run) -> Comparison:
     from references import analytic
@@ -94,7 +117,7 @@ def damping(run: Run) -> Comparison:
             for start, kick in ((1.1, 0.0), (1.0, 0.1)):
                 world, stiffness, moment = breathing(integrator, mesh, gas=0.0, scale=start)
                 frequency = np.sqrt(stiffness / moment)
-                world.state.velocity[:] = kick * frequency * mesh.vertices
+                world.state.particle_velocity[:] = kick * frequency * mesh.vertices
                 # So few steps that the amplitude, which may fall by z²/4 a step, stays well above rounding.
                 steps = int(np.clip(10.0 / z**2, 10, 500))
                 world.step(z / frequency, steps, allow_unstable=True)
@@ -117,6 +140,7 @@ def damping(run: Run) -> Comparison:
     tolerance=0.005,
     because="terms of the next order in h, at the steps used (ωh from 0.02 to 0.001)",
     detects="an order that differs by 0.005",
+    faults=(LAST_VELOCITY,),
     erratum=Misprint("E9", "the scheme is called a fourth-order Runge–Kutta", "its order is 1"),
 )
 def observed_order(run: Run) -> Comparison:
@@ -153,6 +177,7 @@ def observed_order(run: Run) -> Comparison:
     tolerance=1e-4,
     because="terms of two more orders in h, after one extrapolation, from ωh = 0.05 and 0.025 on",
     detects="a scheme of the right order with another error: a wrong weight shows at 1e-4",
+    faults=(WEIGHT_BY_A_THOUSANDTH,),
 )
 def error_constant(run: Run) -> Comparison:
     from references import analytic
@@ -185,6 +210,7 @@ def error_constant(run: Run) -> Comparison:
     tolerance=1e-6,
     because="the growth that tells unstable from stable is measured to 1e-12 a step",
     detects="a stability limit off by 1e-6",
+    faults=(WEIGHT_BY_A_THOUSANDTH,),
 )
 def stability_limit(run: Run) -> Comparison:
     measured, expected, kinds = [], [], []
@@ -208,7 +234,7 @@ def _step_matrix(integrator: str, mesh: Mesh, z: float) -> np.ndarray:
     for stretch, kick in ((0.1, 0.0), (0.0, 0.1)):
         world, stiffness, moment = breathing(integrator, mesh, gas=0.0, scale=1.0 + stretch)
         frequency = np.sqrt(stiffness / moment)
-        world.state.velocity[:] = kick * frequency * mesh.vertices
+        world.state.particle_velocity[:] = kick * frequency * mesh.vertices
         world.step(z / frequency, allow_unstable=True)
         columns.append([(scale_of(world, mesh) - 1.0) / 0.1, rate_of(world, mesh) / frequency / 0.1])
     return np.array(columns).T
@@ -225,6 +251,14 @@ def _step_matrix(integrator: str, mesh: Mesh, z: float) -> np.ndarray:
     tolerance=0.0,
     because="yes or no; the estimate is an upper bound of the frequency",
     detects="an estimate that is too long by a part in 1e9",
+    faults=(
+        Fault(
+            "springs and gas a tenth of what they are in the stable step",
+            stability.highest_frequency,
+            "springs_ + abs(pressure_) * gas_",
+            "0.1 * springs_ + 0.1 * abs(pressure_) * gas_",
+        ),
+    ),
 )
 def stable_step(run: Run) -> Comparison:
     from references import scipy
@@ -240,8 +274,9 @@ def stable_step(run: Run) -> Comparison:
         body.positions[:] *= rng.uniform(0.95, 1.3)
         model = world.model
         highest = scipy.highest_frequency(
-            body.positions, model.edges, model.rest_length, model.stiffness, mesh.triangles, gas, 2.0 / 42
-        )
+            body.positions, model.edge_particles, model.edge_rest_length, model.edge_stiffness, mesh.triangles, gas,
+            2.0 / 42,
+        )  # fmt: skip
         ratios.append(world.stable_time_step() / (2.0 / highest))
         measured.append(ratios[-1] <= 1.0 + 1e-9)
     note = f"the step told is {min(ratios):.2f} to {max(ratios):.2f} of the longest that is stable"
@@ -257,6 +292,14 @@ def stable_step(run: Run) -> Comparison:
     tolerance=1e-8,
     because="the amplitude of 1e-5 shifts the frequency by its square, and rounds to 1e-11",
     detects="a relative error of 1e-8 in stiffness, mass, or the slope of the pressure",
+    faults=(
+        Fault(
+            "rest lengths off by 1e-5",
+            vertex_rings.with_springs,
+            "(stiffness_ * rest_length_)[edge_]",
+            "(stiffness_ * (1.0 + 1e-5) * rest_length_)[edge_]",
+        ),
+    ),
 )
 def breathing_frequency(run: Run) -> Comparison:
     from references import analytic
@@ -271,7 +314,7 @@ def breathing_frequency(run: Run) -> Comparison:
                 world, stiffness, moment = breathing("rk4", mesh, gas, 1.0)
                 rest = float(analytic.equilibrium_scale(gas, stiffness))
                 truth = float(analytic.breathing_frequency(gas, stiffness, moment))
-                world.state.position[:] = (rest + nudge) * mesh.vertices
+                world.state.particle_position[:] = (rest + nudge) * mesh.vertices
                 path = [nudge]
                 for _ in range(2):  # by a sixth of a period each: x0 + x2 = 2 x1 cos(ω t)
                     world.step(np.pi / 3.0 / truth / 400, 400)
@@ -295,6 +338,7 @@ def breathing_frequency(run: Run) -> Comparison:
     tolerance=0.1,
     because="terms of the next order in h",
     detects="a scheme that conserves worse, or otherwise, than its order says",
+    faults=(LAST_VELOCITY,),
 )
 def drift(run: Run) -> Comparison:
     rng = run.rng
@@ -331,6 +375,14 @@ def drift(run: Run) -> Comparison:
     tolerance=0.02,
     because="symplectic Euler's energy swings by ωh of itself, about a mean that stays",
     detects="a scheme that pumps energy into a body",
+    faults=(
+        Fault(
+            "symplectic Euler moves with the old velocity",
+            integrators.symplectic_euler_stage,
+            "u_ = start_[3 + c_, i_] + lead_ * a_\nend_[3 + c_, i_] = u_",
+            "u_ = start_[3 + c_, i_]\nend_[3 + c_, i_] = u_ + lead_ * a_",
+        ),
+    ),
 )
 def energy_gain(run: Run) -> Comparison:
     rng = run.rng
@@ -358,13 +410,14 @@ def energy_gain(run: Run) -> Comparison:
     family=FAMILY,
     claim="A gas-filled tetrahedron, octahedron or icosahedron breathes as its one scalar equation of motion says.",
     section="2, 5.1",
-    piece="softbody.dynamics.soft.soft_accelerations",
+    piece="softbody.dynamics.plain_forces.plain_accelerations",
     reference="SciPy DOP853 at 1e-13",
     engines=("scipy",),
     unit="of the scale",
     tolerance=5e-12,
     because="rk4 at ωh = 2e-3 errs by 1e-12; DOP853 by 1e-13",
     detects="an error of 5e-12 in the motion over up to one and a half periods",
+    faults=(Fault("pressure off by 1e-9", pressure.gas_pressure, "gas_ / volume_", "gas_ / volume_ * (1.0 + 1e-9)"),),
 )
 def breathing_motion(run: Run) -> Comparison:
     return breathe(run, "double", 2e-3)
@@ -400,6 +453,14 @@ def breathe(run: Run, precision: str, phase: float) -> Comparison:
     tolerance=2e-14,
     because="rounding at 1e-16 in each step, as a random walk over 162 particles; |x| counts the way flown",
     detects="a stage that treats two particles differently; a force that is not central",
+    faults=(
+        Fault(
+            "spring force over the rest length",
+            ring_forces.ring_sums,
+            "k_ - pull_ / sqrt(square_)",
+            "1.001 * (k_ - pull_ / sqrt(square_))",
+        ),
+    ),
 )
 def momentum(run: Run) -> Comparison:
     rng = run.rng
@@ -411,7 +472,7 @@ def momentum(run: Run) -> Comparison:
             body = world.add_soft_body(mesh, mass=2.0, stiffness=100.0, gas=50.0)
             spin = np.cross(rng.normal(size=3), mesh.vertices)
             body.velocities[:] = spin + rng.normal(size=3) + 0.1 * rng.normal(size=mesh.vertices.shape)
-            momentum_scale = (np.linalg.norm(body.velocities, axis=1) / world.model.inverse_mass).sum()
+            momentum_scale = (np.linalg.norm(body.velocities, axis=1) / world.model.particle_inverse_mass).sum()
             pairs = [("momentum", world.linear_momentum)]
             if integrator == "symplectic_euler":
                 pairs.append(("angular momentum", world.angular_momentum))
@@ -444,6 +505,14 @@ def _fall(integrator: str, height: float, speed: float, h: float, steps: int, g:
     tolerance=1e-14,
     because="1 000 steps of rounding on a mean of 162 particles",
     detects="gravity applied in the wrong stage, or twice",
+    faults=(
+        Fault(
+            "gravity off by 1e-9",
+            integrators.acceleration,
+            "gravity_ if mass_ > 0.0 else mass_",
+            "gravity_ * (1.0 + 1e-9) if mass_ > 0.0 else mass_",
+        ),
+    ),
 )
 def free_fall(run: Run) -> Comparison:
     rng = run.rng
@@ -474,6 +543,7 @@ def free_fall(run: Run) -> Comparison:
     tolerance=1e-14,
     because="ten steps of rounding on a mean of 162 particles",
     detects="a velocity that is not advanced by h times an acceleration",
+    faults=(WRONG_WEIGHT,),
     erratum=Misprint(
         "E8",
         "v' = v + (v0 + 2 v1 + 2 v2 + v3)/6: the mean of the four velocities is added",

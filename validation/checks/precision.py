@@ -5,15 +5,23 @@ from __future__ import annotations
 import numpy as np
 
 from softbody import World
-from softbody.dynamics.integrators import RK4_VELOCITY
-from softbody.dynamics.motion import scratch_for
-from softbody.step import run_soft_bodies
+from softbody.dynamics import soft_bodies, vertex_rings
+from softbody.dynamics.soft_bodies import motion_of
+from softbody.step import run_alone
 from validation.cases import lumpy_sphere
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.checks.integrators import breathe
 from validation.checks.soft import forces
+from validation.fault import Fault
 
 FAMILY = "precision and threads"
+
+HALF_PRECISION = Fault(
+    "springs rounded to half precision on the way",
+    vertex_rings.in_precision,
+    "rings_.rest_pull.astype(real_, copy=False)",
+    "rings_.rest_pull.astype(np.float16).astype(real_)",
+)
 
 
 @check(
@@ -27,10 +35,11 @@ FAMILY = "precision and threads"
     tolerance=5e-7,
     because="positions are rounded to 6e-8 of the size, and a particle has up to 12 springs",
     detects="a part of the force that is computed in less than single precision",
+    faults=(HALF_PRECISION,),
 )
 def single_force(run: Run) -> Comparison:
     measured, expected, kinds, worlds = forces(run, "single")
-    units = [world.model.stiffness.max() * np.abs(world.state.position).max() for world in worlds]
+    units = [world.model.edge_stiffness.max() * np.abs(world.state.particle_position).max() for world in worlds]
     scales = [np.full(len(judged), unit) for judged, unit in zip(expected, units)]
     return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds)
 
@@ -46,6 +55,7 @@ def single_force(run: Run) -> Comparison:
     tolerance=5e-6,
     because="some 2 000 steps, each rounded at 6e-8, as a random walk that the motion amplifies",
     detects="a step that is computed in less than single precision",
+    faults=(HALF_PRECISION,),
 )
 def single_motion(run: Run) -> Comparison:
     return breathe(run, "single", 5e-3)
@@ -55,12 +65,20 @@ def single_motion(run: Run) -> Comparison:
     family=FAMILY,
     claim="Any number of threads gives the same bits: many small bodies, a large one among them.",
     section="5.1",
-    piece="softbody.dynamics.motion.move_on_threads",
+    piece="softbody.dynamics.soft_bodies.move_on_threads",
     reference="the same run on one thread",
     unit=DISAGREEMENTS,
     tolerance=0.0,
     because="shares write to places of their own, and sums go block by block in one order",
     detects="one bit; a share that is left out; two threads that meet in one place",
+    faults=(
+        Fault(
+            "a thread that moves the bodies of another",
+            soft_bodies.move_on_threads,
+            "first_ * threads_ // last_ == thread_",
+            "first_ * threads_ // last_ == thread_ + 1",
+        ),
+    ),
 )
 def threads_leave_every_bit(run: Run) -> Comparison:
     same, kinds = [], []
@@ -72,10 +90,10 @@ def threads_leave_every_bit(run: Run) -> Comparison:
             for k in range(9):
                 mesh = lumpy_sphere(rng, 5 if k == 4 else 2)
                 world.add_soft_body(mesh, 1.0, 100.0, 20.0, (4.0 * k, 0.0, 0.0), damping=1e-4)
-            scratch, h = scratch_for(world.model, world.rings, threads), 0.5 * world.stable_time_step()
-            parts = world.model, world.rings, world.state, scratch, h, run.count(20, 50, 500), RK4_VELOCITY, 1
-            run_soft_bodies(*parts, None if threads == 1 else threads)
-            states.append(np.concatenate([world.state.position, world.state.velocity]))
+            motion = motion_of(world.model.soft_particle_start, world.rings, threads)
+            parts = world.model, world.controls, world.state, motion, world.settings
+            run_alone(*parts, 0.5 * world.stable_time_step(), run.count(20, 50, 500))
+            states.append(np.concatenate([world.state.particle_position, world.state.particle_velocity]))
         for other in states[1:]:
             same.append((states[0].view(np.uint64) == other.view(np.uint64)).all(axis=1))
             kinds += [precision] * len(other)

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from softbody import World
+from softbody import World, quaternion
+from softbody.dynamics import rigid_boxes
 from validation.cases import random_orientations, rotation_matrix
 from validation.check import Comparison, Misprint, Run, check
+from validation.fault import Fault
 
 FAMILY = "rigid boxes"
-PIECE = "softbody.dynamics.rigid.advance_boxes"
+LANE = "worlds"  # claims that share the kernels of a whole world, and a process
+PIECE = "softbody.dynamics.rigid_boxes.advance_boxes"
 
 
 @check(
@@ -22,6 +25,14 @@ PIECE = "softbody.dynamics.rigid.advance_boxes"
     tolerance=1e-13,
     because="up to 1 000 additions to a position, each rounded at 1e-16 of it",
     detects="a position moved by the old velocity; a gravity off by 1e-13",
+    faults=(
+        Fault(
+            "boxes moved by the velocity of the step's start, to a millionth",
+            rigid_boxes.advance_boxes,
+            "h_ * state_.box_velocity[i_, c_]",
+            "h_ * (state_.box_velocity[i_, c_] + (9.81e-6 * h_ if c_ == 2 else 0.0))",
+        ),
+    ),
     erratum=Misprint("E10", "x' = x + a t", "x' = x + v' t"),
 )
 def thrown_box(run: Run) -> Comparison:
@@ -56,6 +67,14 @@ def thrown_box(run: Run) -> Comparison:
     tolerance=1e-13,
     because="up to 1 000 products of quaternions, each rounded at 1e-16, and an angle of up to 50 rad",
     detects="a first-order update of the quaternion; a turn in the body's frame instead of the world's",
+    faults=(
+        Fault(
+            "a turn of first order",
+            quaternion.from_rotation_vector,
+            "s_ = sin(0.5 * angle_) / angle_\nreturn cos(0.5 * angle_), x_, y_, z_",
+            "s_ = 0.5\nreturn 1.0, x_, y_, z_",
+        ),
+    ),
 )
 def spinning_box(run: Run) -> Comparison:
     rng = run.rng

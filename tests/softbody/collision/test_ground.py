@@ -8,8 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import softbody
-from softbody.collision.ground import bounce_box, bounce_particle, ground_boxes, ground_soft_bodies
-from softbody.collision.impulse import point_velocity
+from softbody.collision.ground import bounce_box, bounce_particle, resolve_ground, resolve_ground_of_boxes
+from softbody.collision.impulse import velocity_of_point
+from softbody.collision.law import Material
 from softbody.dynamics.energy import kinetic_energy
 from softbody.geometry.box import box_corners
 from softbody.state import boxes_of
@@ -29,7 +30,7 @@ from softbody.state import boxes_of
 )
 def test_a_particle_bounces_and_slides_by_hand(velocity, restitution, friction, after):
     velocities = np.array([[9.0, 9.0, 9.0], velocity])
-    bounce_particle(velocities, 1, restitution, friction)
+    bounce_particle(velocities, 1, Material(restitution, friction))
     assert velocities[1] == pytest.approx(np.array(after), abs=1e-15)
     assert velocities[0].tolist() == [9.0, 9.0, 9.0]
 
@@ -38,21 +39,21 @@ def test_only_particles_below_the_ground_are_lifted_on_to_it():
     world = softbody.World()
     world.add_ground(height=-0.5)
     world.add_soft_body(softbody.octahedron(), 1.0, 1.0, 0.0, velocity=(0.0, 0.0, -3.0), restitution=1.0)
-    ground_soft_bodies(world.model, world.state)
-    assert world.state.position[:, 2].tolist() == [0.0, 0.0, 0.0, 0.0, 1.0, -0.5]
-    assert world.state.velocity[:, 2].tolist() == [-3.0] * 5 + [3.0]
+    resolve_ground(world.model, world.state)
+    assert world.state.particle_position[:, 2].tolist() == [0.0, 0.0, 0.0, 0.0, 1.0, -0.5]
+    assert world.state.particle_velocity[:, 2].tolist() == [-3.0] * 5 + [3.0]
 
 
 def landing(size, height, velocity, angular_velocity=(0.0, 0.0, 0.0), q=(1.0, 0.0, 0.0, 0.0), e=0.0, friction=0.0):
     world = softbody.World()
     world.add_ground(restitution=e, friction=friction)
-    world.add_box(size, 2.0, (0.0, 0.0, height), q, velocity, angular_velocity, e, friction)
+    world.add_box(size, 2.0, (0.0, 0.0, height), q, velocity, angular_velocity, restitution=e, friction=friction)
     return world
 
 
 def ground(world):
     grounded = np.ones(len(world.state.box_position), np.bool_)
-    ground_boxes(world.model, world.state, boxes_of(world.model, world.state), grounded)
+    resolve_ground_of_boxes(world.model, world.state, boxes_of(world.model, world.state), grounded)
     return grounded
 
 
@@ -79,9 +80,9 @@ def test_a_box_that_lands_on_one_corner_obeys_the_law_there():
     corners = box_corners((1.0, 1.0, 1.0), (0.0, 0.0, 0.75), q)
     low = [tuple(c) for c in corners.tolist() if c[2] < 0.0]
     assert len(low) == 1
-    before = point_velocity(bodies, 0, low[0])
-    bounce_box(bodies, 0, (1.0, 1.0, 1.0), 0.0, 0.5, 0.0)
-    assert point_velocity(bodies, 0, low[0])[2] == pytest.approx(-0.5 * before[2], rel=1e-12)
+    before = velocity_of_point(bodies, 0, low[0])
+    bounce_box(bodies, 0, (1.0, 1.0, 1.0), 0.0, Material(0.5, 0.0))
+    assert velocity_of_point(bodies, 0, low[0])[2] == pytest.approx(-0.5 * before[2], rel=1e-12)
 
 
 quaternions = (

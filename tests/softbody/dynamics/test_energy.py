@@ -33,11 +33,13 @@ def test_the_kinetic_energy_is_that_of_flight_and_spin(world):
 def test_the_potential_energy_is_that_of_springs_gas_and_height(world):
     height = 6.0 * 10.0 * 2.0 + 12.0 * 10.0 * 1.0
     gas = -3.0 * log(4 / 3)
-    assert potential_energy(world.model, world.state) == pytest.approx(height + gas, rel=1e-14)
-    world.state.position[0] += [1.0, 0.0, 0.0]  # the corner at +x, to twice its distance
+    assert potential_energy(world.model, world.controls, world.state) == pytest.approx(height + gas, rel=1e-14)
+    world.state.particle_position[0] += [1.0, 0.0, 0.0]  # the corner at +x, to twice its distance
     stretched = 4 * 0.5 * 100.0 * (5**0.5 - 2**0.5) ** 2
-    assert potential_energy(world.model, world.state) == pytest.approx(height + stretched - 3.0 * log(2.0), rel=1e-14)
-    assert total_energy(world.model, world.state) == pytest.approx(
+    assert potential_energy(world.model, world.controls, world.state) == pytest.approx(
+        height + stretched - 3.0 * log(2.0), rel=1e-14
+    )
+    assert total_energy(world.model, world.controls, world.state) == pytest.approx(
         76.0 + height + stretched - 3.0 * log(2.0), rel=1e-14
     )
 
@@ -63,7 +65,7 @@ def test_the_spin_of_a_turned_box_uses_its_turned_inertia():
 
 def test_an_empty_world_has_no_energy_and_no_momentum():
     world = softbody.World()
-    assert total_energy(world.model, world.state) == 0.0
+    assert total_energy(world.model, world.controls, world.state) == 0.0
     assert linear_momentum(world.model, world.state) == (0.0, 0.0, 0.0)
     assert angular_momentum(world.model, world.state) == (0.0, 0.0, 0.0)
 
@@ -71,5 +73,5 @@ def test_an_empty_world_has_no_energy_and_no_momentum():
 def test_a_body_without_gas_has_an_energy_whatever_its_volume():
     world = softbody.World(gravity=(0.0, 0.0, 0.0))
     world.add_soft_body(softbody.octahedron(), 1.0, 1.0, 0.0)
-    world.state.position[:] *= -1.0
-    assert potential_energy(world.model, world.state) == 0.0
+    world.state.particle_position[:] *= -1.0
+    assert potential_energy(world.model, world.controls, world.state) == 0.0

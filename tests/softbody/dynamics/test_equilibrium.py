@@ -5,12 +5,12 @@ import pytest
 
 import softbody
 from softbody import SimulationError, World
-from softbody.dynamics.soft import soft_accelerations
+from softbody.dynamics.plain_forces import plain_accelerations
 
 
 def residual(world):
-    out = np.empty_like(world.state.position)
-    soft_accelerations(world.model, world.state.position, out)
+    out = np.empty_like(world.state.particle_position)
+    plain_accelerations(world.model, world.controls, world.state.particle_position, out)
     return np.abs(out).max()
 
 
@@ -22,18 +22,18 @@ def test_bodies_without_weight_come_to_rest_where_they_are():
     world.equilibrium()
     assert residual(world) < 1e-12 * 80.0 * 3.0 * 162
     assert a.centre == pytest.approx([1.0, 2.0, 3.0], abs=1e-12)
-    assert not world.state.velocity.any()
+    assert not world.state.particle_velocity.any()
     assert world.steps == 0
 
 
-def test_a_pinned_body_hangs_in_equilibrium():
+def test_a_body_held_by_a_fixed_particle_hangs_in_equilibrium():
     world = World()
-    body = world.add_soft_body(softbody.icosphere(1), 1.0, 50.0, 2.0, pinned=[4])
-    pin = body.positions[4].copy()
+    body = world.add_soft_body(softbody.icosphere(1), 1.0, 50.0, 2.0, fixed=[4])
+    held = body.positions[4].copy()
     world.equilibrium()
     assert residual(world) < 1e-9
-    assert body.positions[4].tolist() == pin.tolist()
-    assert body.centre[2] < pin[2]
+    assert body.positions[4].tolist() == held.tolist()
+    assert body.centre[2] < held[2]
 
 
 def test_a_body_that_is_pushed_away_finds_no_rest():
@@ -41,6 +41,6 @@ def test_a_body_that_is_pushed_away_finds_no_rest():
     body = world.add_soft_body(softbody.octahedron(), 1.0, 50.0, 2.0)
     body.external_force = (1.0, 0.0, 0.0)
     before = body.positions.copy()
-    with pytest.raises(SimulationError, match=r"soft body 0 is not at rest after 1000 steps.*pins hold"):
+    with pytest.raises(SimulationError, match=r"soft body 0 is not at rest after 1000 steps.*fixed particles hold"):
         world.equilibrium(steps=1000)
     assert body.positions.tolist() == before.tolist()

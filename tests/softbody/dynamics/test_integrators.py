@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import softbody
-from softbody.dynamics.integrators import INTEGRATORS, STABILITY_LIMIT
+from softbody.dynamics.integrators import STABILITY_LIMIT
+from softbody.settings import INTEGRATORS
 
 SOLIDS = {
     "tetrahedron": softbody.tetrahedron(),
@@ -28,17 +29,17 @@ def oscillator(solid, integrator):
     world = softbody.World(gravity=(0.0, 0.0, 0.0), integrator=integrator)
     world.add_soft_body(solid, MASS, STIFFNESS, 0.0)
     inertia = MASS / len(solid.vertices) * np.sum(solid.vertices**2)
-    return world, sqrt(STIFFNESS * np.sum(world.model.rest_length**2) / inertia)
+    return world, sqrt(STIFFNESS * np.sum(world.model.edge_rest_length**2) / inertia)
 
 
 def scale_of(world, solid):
-    return float(np.sum(world.state.position * solid.vertices) / np.sum(solid.vertices**2))
+    return float(np.sum(world.state.particle_position * solid.vertices) / np.sum(solid.vertices**2))
 
 
 def error_after(solid, integrator, steps, phase=1.0):
     """Error of λ − 1 when a solid, let go at λ = 1.2, has gone through `phase` [rad] in `steps` steps."""
     world, omega = oscillator(solid, integrator)
-    world.state.position[:] *= 1.2
+    world.state.particle_position[:] *= 1.2
     world.step(phase / omega / steps, steps)
     return abs(scale_of(world, solid) - 1.0 - 0.2 * cos(phase))
 
@@ -61,10 +62,10 @@ def step_matrix(solid, integrator, z):
     columns = []
     for stretch, speed in ((1e-3, 0.0), (0.0, 1e-3)):
         world, omega = oscillator(solid, integrator)
-        world.state.position[:] *= 1.0 + stretch
-        world.state.velocity[:] = speed * omega * solid.vertices
+        world.state.particle_position[:] *= 1.0 + stretch
+        world.state.particle_velocity[:] = speed * omega * solid.vertices
         world.step(z / omega, allow_unstable=True)
-        rate = np.sum(world.state.velocity * solid.vertices) / np.sum(solid.vertices**2)
+        rate = np.sum(world.state.particle_velocity * solid.vertices) / np.sum(solid.vertices**2)
         columns.append([(scale_of(world, solid) - 1.0) / 1e-3, rate / omega / 1e-3])
     return np.array(columns).T
 
@@ -86,7 +87,7 @@ def test_each_scheme_grows_beyond_its_stability_limit_and_not_before(integrator)
     def growth(z):
         return np.abs(np.linalg.eigvals(step_matrix(SOLIDS["octahedron"], integrator, z))).max()
 
-    limit = STABILITY_LIMIT[integrator]
+    limit = STABILITY_LIMIT[INTEGRATORS[integrator]]
     assert growth(0.995 * limit) <= 1.0 + 1e-10
     assert growth(1.005 * limit) > 1.001
 
@@ -96,8 +97,8 @@ def spinning(integrator, gas=0.0):
     world = softbody.World(gravity=(0.0, 0.0, 0.0), integrator=integrator)
     world.add_soft_body(softbody.icosahedron(), MASS, STIFFNESS, gas)
     random = np.random.default_rng(9)
-    world.state.position[:] += random.normal(0.0, 0.1, (12, 3))
-    world.state.velocity[:] = np.cross([0.5, 1.0, 2.0], world.state.position) + [1.0, 2.0, 3.0]
+    world.state.particle_position[:] += random.normal(0.0, 0.1, (12, 3))
+    world.state.particle_velocity[:] = np.cross([0.5, 1.0, 2.0], world.state.particle_position) + [1.0, 2.0, 3.0]
     return world
 
 

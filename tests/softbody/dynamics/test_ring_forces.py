@@ -9,8 +9,10 @@ import pytest
 
 import softbody
 from softbody import World
-from softbody.dynamics.motion import ring_accelerations, scratch_for
 from softbody.dynamics.ring_forces import ring_sums, sum_in_lanes
+from softbody.dynamics.soft_bodies import motion_of, ring_accelerations
+from softbody.dynamics.vertex_rings import no_rings
+from softbody.state import soft_bodies_of
 
 compiled = pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="nothing is compiled")
 
@@ -22,8 +24,10 @@ compiled = pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason
 def test_the_force_is_compiled_to_vector_code(degree, differ):
     """One packed square root a neighbour; without the promise that arrays do not overlap there is none."""
     fresh = numba.njit(error_model="numpy")(ring_sums.py_func)  # cached code cannot be looked at
-    one, index = np.zeros(64), np.zeros(8 * degree, np.uint32)
-    fresh((0,) * degree, differ, 0, 8, 0, index, 1.0, np.zeros(64), np.zeros(64), *[one.copy() for _ in range(10)])
+    entries = np.zeros(8 * degree)
+    rings = no_rings()._replace(neighbour=entries.astype(np.uint32), stiffness=entries, rest_pull=entries.copy())
+    x, pull, area = (tuple(np.zeros((3, 64))) for _ in range(3))
+    fresh((0,) * degree, differ, (0, 8, 0), 1.0, rings, (x, pull, area, np.zeros(64)))
     (assembly,) = fresh.inspect_asm().values()
     packed = sum("vsqrtpd" in line and ("zmm" in line or "ymm" in line) for line in assembly.splitlines())
     assert packed >= degree
@@ -36,10 +40,9 @@ def test_a_long_sum_counts_everything_once():
 
 
 def acceleration(world):
-    out = np.empty_like(world.state.position)
-    ring_accelerations(
-        world.model, world.rings, world.state.position, world.state.velocity, out, scratch_for(world.model, world.rings)
-    )
+    out = np.empty_like(world.state.particle_position)
+    motion = motion_of(world.model.soft_particle_start, world.rings)
+    ring_accelerations(soft_bodies_of(world.model, world.controls, world.state), motion, out)
     return out
 
 

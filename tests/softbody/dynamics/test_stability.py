@@ -7,14 +7,19 @@ from hypothesis import strategies as st
 
 import softbody
 from softbody import SimulationError
-from softbody.dynamics.integrators import INTEGRATORS
-from softbody.dynamics.soft import soft_accelerations
+from softbody.dynamics.integrators import STABILITY_LIMIT
+from softbody.dynamics.plain_forces import plain_accelerations
 from softbody.dynamics.stability import highest_frequency, longest_stable_step
+from softbody.settings import INTEGRATORS
 
 MESHES = [softbody.tetrahedron(), softbody.octahedron(), softbody.icosahedron(), softbody.box((1.0, 2.0, 3.0))]
 
 
-def true_highest_frequency(model, position):
+def bound_of(world, position, body=0):
+    return highest_frequency(world.model, world.controls, position, body)
+
+
+def true_highest_frequency(world, position):
     """√ of the largest eigenvalue of −∂a/∂x, by central differences; all particles have one mass."""
     d, n = 1e-6, position.size
     jacobian = np.empty((n, n))
@@ -22,9 +27,9 @@ def true_highest_frequency(model, position):
     for k in range(n):
         moved = position.copy()
         moved.flat[k] += d
-        soft_accelerations(model, moved, ahead)
+        plain_accelerations(world.model, world.controls, moved, ahead)
         moved.flat[k] -= 2 * d
-        soft_accelerations(model, moved, behind)
+        plain_accelerations(world.model, world.controls, moved, behind)
         jacobian[:, k] = ((ahead - behind) / (2 * d)).ravel()
     return np.sqrt(max(np.linalg.eigvalsh(-0.5 * (jacobian + jacobian.T)).max(), 0.0))
 
@@ -44,8 +49,8 @@ def test_the_estimate_bounds_the_true_frequency_and_is_at_most_three_times_too_h
     world = softbody.World()
     world.add_soft_body(mesh, 2.0, stiffness * random.uniform(0.5, 2.0, len(mesh.edges)), gas)
     position = mesh.vertices * stretch + random.normal(0.0, 0.05, mesh.vertices.shape)
-    bound = highest_frequency(world.model, position, 0)
-    true = true_highest_frequency(world.model, position)
+    bound = bound_of(world, position)
+    true = true_highest_frequency(world, position)
     assert true <= bound * (1.0 + 1e-6)
     assert bound < 3.0 * true
 
@@ -55,8 +60,8 @@ def test_a_skin_without_springs_is_bounded_by_the_bending_of_its_gas():
     world = softbody.World()
     ball = softbody.icosphere(2)
     world.add_soft_body(ball, 2.0, 0.0, 5.0)
-    bound = highest_frequency(world.model, ball.vertices, 0)
-    true = true_highest_frequency(world.model, ball.vertices)
+    bound = bound_of(world, ball.vertices)
+    true = true_highest_frequency(world, ball.vertices)
     assert true <= bound < 3.0 * true
 
 
@@ -66,9 +71,9 @@ def test_each_body_is_asked_for_by_its_index():
     world.add_soft_body(softbody.octahedron(), 1.0, 90.0, 2.0, position=(5.0, 0.0, 0.0))
     alone = softbody.World()
     alone.add_soft_body(softbody.octahedron(), 1.0, 90.0, 2.0)
-    second = highest_frequency(world.model, world.state.position, 1)
-    assert second == pytest.approx(highest_frequency(alone.model, alone.state.position, 0), rel=1e-12)
-    assert second > highest_frequency(world.model, world.state.position, 0)
+    second = bound_of(world, world.state.particle_position, 1)
+    assert second == pytest.approx(bound_of(alone, alone.state.particle_position), rel=1e-12)
+    assert second > bound_of(world, world.state.particle_position)
 
 
 def test_four_times_the_stiffness_doubles_the_frequency_of_a_body_without_gas():
@@ -76,7 +81,7 @@ def test_four_times_the_stiffness_doubles_the_frequency_of_a_body_without_gas():
     for stiffness in (10.0, 40.0):
         world = softbody.World()
         world.add_soft_body(softbody.octahedron(), 1.0, stiffness, 0.0)
-        frequencies.append(highest_frequency(world.model, world.state.position, 0))
+        frequencies.append(bound_of(world, world.state.particle_position))
     assert frequencies[1] == pytest.approx(2.0 * frequencies[0], rel=1e-14)
 
 
@@ -85,13 +90,13 @@ def shaken_ball(integrator):
     world = softbody.World(gravity=(0.0, 0.0, 0.0), integrator="rk4_velocity")
     world.add_soft_body(softbody.icosphere(1), 1.0, 100.0, 5.0)
     world.step(0.005, 4000)
-    world.state.velocity[:] = np.random.default_rng(1).normal(0.0, 0.01, (42, 3))
+    world.state.particle_velocity[:] = np.random.default_rng(1).normal(0.0, 0.01, (42, 3))
     world.integrator = integrator
     return world
 
 
 def radii(world):
-    return np.linalg.norm(world.state.position - world.state.position.mean(axis=0), axis=1)
+    return np.linalg.norm(world.state.particle_position - world.state.particle_position.mean(axis=0), axis=1)
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
@@ -116,18 +121,19 @@ def test_the_longest_step_is_stable_with_damping_too(integrator, share):
     world = softbody.World(gravity=(0.0, 0.0, 0.0), integrator=integrator)
     solid = softbody.octahedron()
     world.add_soft_body(solid, 1.0, 10.0, 0.0)
-    squared = (world.model.rest_length**2).sum()
+    squared = (world.model.edge_rest_length**2).sum()
     frequency = np.sqrt(10.0 * squared)  # Σ m x² = 1
-    world.model.damping[:] = share * frequency / squared
-    limit = softbody.dynamics.integrators.STABILITY_LIMIT[integrator]
+    world.model.soft_damping[:] = share * frequency / squared
+    limit = STABILITY_LIMIT[INTEGRATORS[integrator]]
     for rate in np.linspace(0.2, 1.0, 5):
         h = rate * longest_stable_step(frequency, share * frequency, limit)
         columns = []
         for stretch, speed in ((1e-3, 0.0), (0.0, 1e-3)):
-            world.state.position[:] = (1.0 + stretch) * solid.vertices
-            world.state.velocity[:] = speed * frequency * solid.vertices
+            world.state.particle_position[:] = (1.0 + stretch) * solid.vertices
+            world.state.particle_velocity[:] = speed * frequency * solid.vertices
             world.step(h, allow_unstable=True)
-            of = [(array * solid.vertices).sum() / 6.0 for array in (world.state.position, world.state.velocity)]
+            x, v = world.state.particle_position, world.state.particle_velocity
+            of = [(array * solid.vertices).sum() / 6.0 for array in (x, v)]
             columns.append([(of[0] - 1.0) / 1e-3, of[1] / frequency / 1e-3])
         assert np.abs(np.linalg.eigvals(np.array(columns).T)).max() < 1.0 + 1e-9
 

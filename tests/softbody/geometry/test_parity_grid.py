@@ -22,7 +22,7 @@ NOT_FINITE = [[np.nan] * 3, [np.nan, 0.0, 0.0], [0.0, 0.0, np.nan], [0.0, 0.0, n
 
 def ask(grid, points, vertices):
     answers = np.empty(len(points), bool)
-    points_in_parity_grid(points, grid, vertices, answers, 0, len(points))
+    points_in_parity_grid(points, grid, vertices, answers, (0, len(points)))
     return answers
 
 
@@ -115,7 +115,7 @@ def test_no_points_get_no_answers():
 def test_a_range_of_points_is_answered_alone():
     points, grid = np.zeros((10, 3)), build_parity_grid(V, T)
     answers = np.zeros(10, bool)
-    points_in_parity_grid(points, grid, V, answers, 3, 7)
+    points_in_parity_grid(points, grid, V, answers, (3, 7))
     assert answers.tolist() == [False] * 3 + [True] * 4 + [False] * 3
 
 

@@ -5,25 +5,41 @@ import pytest
 
 import softbody
 from softbody.geometry import (
-    build_triangle_tree,
+    Penetrations,
+    build_bvh,
     find_penetrations,
     find_penetrations_exhaustively,
+    points_of,
+    refit_bvh,
     room_for_penetrations,
+    search_space,
 )
 from tests.softbody.geometry.shapes import BALL, TORUS, T, V, turned
+
+
+def room(points, capacity):
+    """Room for as many answers, and for the outcodes of all points."""
+    rows = room_for_penetrations(len(points))
+    return Penetrations(*(answers[:capacity] for answers in rows[:-1]), rows.outcode)
+
+
+def find(points, vertices, tree, rows):
+    """Fit the tree and ask it."""
+    refit_bvh(tree, vertices)
+    return find_penetrations(points_of(points), points_of(vertices), tree, search_space(tree), rows)
 
 
 def both(points, vertices, triangles, capacity=None):
     """Rows found by the structures and by trying everything."""
     found = []
-    tree = build_triangle_tree(vertices, triangles)
-    for find in (
-        lambda rows: find_penetrations(points, vertices, tree, rows),
+    tree = build_bvh(vertices, triangles)
+    for ask in (
+        lambda rows: find(points, vertices, tree, rows),
         lambda rows: find_penetrations_exhaustively(points, vertices, triangles, rows),
     ):
-        rows = room_for_penetrations(len(points) if capacity is None else capacity)
-        count = find(rows)
-        found.append((count, [a[: min(count, len(a))].tolist() for a in rows]))
+        rows = room(points, capacity)
+        count = ask(rows)
+        found.append((count, [a[: min(count, len(a))].tolist() for a in rows[:-1]]))
     return found
 
 
@@ -86,4 +102,4 @@ def test_points_or_vertices_that_are_not_finite_are_inside_nothing():
     spoiled[5] = np.nan
     for points, vertices in ((spoiled, V), (0.3 * V, np.where(np.arange(len(V))[:, None] == 3, np.nan, V))):
         rows = room_for_penetrations(len(V))
-        assert find_penetrations(points, vertices, build_triangle_tree(V, T), rows) == 0
+        assert find(points, vertices, build_bvh(V, T), rows) == 0

@@ -1,0 +1,154 @@
+"""A soft body and a box of a World: handles, whose arrays are views of the world's."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from softbody.dynamics.pressure import gas_pressure, soft_volume
+from softbody.dynamics.vertex_rings import with_springs
+from softbody.errors import ParameterError
+from softbody.parameters import check_range, rest_length_of, stiffness_of, vector
+
+if TYPE_CHECKING:
+    from softbody.world import World
+
+
+class SoftBody:
+    """A soft body in a World: its arrays are views of the world's, good until the next body is added."""
+
+    def __init__(self, world: World, index: int) -> None:
+        self.world = world
+        self.index = index
+
+    def _rows(self) -> slice:
+        return slice(*self.world.model.soft_particle_start[self.index : self.index + 2])
+
+    @property
+    def positions(self) -> np.ndarray:
+        """Positions of the particles (n, 3) [m]."""
+        return self.world.state.particle_position[self._rows()]
+
+    @property
+    def triangles(self) -> np.ndarray:
+        """Triangles (t, 3), as rows of `positions`."""
+        model = self.world.model
+        rows = slice(*model.soft_triangle_start[self.index : self.index + 2])
+        return model.triangle_particles[rows] - model.soft_particle_start[self.index]
+
+    @property
+    def velocities(self) -> np.ndarray:
+        """Velocities of the particles (n, 3) [m/s]."""
+        return self.world.state.particle_velocity[self._rows()]
+
+    @property
+    def centre(self) -> np.ndarray:
+        """Centre of mass (3,) [m]; all particles have the same mass."""
+        return self.positions.mean(axis=0)
+
+    @property
+    def volume(self) -> float:
+        """Enclosed volume [m³]."""
+        return soft_volume(self.world.model, self.world.state.particle_position, self.index)
+
+    @property
+    def pressure(self) -> float:
+        """Pressure of the gas [Pa]."""
+        return gas_pressure(self.gas, self.volume)
+
+    @property
+    def gas(self) -> float:
+        """The gas's nRT [J]; may be changed between steps."""
+        return float(self.world.controls.soft_gas[self.index])
+
+    @gas.setter
+    def gas(self, value: float) -> None:
+        check_range(value, "gas", "J", least=0.0)
+        self.world.controls.soft_gas[self.index] = value
+
+    @property
+    def external_force(self) -> np.ndarray:
+        """Force on each particle (n, 3) [N] besides springs, gas and gravity; assign an (n, 3) array, or (3,) for all.
+
+        It stays until it is changed.
+        """
+        force = self.world.controls.particle_force
+        return force[self._rows()] if len(force) else np.zeros_like(self.positions)
+
+    @external_force.setter
+    def external_force(self, value: ArrayLike) -> None:
+        try:
+            force = np.broadcast_to(np.asarray(value, dtype=np.float64), self.positions.shape)
+        except (TypeError, ValueError) as error:
+            raise ParameterError(
+                f"external_force does not fit; give (3,) or {self.positions.shape} numbers [N]"
+            ) from error
+        if not np.isfinite(force).all():
+            raise ParameterError("external_force is not finite; give finite numbers [N]")
+        controls = self.world.controls
+        if not len(controls.particle_force):
+            self.world.controls = controls._replace(particle_force=np.zeros_like(self.world.state.particle_position))
+        self.world.controls.particle_force[self._rows()] = force
+
+    def set_springs(self, stiffness: ArrayLike | None = None, rest_length: ArrayLike | None = None) -> None:
+        """Change `stiffness` [N/m] or `rest_length` [m] of all springs: one number, or (e,) as in add_soft_body."""
+        model, rings = self.world.model, self.world.rings
+        edges = slice(*model.soft_edge_start[self.index : self.index + 2])
+        count = edges.stop - edges.start
+        stiffnesses, lengths = model.edge_stiffness.copy(), model.edge_rest_length.copy()
+        if stiffness is not None:
+            stiffnesses[edges] = stiffness_of(stiffness, count)
+        if rest_length is not None:
+            lengths[edges] = rest_length_of(rest_length, count)
+        self.world.model = model._replace(edge_stiffness=stiffnesses, edge_rest_length=lengths)
+        self.world.rings = with_springs(rings, lengths, stiffnesses, model.soft_edge_start)
+
+
+class Box:
+    """A rigid box in a World: its arrays are views of the world's, good until the next body is added."""
+
+    def __init__(self, world: World, index: int) -> None:
+        self.world = world
+        self.index = index
+
+    @property
+    def position(self) -> np.ndarray:
+        """Position of the centre (3,) [m]."""
+        return self.world.state.box_position[self.index]
+
+    @property
+    def orientation(self) -> np.ndarray:
+        """Orientation (4,): unit quaternion (w, x, y, z), box frame to world."""
+        return self.world.state.box_orientation[self.index]
+
+    @property
+    def velocity(self) -> np.ndarray:
+        """Velocity of the centre (3,) [m/s]."""
+        return self.world.state.box_velocity[self.index]
+
+    @property
+    def angular_velocity(self) -> np.ndarray:
+        """Angular velocity (3,) [rad/s] in the world frame."""
+        return self.world.state.box_angular_velocity[self.index]
+
+    def apply_force(self, force: ArrayLike, point: ArrayLike | None = None) -> None:
+        """Let `force` (3,) [N] act at `point` (3,) [m] of the world, or at the centre; paper §10.13.
+
+        Adds F and τ = r × F, with the arm r as it is now, to what acts on the box. Both stay, in every step to come,
+        until `clear_forces`.
+        """
+        newtons = vector(force, "force")
+        if point is not None:
+            self.apply_torque(np.cross(vector(point, "point") - self.position, newtons))
+        self.world.controls.box_force[self.index] += newtons
+
+    def apply_torque(self, torque: ArrayLike) -> None:
+        """Let `torque` (3,) [N m], in the world frame, act on the box until `clear_forces`."""
+        self.world.controls.box_torque[self.index] += vector(torque, "torque")
+
+    def clear_forces(self) -> None:
+        """Let nothing but gravity act on the box."""
+        self.world.controls.box_force[self.index] = 0.0
+        self.world.controls.box_torque[self.index] = 0.0

@@ -1,0 +1,253 @@
+"""The only maker of Models, Controls, States and VertexRings: empty ones, one more body, one body alone.
+
+What an array of a kind looks like, and which numbers a user may give each body, is said in softbody/state.py, where the
+field is; here is how rows are checked, added and taken apart, for all fields alike.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, TypeVar, get_type_hints
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from softbody.dynamics.vertex_rings import build_rings, in_precision, no_rings
+from softbody.errors import ParameterError
+from softbody.geometry.box import box_inertia
+from softbody.geometry.polyhedron import surface_area
+from softbody.mesh import Mesh
+from softbody.parameters import check_range, fixed_particles_of, rest_length_of, stiffness_of, unit_quaternion, vector
+from softbody.state import Controls, Model, Property, Rows, State, VertexRings
+
+Part = TypeVar("Part", Model, Controls, State)
+
+
+class Parts(NamedTuple):
+    """All arrays of a world."""
+
+    model: Model
+    controls: Controls
+    state: State
+    rings: VertexRings
+
+
+def empty_parts(gravity: np.ndarray, real: type[np.floating[Any]]) -> Parts:
+    """Return the parts of a world of no bodies, under `gravity` (3,) [m/s²], its springs in the precision `real`."""
+    return Parts(
+        _empty(Model)._replace(ground_height=-np.inf, ground_restitution=0.0, ground_friction=0.0),
+        _empty(Controls)._replace(gravity=gravity),
+        _empty(State),
+        in_precision(no_rings(), real),
+    )
+
+
+def _empty(kind: type[Part]) -> Part:
+    """Return a Model, Controls or State of no bodies: arrays of no rows, and numbers that are 0."""
+    values: dict[str, Any] = {}
+    for name, hint in get_type_hints(kind, include_extras=True).items():
+        if hint in (int, float):
+            values[name] = hint(0)
+            continue
+        note = getattr(hint, "__metadata__", (None,))[0]
+        rows: Rows = note if isinstance(note, Rows) else Rows()
+        shape = (1 if name.endswith("_start") else 0, *([rows.columns] if rows.columns else []))
+        values[name] = np.zeros(shape, np.int64 if rows.whole else np.float64)
+    return kind(**values)
+
+
+def properties_of(kind: str, given: dict[str, float]) -> dict[str, float]:
+    """Return the Properties of a new body of a `kind`, "soft" or "box": those `given`, and the others' defaults.
+
+    Keys are fields of a Model. Raises ParameterError for a number out of its range or a name that is none.
+    """
+    hints = get_type_hints(Model, include_extras=True)
+    values, left = {}, dict(given)
+    for field, hint in hints.items():
+        note = getattr(hint, "__metadata__", (None,))[0]
+        if isinstance(note, Property) and field.startswith(f"{kind}_"):
+            name = field.removeprefix(f"{kind}_")
+            value = left.pop(name, note.default)
+            check_range(value, name, note.unit, least=note.least, most=note.most)
+            values[field] = float(value)
+    if left:
+        known = ", ".join(field.removeprefix(f"{kind}_") for field in values)
+        raise ParameterError(f"a {kind} body has no {next(iter(left))!r}; choose from {known}")
+    return values
+
+
+def with_soft_body(
+    parts: Parts,
+    mesh: Mesh,
+    mass: float,
+    gas: float,
+    springs: tuple[ArrayLike, ArrayLike | None],
+    motion: tuple[ArrayLike, ArrayLike],
+    fixed: ArrayLike,
+    properties: dict[str, float],
+) -> Parts:
+    """Return the parts with one more soft body, as `World.add_soft_body` is told it; raises ParameterError.
+
+    `springs`: stiffness and rest length; `motion`: position and velocity; `properties` by field.
+    """
+    if not isinstance(mesh, Mesh):
+        raise ParameterError(f"mesh is a {type(mesh).__name__}; make a softbody.Mesh(vertices, triangles)")
+    check_range(mass, "mass", "kg", above=0.0)
+    check_range(gas, "gas", "J", least=0.0)
+    model, controls, state, rings = parts
+    edges, count, first = mesh.edges, len(mesh.vertices), len(state.particle_position)
+    stiffness = stiffness_of(springs[0], len(edges))
+    points = np.ascontiguousarray(mesh.vertices + vector(motion[0], "position"))
+    lengths = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
+    edge = int(np.argmin(lengths))
+    if not lengths[edge] > np.spacing(np.abs(points).max()):
+        raise ParameterError(
+            f"position is {motion[0]!r}: so far away that edge {edge} is lost in rounding; come closer"
+        )
+    rest_length = lengths if springs[1] is None else rest_length_of(springs[1], len(edges))
+    velocity, still = np.tile(vector(motion[1], "velocity"), (count, 1)), fixed_particles_of(fixed, count)
+    inverse_mass = np.full(count, count / mass)
+    velocity[still], inverse_mass[still] = 0.0, 0.0
+    own_rings = build_rings(count, edges, mesh.triangles, rest_length, stiffness)
+    return Parts(
+        _appended(
+            model,
+            particle_inverse_mass=inverse_mass,
+            edge_particles=edges + first,
+            edge_rest_length=rest_length,
+            edge_stiffness=stiffness,
+            triangle_particles=mesh.triangles + first,
+            soft_particle_start=first + count,
+            soft_edge_start=len(model.edge_particles) + len(edges),
+            soft_triangle_start=len(model.triangle_particles) + len(mesh.triangles),
+            soft_thickness=2.0 * mesh.volume / surface_area(mesh.vertices, mesh.triangles),
+            soft_edge_length=lengths.mean(),
+            soft_mesh_volume=mesh.volume,
+            **properties,
+        )._replace(soft_count=model.soft_count + 1),
+        _appended(
+            controls,
+            soft_gas=float(gas),
+            particle_force=np.zeros((count if len(controls.particle_force) else 0, 3)),
+        ),
+        _appended(state, particle_position=points, particle_velocity=velocity),
+        _with_rings(rings, in_precision(own_rings, rings.stiffness.dtype.type), len(model.edge_particles)),
+    )
+
+
+def with_box(
+    parts: Parts,
+    size: ArrayLike,
+    mass: float | None,
+    pose: tuple[ArrayLike, ArrayLike],
+    motion: tuple[ArrayLike, ArrayLike],
+    properties: dict[str, float],
+) -> Parts:
+    """Return the parts with one more box, as `World.add_box` is told it; raises ParameterError.
+
+    `pose`: position and orientation; `motion`: velocity and angular velocity; `properties` by field.
+    """
+    model, controls, state, rings = parts
+    extent = vector(size, "size")
+    if not (extent > 0.0).all():
+        raise ParameterError(f"size is {extent}; give three positive lengths [m]")
+    inverse_mass, inverse_inertia = 0.0, np.zeros(3)
+    if mass is not None:
+        check_range(mass, "mass", "kg", above=0.0)
+        inverse_mass, inverse_inertia = 1.0 / mass, 1.0 / np.array(box_inertia(tuple(extent), float(mass)))
+    velocity, angular_velocity = vector(motion[0], "velocity"), vector(motion[1], "angular_velocity")
+    if mass is None and (velocity.any() or angular_velocity.any()):
+        raise ParameterError("a static box (mass None) cannot have a velocity; give it a mass or leave it at rest")
+    return Parts(
+        _appended(
+            model,
+            box_size=extent,
+            box_inverse_mass=inverse_mass,
+            box_inverse_inertia=inverse_inertia,
+            **properties,
+        )._replace(box_count=model.box_count + 1),
+        _appended(controls, box_force=np.zeros(3), box_torque=np.zeros(3)),
+        _appended(
+            state,
+            box_position=vector(pose[0], "position"),
+            box_orientation=unit_quaternion(pose[1]),
+            box_velocity=velocity,
+            box_angular_velocity=angular_velocity,
+        ),
+        rings,
+    )
+
+
+def _with_rings(rings: VertexRings, more: VertexRings, edges: int) -> VertexRings:
+    """Return `rings`, of bodies with `edges` edges in all, followed by `more`."""
+    block = more.block.copy()
+    block[:, 3] += len(rings.neighbour)
+    block[block[:, 4] >= 0, 4] += len(rings.next_neighbour)
+    return VertexRings(
+        particle=appended(rings.particle, more.particle + len(rings.particle)),
+        block=appended(rings.block, block),
+        block_start=appended(rings.block_start, more.block_start[1:] + len(rings.block)),
+        edge=appended(rings.edge, more.edge + edges),
+        neighbour=appended(rings.neighbour, more.neighbour),
+        stiffness=appended(rings.stiffness, more.stiffness),
+        rest_pull=appended(rings.rest_pull, more.rest_pull),
+        next_neighbour=appended(rings.next_neighbour, more.next_neighbour),
+        common_stiffness=appended(rings.common_stiffness, more.common_stiffness),
+    )
+
+
+def soft_body_alone(parts: Parts, body: int) -> Parts:
+    """Return the parts of one soft body alone, in double precision; without boxes and ground."""
+    model, controls, state, _ = parts
+    rows = {
+        "particle": slice(*model.soft_particle_start[body : body + 2]),
+        "edge": slice(*model.soft_edge_start[body : body + 2]),
+        "triangle": slice(*model.soft_triangle_start[body : body + 2]),
+        "soft": slice(body, body + 1),
+        "box": slice(0, 0),
+    }
+    model, controls, state = _rows_of(model, rows), _rows_of(controls, rows), _rows_of(state, rows)
+    particles, first = len(model.particle_inverse_mass), rows["particle"].start
+    model = model._replace(
+        soft_count=1,
+        box_count=0,
+        edge_particles=model.edge_particles - first,
+        triangle_particles=model.triangle_particles - first,
+        soft_particle_start=np.array([0, particles]),
+        soft_edge_start=np.array([0, len(model.edge_particles)]),
+        soft_triangle_start=np.array([0, len(model.triangle_particles)]),
+        ground_height=-np.inf,
+    )
+    springs = model.edge_rest_length, model.edge_stiffness
+    return Parts(
+        model, controls, state, build_rings(particles, model.edge_particles, model.triangle_particles, *springs)
+    )
+
+
+def _rows_of(part: Part, rows: dict[str, slice]) -> Part:
+    """Return a part with only some rows of its arrays, by what has a row in them; others as they are."""
+    kept: dict[str, Any] = {}
+    for name, value in part._asdict().items():
+        kind = name.split("_")[0]
+        kept[name] = value[rows[kind]] if isinstance(value, np.ndarray) and kind in rows else value
+    return type(part)(**kept)
+
+
+def _appended(part: Part, **rows: ArrayLike) -> Part:
+    """Return a part with more rows in some of its arrays."""
+    longer: dict[str, Any] = {name: appended(getattr(part, name), more) for name, more in rows.items()}
+    return part._replace(**longer)
+
+
+def appended(array: np.ndarray, rows: ArrayLike) -> np.ndarray:
+    """Return `array` followed by `rows`, in memory with room for more: adding n bodies costs O(n), not O(n²).
+
+    The result may share memory with `array`, of which only the newest result may be appended to.
+    """
+    more = np.asarray(rows, array.dtype).reshape(-1, *array.shape[1:])
+    old, new = len(array), len(array) + len(more)
+    room = array.base
+    if room is None or room.shape[1:] != array.shape[1:] or len(room) < new or room.dtype != array.dtype:
+        room = np.empty((max(new, 2 * old), *array.shape[1:]), array.dtype)
+        room[:old] = array
+    room[old:new] = more
+    return room[:new]

@@ -1,0 +1,128 @@
+"""Where do boxes touch each other and the ground, or may do so within the next step?
+
+Looking one step ahead keeps a box that rests, its depth now a rounding above zero and now below, in contact; and stops
+a fast one before it is inside.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softbody.collision.broad_phase import near_pairs, near_pairs_exhaustive
+from softbody.collision.contact import GROUND, Contacts, Touch, add_contact, box_side, fit, with_room
+from softbody.collision.law import combined, material_of_box, material_of_ground
+from softbody.collision.manifold import Manifold, box_box_manifold
+from softbody.collision.sat_boxes import BoxFrames, Limits, PlacedBoxes, bounds_apart, frames_of
+from softbody.geometry.box import box_corner
+from softbody.jit import jit, jit_lean
+from softbody.quaternion import load_quaternion
+from softbody.settings import Settings
+from softbody.state import Controls, Model, State
+from softbody.vec import load, norm
+
+
+@jit_lean
+def penetration_slop(controls: Controls, h: float) -> float:
+    """Return how far [m] gravity moves a body within a step of `h` [s]: lengths below it are the solver's noise."""
+    return h * h * norm((controls.gravity[0], controls.gravity[1], controls.gravity[2]))
+
+
+@jit_lean
+def speculative_margin(model: Model, controls: Controls, state: State, box: int, h: float) -> float:
+    """Return how far [m] any point of a box may come within a step of `h` [s]: by its motion, and what acts on it."""
+    if model.box_inverse_mass[box] == 0.0:
+        return 0.0
+    square = 0.0
+    for c in range(3):
+        square += (controls.gravity[c] + model.box_inverse_mass[box] * controls.box_force[box, c]) ** 2
+    inverse_inertia = load(model.box_inverse_inertia, box)
+    angular = max(inverse_inertia[0], inverse_inertia[1], inverse_inertia[2]) * norm(load(controls.box_torque, box))
+    radius = 0.5 * norm(load(model.box_size, box))
+    spin = norm(load(state.box_angular_velocity, box))
+    return h * (norm(load(state.box_velocity, box)) + h * np.sqrt(square) + radius * (spin + h * angular))
+
+
+@jit
+def near_boxes(model: Model, state: State, margin: np.ndarray, exhaustive: bool) -> np.ndarray:
+    """Return the pairs (p, 2) of boxes whose bounding spheres, grown by `margin` (m,) [m], meet; paper §4."""
+    radius = np.empty(model.box_count)
+    movable = np.empty(model.box_count, np.bool_)
+    for i in range(model.box_count):
+        radius[i] = 0.5 * norm(load(model.box_size, i)) + margin[i]
+        movable[i] = model.box_inverse_mass[i] > 0.0
+    if exhaustive:
+        return near_pairs_exhaustive(state.box_position, radius, movable)
+    return near_pairs(state.box_position, radius, movable)
+
+
+@jit
+def find_box_contacts(
+    model: Model,
+    controls: Controls,
+    state: State,
+    manifold: Manifold,
+    contacts: Contacts,
+    settings: Settings,
+    h: float,
+) -> Contacts:
+    """Find where boxes touch each other or the ground, or may do so within `h` [s]; return contacts with room for all.
+
+    Contacts of the step before are forgotten; what the solver remembers of them is in the cache.
+    """
+    if model.box_count == 0:
+        return contacts
+    margin = np.empty(model.box_count)
+    for i in range(model.box_count):
+        margin[i] = speculative_margin(model, controls, state, i, h)
+    pairs = near_boxes(model, state, margin, settings.exhaustive_pairs)
+    boxes = frames_of(PlacedBoxes(model.box_size, state.box_position, state.box_orientation))
+    slop = penetration_slop(controls, h)
+    while True:
+        contacts.number[0] = 0
+        pair = 0
+        for a in range(model.box_count):
+            _add_ground_contacts(model, state, a, margin[a], contacts)
+            while pair < pairs.shape[0] and pairs[pair, 0] == a:
+                b = pairs[pair, 1]
+                pair += 1
+                limits = Limits(margin[a] + margin[b], slop, settings.paper_axes)
+                # (The paper's axes see overlaps that these bounds would refute.)
+                if settings.paper_axes or not bounds_apart(boxes, a, b, limits.margin):
+                    _add_pair_contacts(model, boxes, (a, b), limits, manifold, contacts)
+        contacts.number[1] = contacts.number[0]
+        if fit(contacts):
+            return contacts
+        contacts = with_room(contacts, 0)
+
+
+@jit_lean
+def _add_pair_contacts(
+    model: Model, boxes: BoxFrames, pair: tuple[int, int], limits: Limits, manifold: Manifold, contacts: Contacts
+) -> None:
+    """Add the points where two boxes touch."""
+    a, b = pair
+    found = box_box_manifold(boxes, a, b, limits, manifold)
+    if found == 0:
+        return
+    material = combined(material_of_box(model, a), material_of_box(model, b))
+    normal = manifold.sat.normal[0], manifold.sat.normal[1], manifold.sat.normal[2]
+    for k in range(found):
+        touch = Touch(load(manifold.point, k), normal, manifold.depth[k], manifold.feature[k])
+        add_contact(contacts, box_side(a), box_side(b), touch, material)
+
+
+@jit_lean
+def _add_ground_contacts(model: Model, state: State, box: int, margin: float, contacts: Contacts) -> None:
+    """Add the corners of a box that are, or may come, below the ground."""
+    top = model.ground_height + margin
+    size, position = load(model.box_size, box), load(state.box_position, box)
+    if model.box_inverse_mass[box] == 0.0 or position[2] - 0.5 * norm(size) > top:
+        return
+    material = combined(material_of_box(model, box), material_of_ground(model))
+    orientation = load_quaternion(state.box_orientation, box)
+    for k in range(8):
+        corner = box_corner(size, position, orientation, k)
+        if corner[2] <= top:
+            depth = model.ground_height - corner[2]
+            point = corner[0], corner[1], corner[2] + 0.5 * depth
+            add_contact(contacts, box_side(box), GROUND, Touch(point, (0.0, 0.0, 1.0), depth, k), material)

@@ -1,0 +1,192 @@
+"""What a contact is, for every kind of pair, and the list of all contacts of a step.
+
+The list counts itself. There is one way to add to it, and one rule where it has no room: what is found is counted all
+the same, and whoever fills it asks, makes room for twice as many, and finds once more what did not fit.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from softbody.collision.law import Material
+from softbody.collision.surface_point import WHOLE, SurfacePoint
+from softbody.jit import jit, jit_lean
+from softbody.vec import Vec, load, store
+
+NOBODY = -1  # no box, no particle: the ground, or a side of another kind
+SOLVER_ROW = 56  # numbers that the solver of boxes keeps for each contact
+LEAST_ROOM = 64
+
+
+class Side(NamedTuple):
+    """One side of a contact: a box, a point of a soft body's surface, or, if it is neither, the ground."""
+
+    box: int  # or NOBODY
+    point: SurfacePoint  # its particles are NOBODY if the side is no soft body
+
+
+class Touch(NamedTuple):
+    """Where and how two sides touch."""
+
+    point: Vec  # [m] half-way between the surfaces
+    normal: Vec  # unit, from b to a
+    depth: float  # [m]; negative for a gap that may close within the step
+    feature: int  # what touches what, within a pair of boxes: the same number, the same corner or crossing of edges
+
+
+GROUND = Side(NOBODY, SurfacePoint((NOBODY, NOBODY, NOBODY), WHOLE))
+
+
+@jit_lean
+def box_side(box: int) -> Side:
+    """Return a side that is a box."""
+    return Side(box, SurfacePoint((NOBODY, NOBODY, NOBODY), WHOLE))
+
+
+@jit_lean
+def soft_side(point: SurfacePoint) -> Side:
+    """Return a side that is a point of a soft body's surface."""
+    return Side(NOBODY, point)
+
+
+class ImpulseCache(NamedTuple):
+    """The contacts of boxes of the last step, and their impulses, for the solver to start from."""
+
+    number: np.ndarray  # (1,) of them
+    box: np.ndarray  # (c, 2)
+    feature: np.ndarray  # (c,)
+    point: np.ndarray  # (c, 3) [m]
+    impulse: np.ndarray  # (c, 3) [N s] on a, friction included
+
+
+class Contacts(NamedTuple):
+    """The contacts of one step, a row each: first those of boxes, or boxes and the ground, by (a, b); then others.
+
+    Side 0 is a, side 1 is b. Only the first rows are set.
+    """
+
+    number: np.ndarray  # (2,) of all contacts found, more perhaps than there are rows; of those of boxes alone
+    box: np.ndarray  # (c, 2) on each side, or NOBODY
+    particles: np.ndarray  # (c, 2, 3) of the soft body on each side, or NOBODY
+    weights: np.ndarray  # (c, 2, 3) barycentric, of the particles; of no meaning where they are NOBODY
+    point: np.ndarray  # (c, 3) [m] half-way between the surfaces
+    normal: np.ndarray  # (c, 3) unit, from b to a
+    depth: np.ndarray  # (c,) [m]; negative for a gap that may close within the step
+    feature: np.ndarray  # (c,) what touches what, within a pair of boxes
+    restitution: np.ndarray  # (c,) combined
+    friction: np.ndarray  # (c,) combined
+    impulse: np.ndarray  # (c, 3) [N s] on a in this step, friction included
+    row: np.ndarray  # (c, SOLVER_ROW) of sequential_impulses
+    cache: ImpulseCache
+
+
+def new_contacts(capacity: int) -> Contacts:
+    """Return no contacts, and nothing in their cache, with room for `capacity`."""
+    cache = ImpulseCache(
+        np.zeros(1, np.int64),
+        np.empty((capacity, 2), np.int64),
+        np.empty(capacity, np.int64),
+        np.empty((capacity, 3)),
+        np.empty((capacity, 3)),
+    )
+    return Contacts(
+        np.zeros(2, np.int64),
+        np.empty((capacity, 2), np.int64),
+        np.empty((capacity, 2, 3), np.int64),
+        np.empty((capacity, 2, 3)),
+        np.empty((capacity, 3)),
+        np.empty((capacity, 3)),
+        np.empty(capacity),
+        np.empty(capacity, np.int64),
+        np.empty(capacity),
+        np.empty(capacity),
+        np.empty((capacity, 3)),
+        np.empty((capacity, SOLVER_ROW)),
+        cache,
+    )
+
+
+new_contacts_in_kernel = jit(new_contacts)  # Python has the plain function, for which nothing is compiled
+
+
+@jit_lean
+def add_contact(contacts: Contacts, a: Side, b: Side, touch: Touch, material: Material) -> None:
+    """Add a contact; if there is no room for it, it is counted only."""
+    k = contacts.number[0]
+    contacts.number[0] += 1
+    if k >= contacts.depth.shape[0]:
+        return
+    _write_side(contacts.box, contacts.particles, contacts.weights, (k, 0), a)
+    _write_side(contacts.box, contacts.particles, contacts.weights, (k, 1), b)
+    store(contacts.point, k, touch.point)
+    store(contacts.normal, k, touch.normal)
+    contacts.depth[k], contacts.feature[k] = touch.depth, touch.feature
+    contacts.restitution[k], contacts.friction[k] = material.restitution, material.friction
+    store(contacts.impulse, k, (0.0, 0.0, 0.0))
+
+
+@jit_lean
+def _write_side(box: np.ndarray, particles: np.ndarray, weights: np.ndarray, at: tuple[int, int], side: Side) -> None:
+    k, which = at
+    box[k, which] = side.box
+    for c in range(3):
+        particles[k, which, c] = side.point.particles[c]
+        weights[k, which, c] = side.point.weights[c]
+
+
+@jit_lean
+def surface_point(contacts: Contacts, k: int, side: int) -> SurfacePoint:
+    """Return the point of a soft body's surface that is one side of contact `k`."""
+    particles, weights = contacts.particles, contacts.weights
+    return SurfacePoint(
+        (particles[k, side, 0], particles[k, side, 1], particles[k, side, 2]),
+        (weights[k, side, 0], weights[k, side, 1], weights[k, side, 2]),
+    )
+
+
+@jit_lean
+def fit(contacts: Contacts) -> bool:
+    """Tell whether there was room for all contacts that were found."""
+    return bool(contacts.number[0] <= contacts.depth.shape[0])
+
+
+def remembered(contacts: Contacts) -> ImpulseCache:
+    """Return what the cache holds, without the room for more."""
+    count = int(contacts.cache.number[0])
+    return ImpulseCache(contacts.cache.number, *(rows[:count] for rows in contacts.cache[1:]))
+
+
+def remembering(cache: ImpulseCache, least_room: int) -> Contacts:
+    """Return no contacts, with as much in their cache as `remembered` gave, and with room for `least_room` at least."""
+    contacts = new_contacts(max(least_room, len(cache.box)))
+    for rows, kept in zip(contacts.cache[1:], cache[1:], strict=True):
+        rows[: len(kept)] = kept
+    contacts.cache.number[0] = len(cache.box)
+    return contacts
+
+
+@jit
+def with_room(contacts: Contacts, kept: int) -> Contacts:
+    """Return the first `kept` contacts and the cache, with room for twice as many contacts as were found."""
+    longer = new_contacts_in_kernel(max(LEAST_ROOM, 2 * contacts.number[0]))
+    longer.number[0], longer.number[1] = kept, contacts.number[1]
+    for k in range(kept):
+        for c in range(2):
+            longer.box[k, c] = contacts.box[k, c]
+            for d in range(3):
+                longer.particles[k, c, d] = contacts.particles[k, c, d]
+                longer.weights[k, c, d] = contacts.weights[k, c, d]
+        store(longer.point, k, load(contacts.point, k))
+        store(longer.normal, k, load(contacts.normal, k))
+        longer.depth[k], longer.feature[k] = contacts.depth[k], contacts.feature[k]
+        longer.restitution[k], longer.friction[k] = contacts.restitution[k], contacts.friction[k]
+        store(longer.impulse, k, load(contacts.impulse, k))
+    longer.cache.number[0] = contacts.cache.number[0]
+    for k in range(contacts.cache.number[0]):
+        longer.cache.box[k, 0], longer.cache.box[k, 1] = contacts.cache.box[k, 0], contacts.cache.box[k, 1]
+        longer.cache.feature[k] = contacts.cache.feature[k]
+        store(longer.cache.point, k, load(contacts.cache.point, k))
+        store(longer.cache.impulse, k, load(contacts.cache.impulse, k))
+    return longer

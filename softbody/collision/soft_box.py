@@ -1,0 +1,75 @@
+"""Where do a soft body and a box touch? Particles and edges in the box, and corners in the soft body; paper §4.2."""
+
+from __future__ import annotations
+
+from softbody.collision.contact import Contacts, Touch, add_contact, box_side, soft_side
+from softbody.collision.edge_box import edge_in_box
+from softbody.collision.edge_mesh import depth_and_direction
+from softbody.collision.law import Material
+from softbody.collision.sat_boxes import PlacedBox
+from softbody.collision.soft_soft import candidate_edges, half_way
+from softbody.collision.surface import Memory, Solid, Surface
+from softbody.collision.surface_point import at_particle, in_triangle, on_edge
+from softbody.geometry.box import point_in_box
+from softbody.geometry.penetration import INSIDE, Points, find_penetrations
+from softbody.jit import jit_lean
+from softbody.quaternion import rotate_inverse
+from softbody.vec import add, load, scale, sub
+
+
+@jit_lean
+def find_contacts_in_box(
+    surface: Surface,
+    box: tuple[int, PlacedBox],
+    with_edges: bool,
+    memory: Memory,
+    material: Material,
+    contacts: Contacts,
+) -> None:
+    """List where particles of a soft body are in a box, (its number, where it is), and its edges if they count.
+
+    The surface is side a of the contacts, the box side b.
+    """
+    number, (size, position, orientation) = box
+    first, points, outcode = surface.first, surface.vertices.position, memory.found.outcode
+    b, half = box_side(number), scale(0.5, size)
+    # Outcodes by the six faces; a particle that is outside none is inside.
+    for i in range(points.shape[0]):
+        x, y, z = rotate_inverse(orientation, sub(load(points, i), position))
+        bits = (x <= -half[0]) | (x >= half[0]) << 1 | (y <= -half[1]) << 2 | (y >= half[1]) << 3
+        bits |= (z <= -half[2]) << 4 | (z >= half[2]) << 5
+        outcode[i] = INSIDE if bits == 0 else bits
+        if bits == 0:
+            p = load(points, i)
+            depth, normal = point_in_box(p, size, position, orientation)
+            touch = Touch(half_way(p, depth, normal), normal, depth, 0)
+            add_contact(contacts, soft_side(at_particle(first + i)), b, touch, material)
+    if not with_edges:
+        return
+    for row in range(candidate_edges(surface.edges, first, outcode, memory.edge)):
+        i, j = surface.edges[memory.edge[row], 0], surface.edges[memory.edge[row], 1]
+        p, q = load(points, i - first), load(points, j - first)
+        depth, normal, place = edge_in_box(p, q, size, position, orientation)
+        # At an end that is inside it is parted as a particle.
+        at_end = (place == 0.0 and outcode[i - first] == INSIDE) or (place == 1.0 and outcode[j - first] == INSIDE)
+        if depth > 0.0 and not at_end:
+            point = half_way(add(scale(1.0 - place, p), scale(place, q)), depth, normal)
+            add_contact(contacts, soft_side(on_edge(i, j, place)), b, Touch(point, normal, depth, 0), material)
+
+
+@jit_lean
+def find_corner_contacts(
+    solid: Solid, box: int, corners: Points, memory: Memory, material: Material, contacts: Contacts
+) -> None:
+    """List which `corners` of a box are inside a soft body, whose tree must have been fitted.
+
+    Its surface is side a of the contacts, the box side b.
+    """
+    (first, _, mesh), tree, found = solid.surface, solid.tree, memory.found
+    for row in range(find_penetrations(corners, mesh, tree, memory.search, found)):
+        triangle, weights, p = found.triangle[row], load(found.weights, row), load(corners.position, found.point[row])
+        depth, out = depth_and_direction(p, mesh.position, tree.triangles, triangle, weights)
+        if depth > 0.0:
+            a = soft_side(in_triangle(tree.triangles, triangle, first, weights))
+            touch = Touch(half_way(p, depth, out), scale(-1.0, out), depth, 0)
+            add_contact(contacts, a, box_side(box), touch, material)

@@ -1,0 +1,223 @@
+"""Numba's internals: every kernel is compiled once, with its caller, and kept on disk under the digest of the core.
+
+All that leans on private parts of Numba stands here. It is known to work from FIRST to LAST; with any other Numba, or
+with SOFTBODY_PLAIN_NUMBA=1, `softbody.jit` takes Numba's public decorator instead: the same bits, after a longer wait.
+"""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, cast
+
+import llvmlite.binding
+import numba
+from llvmlite import ir
+from numba.core import types
+from numba.core.caching import FunctionCache
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler, Flags
+from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
+from numba.core.errors import NumbaTypeError
+from numba.core.registry import CPUDispatcher
+from numba.core.targetconfig import ConfigStack
+from numba.extending import intrinsic
+
+from softbody.core_digest import CORE_DIGEST
+
+FIRST, LAST = (0, 60), (0, 68)  # Numba's versions that `make matrix` has seen this work with
+
+
+class _CoreCache(FunctionCache):
+    """Numba's disk cache, keyed by the whole core.
+
+    Numba's own key is the file of the function itself: after an edit to a callee in another file it would
+    load stale machine code, silently. It also ignores the bounds-check flag.
+    """
+
+    def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
+        return (*super()._index_key(sig, codegen), CORE_DIGEST)
+
+
+class _PartLibrary(JITCodeLibrary):
+    """What a kernel is to its callers: LLVM's code, which they link, optimise and make machine code of with their own.
+
+    Numba would do all three for every kernel, and once more in every caller up the chain: two thirds of the time that
+    the step of a world takes to compile.
+    """
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        return 0  # there is no machine code to point to
+
+    @property
+    def codegen(self) -> Any:
+        return self
+
+    def set_env(self, name: str, environment: Any) -> None:
+        """Do nothing: only code in object mode looks at its environment."""
+
+
+class _PartCompiler(Compiler):
+    """Numba's compiler, except that it ends in a _PartLibrary."""
+
+    def __init__(self, typing_context: Any, target_context: Any, library: Any, *rest: Any) -> None:
+        library = _PartLibrary(target_context.codegen(), "part of a kernel")
+        super().__init__(typing_context, target_context, library, *rest)
+
+
+class _Flags(Flags):
+    """Numba's flags, compared by what was set: Numba lists all options, 200 000 times while a world is compiled."""
+
+    def __eq__(self, other: object) -> bool:
+        if isinstance(other, Flags) and self._values == other._values:
+            return True
+        return bool(super().__eq__(other))
+
+    def __hash__(self) -> int:
+        return _HASH_OF_FLAGS
+
+
+_HASH_OF_FLAGS = hash(Flags())  # of any: Numba hashes the names of the options
+
+
+class _QuickCompiler(_FunctionCompiler):
+    """Numba's compiler of one function, with the quick flags."""
+
+    def _customize_flags(self, flags: Flags) -> Flags:
+        return _Flags(flags)
+
+
+class _Dispatcher(CPUDispatcher):
+    """A dispatcher that compiles without Python's garbage collector, and sees that lean kernels keep their promise."""
+
+    def __init__(self, function: Any, options: dict[str, Any], **more: Any) -> None:
+        super().__init__(function, targetoptions=options, **more)
+        self._is_lean = not options.get("_nrt", True)
+        compiler: Any = self._compiler
+        self._compiler: Any = _QuickCompiler(
+            function, compiler.targetdescr, compiler.targetoptions, compiler.locals, compiler.pipeline_class
+        )
+
+    def compile(self, sig: Any) -> Any:
+        """Compile for one signature, or load the machine code from the disk."""
+        with _without_garbage_collector():
+            return super().compile(sig)
+
+    def add_overload(self, cres: Any) -> None:
+        """Take in what was compiled; raises NumbaTypeError for a lean kernel that returns an array."""
+        if self._is_lean and _holds_array(cres.signature.return_type):
+            raise NumbaTypeError(
+                f"{_name(self)} is lean and returns an array, or a view of one, which nobody would count: heap "
+                "corruption; compile it with jit"
+            )
+        super().add_overload(cres)
+
+
+class _Part(_Dispatcher):
+    """A kernel as other kernels call it: linked into them, and one for all values of an argument."""
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """Forget constants: Numba would compile the kernel anew for every 0, 1 and 2 that it is called with."""
+        _, args = self._compiler.fold_argument_types(args, kws)
+        args = tuple(_without_value(one) for one in args)
+        template = super().get_call_template(args, {})
+        caller, compiled = ConfigStack.top_or_none(), cast(Any, self.overloads[args])
+        if caller is not None and not caller.nrt and _holds_array(compiled.signature.return_type):
+            raise NumbaTypeError(f"{_name(self)} returns an array, and a lean kernel calls it: nobody would free it")
+        return template
+
+
+class _Kernel(_Dispatcher):
+    """A function that is compiled as a whole where Python calls it, and as a part where other kernels call it."""
+
+    def __init__(self, function: Any, options: dict[str, Any]) -> None:
+        super().__init__(function, options)
+        self._cache = _CoreCache(function)
+        bare = options | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+        self._part = _Part(function, bare, pipeline_class=_PartCompiler)
+
+    def __reduce__(self) -> Any:
+        """Pickle as a name, as functions are: Numba would pickle what its own constructor takes."""
+        return self.py_func.__qualname__
+
+    @property
+    def _numba_type_(self) -> Any:
+        """What Numba takes this for, where it compiles a call of it."""
+        return self._part._numba_type_
+
+
+def compiled_once(function: Any, options: dict[str, Any]) -> Any:
+    """Return the kernel of a function, with Numba's `options` besides those of every kernel."""
+    return _Kernel(function, options | {"nopython": True, "nogil": True, "error_model": "numpy"})
+
+
+@contextmanager
+def _without_garbage_collector() -> Iterator[None]:
+    """Let Python's collector rest: it would walk the millions of objects that compiling makes, a sixth of the time."""
+    was_on = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_on:
+            gc.enable()
+
+
+def _without_value(one: types.Type) -> types.Type:
+    """Return the type of an argument that is a constant, or is left at its default."""
+    if isinstance(one, types.Omitted):
+        return numba.typeof(one.value)
+    return types.unliteral(one)
+
+
+def _name(kernel: CPUDispatcher) -> str:
+    return f"{kernel.py_func.__module__}.{kernel.py_func.__qualname__}"
+
+
+def _holds_array(one: Any) -> bool:
+    """Tell whether a value of a type is, or holds, an array."""
+    if isinstance(one, types.Optional):
+        return _holds_array(one.type)
+    if isinstance(one, types.BaseTuple):
+        return any(_holds_array(each) for each in cast(Any, one))
+    return isinstance(one, types.Buffer)
+
+
+# How the vector loops are compiled: whole registers, and single loads where the processor's own gather instruction
+# is slower than they are (Zen 4 and 5: 12 against 16 ns a particle). Intel's gathers are fast.
+def _vector_attributes() -> list[str]:
+    """Return the attributes of the functions in which `arrays_do_not_overlap` is called."""
+    attributes = ['"prefer-vector-width"="512"']
+    if llvmlite.binding.get_host_cpu_name().startswith("znver"):
+        features = llvmlite.binding.get_host_cpu_features().flatten()
+        attributes.append(f'"target-features"="{features},+prefer-no-gather"')
+    return attributes
+
+
+@intrinsic
+def arrays_do_not_overlap(typing_context: Any) -> Any:  # type: ignore[misc]
+    """Promise that no array that the calling kernel writes to overlaps another of its arguments.
+
+    Without the promise LLVM does not turn a loop that gathers and stores into vector code, which is what makes
+    the step fast; a broken promise gives wrong numbers. Numba has no public flag for it, but an intrinsic may
+    mark the arguments of the function that it is called in.
+    """
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        for argument in builder.function.args:
+            if isinstance(argument.type, ir.PointerType):
+                argument.add_attribute("noalias")
+        builder.function.attributes.add("noinline")  # these attributes are of a whole function
+        for attribute in _vector_attributes():
+            set.add(builder.function.attributes, attribute)  # llvmlite's own `add` knows plain names only
+        return context.get_dummy_value()
+
+    return types.void(), generate

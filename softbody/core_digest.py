@@ -1,0 +1,24 @@
+"""What decides the machine code of every kernel: the core's sources and Numba's flags, as one hash."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from pathlib import Path
+
+FLAGS = ("NUMBA_BOUNDSCHECK", "NUMBA_OPT", "NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES")
+
+
+def core_digest() -> str:
+    """Return the hash, in hexadecimal."""
+    digest = hashlib.sha256()
+    root = Path(__file__).parent
+    for path in sorted(root.rglob("*.py")):
+        digest.update(path.relative_to(root).as_posix().encode())
+        digest.update(path.read_bytes())
+    for flag in FLAGS:
+        digest.update(f"{flag}={os.environ.get(flag)}".encode())
+    return digest.hexdigest()
+
+
+CORE_DIGEST = core_digest()

@@ -1,0 +1,129 @@
+"""How do rigid boxes move over one time step, between contacts?"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import numpy as np
+
+from softbody.jit import jit, jit_lean
+from softbody.quaternion import (
+    Quaternion,
+    from_rotation_vector,
+    load_quaternion,
+    normalize_quaternion,
+    product,
+    rotate_diagonal,
+)
+from softbody.settings import Settings
+from softbody.state import Controls, Model, State
+from softbody.vec import Vec, accumulate, load, norm, scale, store
+
+
+@jit_lean
+def accelerate_boxes(model: Model, controls: Controls, state: State, h: float) -> None:
+    """Change velocities over `h` [s]: v' = v + (g + F/m) h and ω' = ω + R I⁻¹ Rᵀ τ h; paper §5.2, §10.13."""
+    for i in range(state.box_position.shape[0]):
+        inverse_mass = model.box_inverse_mass[i]
+        if inverse_mass > 0.0:
+            for c in range(3):
+                state.box_velocity[i, c] += h * (controls.gravity[c] + inverse_mass * controls.box_force[i, c])
+            q, inverse = load_quaternion(state.box_orientation, i), load(model.box_inverse_inertia, i)
+            turn = rotate_diagonal(q, inverse, load(controls.box_torque, i))
+            accumulate(state.box_angular_velocity, i, scale(h, turn))
+
+
+@jit_lean
+def advance_boxes(model: Model, state: State, h: float, gyroscopic: bool) -> None:
+    """Move and turn every box by its velocities over `h` [s]: x' = x + v' h, the velocity first (Euler–Cromer); §5.2.
+
+    (The paper prints x' = x + a t.) Without the gyroscopic torque ω keeps its direction, as in the paper, so an
+    asymmetric box in free rotation keeps ω and not I ω. With it the angular momentum L = I ω is what stays, exactly,
+    and ω follows from L and the orientation half-way (midpoint rule of order 2): adding −ω × I ω h to ω instead gains
+    energy in every step.
+    """
+    for i in range(state.box_position.shape[0]):
+        if model.box_inverse_mass[i] > 0.0:
+            for c in range(3):
+                state.box_position[i, c] += h * state.box_velocity[i, c]
+            q, spin = load_quaternion(state.box_orientation, i), load(state.box_angular_velocity, i)
+            if gyroscopic:
+                inverse = load(model.box_inverse_inertia, i)
+                momentum = rotate_diagonal(q, (1.0 / inverse[0], 1.0 / inverse[1], 1.0 / inverse[2]), spin)
+                half_way = turned(q, scale(0.5 * h, spin))
+                q = turned(q, scale(h, rotate_diagonal(half_way, inverse, momentum)))
+                store(state.box_angular_velocity, i, rotate_diagonal(q, inverse, momentum))
+            else:
+                q = turned(q, scale(h, spin))
+            for c in range(4):
+                state.box_orientation[i, c] = q[c]
+
+
+@jit_lean
+def shift_boxes(state: State, shift: np.ndarray) -> None:
+    """Move every box by `shift` [i, :3] [m] and turn it by [i, 3:] [rad], its velocities untouched."""
+    for i in range(state.box_position.shape[0]):
+        turn = (shift[i, 3], shift[i, 4], shift[i, 5])
+        if shift[i, 0] != 0.0 or shift[i, 1] != 0.0 or shift[i, 2] != 0.0 or norm(turn) > 0.0:
+            for c in range(3):
+                state.box_position[i, c] += shift[i, c]
+            q = turned(load_quaternion(state.box_orientation, i), turn)
+            for c in range(4):
+                state.box_orientation[i, c] = q[c]
+
+
+@jit
+def turned(q: Quaternion, rotation: Vec) -> Quaternion:
+    """Return orientation `q` after the turn by |rotation| [rad] about it, in the world."""
+    return normalize_quaternion(product(from_rotation_vector(rotation), q))
+
+
+@jit
+def limit_boxes(model: Model, state: State, settings: Settings, grounded: np.ndarray) -> None:
+    """Hold every box to the paper's limits; paper §6. `grounded` (m,) tells which boxes touch the ground.
+
+    Speed and angular speed are cut to their ceilings. A box on the ground that turns more slowly than the floor stops
+    turning, and its axes snap to the nearest multiples of 90°.
+    """
+    for i in range(state.box_position.shape[0]):
+        if model.box_inverse_mass[i] > 0.0:
+            v, w = load(state.box_velocity, i), load(state.box_angular_velocity, i)
+            if norm(v) > settings.speed_ceiling:
+                store(state.box_velocity, i, scale(settings.speed_ceiling / norm(v), v))
+            if norm(w) > settings.angular_speed_ceiling:
+                store(state.box_angular_velocity, i, scale(settings.angular_speed_ceiling / norm(w), w))
+            if grounded[i] and norm(w) < settings.angular_speed_floor:
+                store(state.box_angular_velocity, i, (0.0, 0.0, 0.0))
+                q = nearest_right_angles(load_quaternion(state.box_orientation, i))
+                for c in range(4):
+                    state.box_orientation[i, c] = q[c]
+
+
+@jit
+def nearest_right_angles(q: Quaternion) -> Quaternion:
+    """Return the one of the 24 orientations of a cube that takes the least turn from `q`.
+
+    As quaternions, up to sign: one component 1; two of √½; or all of ½. The nearest has the largest product with q.
+    """
+    sizes = (abs(q[0]), abs(q[1]), abs(q[2]), abs(q[3]))
+    largest = 0
+    for c in range(1, 4):
+        if sizes[c] > sizes[largest]:
+            largest = c
+    second = 1 if largest == 0 else 0
+    for c in range(4):
+        if c != largest and sizes[c] > sizes[second]:
+            second = c
+    one = sizes[largest]
+    two = sqrt(0.5) * (sizes[largest] + sizes[second])
+    four = 0.5 * (sizes[0] + sizes[1] + sizes[2] + sizes[3])
+    result = np.zeros(4)
+    for c in range(4):
+        sign = 1.0 if q[c] >= 0.0 else -1.0
+        if one >= two and one >= four:
+            result[c] = sign if c == largest else 0.0
+        elif two >= four:
+            result[c] = sign * sqrt(0.5) if c in (largest, second) else 0.0
+        else:
+            result[c] = 0.5 * sign
+    return result[0], result[1], result[2], result[3]

@@ -1,0 +1,258 @@
+"""How do all soft bodies move over many steps, and which of them fails?
+
+Between contacts the bodies do not know of each other: each is moved by all its steps at once, in a work array that
+stays in the processor's cache.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import prange
+
+from softbody.dynamics.integrators import Stretch, advance_body, advance_body_on_threads, copy_rows
+from softbody.dynamics.pressure import gas_pressure
+from softbody.dynamics.ring_forces import (
+    AREA,
+    INVERSE_MASS,
+    MOMENT,
+    POSITION,
+    PULL,
+    SAVED,
+    VELOCITY,
+    WORK_ROWS,
+    Forces,
+    Load,
+    add_load,
+    ring_forces,
+    sum_in_lanes,
+)
+from softbody.jit import jit, jit_lean, jit_threaded
+from softbody.settings import Settings
+from softbody.state import SoftBodies, VertexRings
+from softbody.vec import load, store
+
+# What is said of the soft body that stopped a run.
+DIVERGED = 1
+COLLAPSED = 2
+
+# Steps between two looks at a body. The look costs a third of a step; a body that fails is taken back to the last
+# look and from there step by step, so that the failing step is found all the same.
+LOOK = 32
+
+# Particles from which a body is worth all threads together: they meet eight times a step, which takes some
+# microseconds each. Smaller bodies are shared out among the threads.
+LARGE = 8_000
+
+
+class MotionMemory(NamedTuple):
+    """Memory for a run, worth keeping for the next: fresh memory costs a large body more than a step does."""
+
+    position: np.ndarray  # (n, 3) of the next state
+    velocity: np.ndarray  # (n, 3)
+    work: np.ndarray  # (threads, WORK_ROWS, particles of the largest body, and some), for one body at a time on each
+    block_moment: np.ndarray  # (blocks,)
+    done: np.ndarray  # (b,) steps that each body has done
+    fault: np.ndarray  # (b,) DIVERGED, COLLAPSED or 0
+
+
+class Motion(NamedTuple):
+    """What moves soft bodies, besides themselves: their rings, memory, and threads if there is more than one."""
+
+    rings: VertexRings
+    memory: MotionMemory
+    threads: int | None  # None: one thread, for which nothing but the plain loop needs to be compiled
+
+
+def motion_of(start: np.ndarray, rings: VertexRings, threads: int = 1) -> Motion:
+    """Return what moves bodies whose first particles are `start` (b + 1,), in the precision of their rings.
+
+    In double precision rows are an odd number of cache lines long: rows a multiple of 4 096 bytes apart would evict
+    each other.
+    """
+    largest = int(np.diff(start).max(initial=0))
+    memory = MotionMemory(
+        np.empty((int(start[-1]), 3)),
+        np.empty((int(start[-1]), 3)),
+        np.empty((threads, WORK_ROWS, (largest + 15) // 16 * 16 + 8), rings.stiffness.dtype),
+        np.empty(len(rings.block)),
+        np.zeros(len(start) - 1, np.int64),
+        np.zeros(len(start) - 1, np.int64),
+    )
+    return Motion(rings, memory, None if threads == 1 else threads)
+
+
+@jit
+def move_soft_bodies(
+    bodies: SoftBodies, motion: Motion, settings: Settings, h: float, steps: int
+) -> tuple[int, int, int]:
+    """Advance the soft bodies alone by `steps` steps of `h` [s], each in sub-steps; return (steps done, fault, body).
+
+    On a fault (DIVERGED or COLLAPSED, else 0) the bodies are where they are after the last good step of all.
+    """
+    rings, memory, threads = motion
+    part, substeps = h / settings.substeps, settings.substeps
+    stretch = Stretch(part, steps * substeps, settings.integrator)
+    fault, culprit = _move_all(bodies, rings, memory, stretch, threads)
+    if fault:
+        # Once more, now that it is known how far all can go.
+        steps = memory.done[culprit] // substeps
+        stretch = Stretch(part, steps * substeps, settings.integrator)
+        _move_all(bodies, rings, memory, stretch, threads)
+    for i in range(bodies.position.shape[0]):
+        store(bodies.position, i, load(memory.position, i))
+        store(bodies.velocity, i, load(memory.velocity, i))
+    return steps, fault, culprit
+
+
+@jit
+def _move_all(
+    bodies: SoftBodies, rings: VertexRings, memory: MotionMemory, stretch: Stretch, threads: int | None
+) -> tuple[int, int]:
+    """Write to memory where all bodies are after a stretch of steps; return what stops the first one, and which it is.
+
+    Bodies that fail are left where they are after their last good step; (0, −1): none does.
+    """
+    if threads is None:
+        for body in range(bodies.gas.shape[0]):
+            move_body(bodies, rings, memory, stretch, body, 0, None)
+    else:
+        move_on_threads(bodies, rings, memory, stretch, threads)
+    if not memory.fault.any():
+        return 0, -1
+    culprit = int(np.argmin(memory.done))
+    return memory.fault[culprit], culprit
+
+
+@jit_threaded
+def move_on_threads(
+    bodies: SoftBodies, rings: VertexRings, memory: MotionMemory, stretch: Stretch, threads: int
+) -> None:
+    """Move all bodies, the small ones side by side and each large one on all threads; see `_move_all`."""
+    start = bodies.start
+    for thread in prange(threads):
+        for body in range(start.shape[0] - 1):
+            # The thread on whose part of all particles the body's first one lies.
+            if start[body] * threads // start[-1] == thread and start[body + 1] - start[body] < LARGE:
+                move_body(bodies, rings, memory, stretch, body, thread, None)
+    for body in range(start.shape[0] - 1):
+        if start[body + 1] - start[body] >= LARGE:
+            move_body(bodies, rings, memory, stretch, body, 0, threads)
+
+
+@jit
+def even_cut(rings: VertexRings, body: int, shares: int) -> np.ndarray:
+    """Return where to cut the blocks of a body into `shares` of about as many particles each (shares + 1,)."""
+    block = rings.block_start[body]
+    end = rings.block_start[body + 1]
+    cut = np.full(shares + 1, end)
+    for share in range(shares):
+        while block < end and rings.block[block, 0] * shares < rings.block[end - 1, 1] * share:
+            block += 1
+        cut[share] = block
+    return cut
+
+
+@jit
+def move_body(
+    bodies: SoftBodies,
+    rings: VertexRings,
+    memory: MotionMemory,
+    stretch: Stretch,
+    body: int,
+    lane: int,
+    threads: int | None,
+) -> None:
+    """Move one body in a `lane` of working memory, alone or on so many `threads`; note in memory how far it came."""
+    first, count = bodies.start[body], bodies.start[body + 1] - bodies.start[body]
+    work, particle = memory.work[lane], rings.particle[first : first + count]
+    _load_rows(bodies, particle, work)
+    rows = work[POSITION : POSITION + 6]
+    cut = rings.block_start[body : body + 2] if threads is None else even_cut(rings, body, threads)
+    least_volume = bodies.deflated_below[body] * bodies.mesh_volume[body]
+    done, fault, look = 0, 0, LOOK
+    while done < stretch.steps and fault == 0:
+        part = Stretch(stretch.h, min(look, stretch.steps - done), stretch.integrator)
+        copy_rows(work, POSITION, SAVED, count)
+        if threads is None:
+            volume = advance_body(bodies, rings, body, part, cut, work, memory.block_moment)
+        else:
+            volume = advance_body_on_threads(bodies, rings, body, part, cut, work, memory.block_moment)
+        fault = find_fault(rows, count, stretch.h, volume, least_volume)
+        if fault == 0:
+            done += part.steps
+        else:
+            # Back to the last look, and from there step by step.
+            copy_rows(work, SAVED, POSITION, count)
+            if part.steps > 1:
+                fault, look = 0, 1
+    for i in range(count):
+        for c in range(3):
+            memory.position[particle[i], c] = work[POSITION + c, i]
+            memory.velocity[particle[i], c] = work[VELOCITY + c, i]
+    memory.done[body], memory.fault[body] = done, fault
+
+
+@jit_lean
+def _load_rows(bodies: SoftBodies, particle: np.ndarray, work: np.ndarray) -> None:
+    """Copy inverse mass, position and velocity of each `particle` (n,) into rows of `work`."""
+    for i in range(particle.shape[0]):
+        work[INVERSE_MASS, i] = bodies.inverse_mass[particle[i]]
+        for c in range(3):
+            work[POSITION + c, i] = bodies.position[particle[i], c]
+            work[VELOCITY + c, i] = bodies.velocity[particle[i], c]
+
+
+@jit_lean
+def find_fault(rows: np.ndarray, count: int, h: float, volume: float, least_volume: float) -> int:
+    """Return whether a body of `count` particles has DIVERGED or COLLAPSED, or 0; `rows` (6, n) of x and of v.
+
+    Diverged: some particle is not finite, or would cross its whole body in one more step, as seen from the body's
+    mean velocity. Collapsed: the volume [m³] is not above `least_volume`.
+    """
+    extent = 0.0
+    for c in range(3):
+        x = rows[c]
+        low = high = x[0]
+        for i in range(count):
+            low = min(low, x[i])
+            high = max(high, x[i])
+        extent = max(extent, high - low)
+    for c in range(3):
+        v = rows[3 + c]
+        mean = sum_in_lanes(v, count) / count
+        for i in range(count):
+            # Written so that NaN, for which every comparison is false, counts as diverged.
+            if not h * abs(v[i] - mean) < extent:
+                return DIVERGED
+    if not abs(volume) < np.inf:
+        return DIVERGED
+    if volume <= least_volume:
+        return COLLAPSED
+    return 0
+
+
+@jit
+def ring_accelerations(bodies: SoftBodies, motion: Motion, acceleration: np.ndarray) -> None:
+    """Overwrite `acceleration` (n, 3) [m/s²] with what the fast kernels make of positions and velocities.
+
+    Everything counts: springs, gas, gravity, damping, drag, forces from outside, fixed particles.
+    """
+    rings, moments, work = motion.rings, motion.memory.block_moment, motion.memory.work[0]
+    x, speed = work[POSITION : POSITION + 3], work[VELOCITY : VELOCITY + 3]
+    pull, area = work[PULL : PULL + 3], work[AREA : AREA + 3]
+    for body in range(bodies.gas.shape[0]):
+        first, count = bodies.start[body], bodies.start[body + 1] - bodies.start[body]
+        particle = rings.particle[first : first + count]
+        _load_rows(bodies, particle, work)
+        start, end = rings.block_start[body], rings.block_start[body + 1]
+        ring_forces(rings, rings.common_stiffness[body], (start, end), Forces(x, pull, area, work[MOMENT]), moments)
+        outside = Load(first, bodies.damping[body], bodies.drag[body], bodies.force)
+        add_load(rings, outside, (start, end), work[INVERSE_MASS], (x, speed, pull))
+        push = gas_pressure(bodies.gas[body], moments[start:end].sum() / 18.0) / 6.0
+        for i in range(count):
+            inverse_mass = bodies.inverse_mass[particle[i]]
+            for c in range(3):
+                fall = bodies.gravity[c] if inverse_mass > 0.0 else 0.0
+                acceleration[particle[i], c] = (pull[c, i] + push * area[c, i]) * inverse_mass + fall

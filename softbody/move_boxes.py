@@ -1,0 +1,92 @@
+"""How do boxes move over one time step, contacts included? All contacts together, or one by one as in the paper."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softbody.collision.box_contacts import near_boxes, penetration_slop
+from softbody.collision.contact import NOBODY, Contacts
+from softbody.collision.ground import resolve_ground_of_boxes
+from softbody.collision.impulse import resolve_contact
+from softbody.collision.law import combined, material_of_box
+from softbody.collision.sat_boxes import PlacedBoxes, placed_box
+from softbody.collision.sequential_impulses import prepare_contacts, solve_positions, solve_velocities
+from softbody.collision.single_contact import box_box_contact
+from softbody.collision.warm_start import cache_impulses, warm_start
+from softbody.dynamics.rigid_boxes import accelerate_boxes, advance_boxes, shift_boxes
+from softbody.jit import jit
+from softbody.settings import Settings
+from softbody.state import Controls, Model, RigidBodies, State, boxes_of
+from softbody.vec import Vec, accumulate, scale
+
+# The part of the speed that gravity gives in a step below which a correction by the contact solver is not worth another
+# sweep. Without gravity all sweeps are made.
+ENOUGH = 1e-4
+
+
+@jit
+def move_boxes(
+    model: Model,
+    controls: Controls,
+    state: State,
+    grounded: np.ndarray,
+    contacts: Contacts,
+    settings: Settings,
+    h: float,
+) -> None:
+    """Advance all boxes by `h` [s], the velocities at all their contacts solved together.
+
+    `grounded` (m,) of bool is set to which of them the ground holds. Contacts come from where the boxes are, velocities
+    are made to suit them, and then the boxes move: so a box that rests never enters what it rests on.
+    """
+    if model.box_count == 0:
+        return
+    boxes, slop = boxes_of(model, state), penetration_slop(controls, h)
+    # Velocities.
+    prepare_contacts(contacts, boxes)
+    warm_start(contacts)
+    accelerate_boxes(model, controls, state, h)
+    solve_velocities(contacts, boxes, h, settings.iterations, ENOUGH * slop / h)
+    cache_impulses(contacts)
+    # Positions.
+    shift = solve_positions(contacts, boxes, slop, settings.iterations)
+    advance_boxes(model, state, h, settings.gyroscopic)
+    shift_boxes(state, shift)
+    grounded[:] = False
+    for k in range(contacts.number[1]):
+        if contacts.box[k, 1] == NOBODY and contacts.impulse[k, 2] > 0.0:
+            grounded[contacts.box[k, 0]] = True
+
+
+@jit
+def move_boxes_singly(
+    model: Model, controls: Controls, state: State, grounded: np.ndarray, settings: Settings, h: float
+) -> None:
+    """Advance all boxes by `h` [s], then part each pair that overlaps by one impulse, as in the paper; §4.4, §5.2."""
+    boxes = boxes_of(model, state)
+    accelerate_boxes(model, controls, state, h)
+    advance_boxes(model, state, h, settings.gyroscopic)
+    collide_boxes(model, state, boxes, settings)
+    resolve_ground_of_boxes(model, state, boxes, grounded)
+
+
+@jit
+def collide_boxes(model: Model, state: State, boxes: RigidBodies, settings: Settings) -> None:
+    """Part every pair of boxes that overlap: first their velocities by an impulse, then their positions."""
+    placed = PlacedBoxes(model.box_size, state.box_position, state.box_orientation)
+    pairs = near_boxes(model, state, np.zeros(model.box_count), settings.exhaustive_pairs)
+    for k in range(pairs.shape[0]):
+        a, b = pairs[k, 0], pairs[k, 1]
+        depth, point, normal = box_box_contact(placed_box(placed, a), placed_box(placed, b), settings.paper_axes)
+        if depth > 0.0:
+            material = combined(material_of_box(model, a), material_of_box(model, b))
+            resolve_contact(boxes, (a, b), point, normal, material)
+            inverse_mass = model.box_inverse_mass[a] + model.box_inverse_mass[b]
+            correct_pair(boxes, a, b, scale(depth / inverse_mass, normal))
+
+
+@jit
+def correct_pair(boxes: RigidBodies, a: int, b: int, shift: Vec) -> None:
+    """Move a and b apart by `shift` [kg m] times their inverse masses."""
+    accumulate(boxes.position, a, scale(boxes.inverse_mass[a], shift))
+    accumulate(boxes.position, b, scale(-boxes.inverse_mass[b], shift))

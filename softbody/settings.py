@@ -1,0 +1,102 @@
+"""By which settings do bodies move and collide? What a user chooses, by name, and what kernels read of it."""
+
+from __future__ import annotations
+
+from math import inf
+from typing import Any, NamedTuple, TypedDict
+
+from softbody.errors import ParameterError
+from softbody.parameters import check_range, check_whole
+
+RK4_VELOCITY, RK4, SYMPLECTIC_EULER = 0, 1, 2
+INTEGRATORS = {"rk4_velocity": RK4_VELOCITY, "rk4": RK4, "symplectic_euler": SYMPLECTIC_EULER}
+
+
+class Settings(NamedTuple):
+    """What kernels read; a ceiling of inf and a floor of 0 do nothing."""
+
+    integrator: int = RK4_VELOCITY
+    substeps: int = 1  # equal parts in which soft bodies take a step, which contacts take as one
+    paper_axes: bool = False  # of the separating-axis test of boxes: face normals only
+    single_contact: bool = False  # of boxes: the paper's one impulse a pair, instead of manifolds solved together
+    exhaustive_pairs: bool = False  # try all pairs, as in the paper, instead of a grid
+    iterations: int = 30  # sweeps of the contact solver, a step
+    edge_contacts: bool = True  # of soft bodies, and not only contacts of vertices, as in the paper
+    split_steps: bool = True  # where bodies would jump through each other
+    gyroscopic: bool = False  # a free box keeps I ω instead of ω
+    speed_ceiling: float = inf  # [m/s] of boxes; paper §6
+    angular_speed_ceiling: float = inf  # [rad/s] of boxes; paper §6
+    angular_speed_floor: float = 0.0  # [rad/s] below which a box on the ground stops turning and snaps to 90°; paper §6
+    frictionless: bool = False  # whatever is added has friction 0, as everything in the paper
+
+
+class Choices(TypedDict, total=False):
+    """The settings as a user says them: arguments of a World."""
+
+    integrator: str
+    axes: str
+    contact: str
+    pairs: str
+    iterations: int
+    edge_contacts: bool
+    split_steps: bool
+    gyroscopic: bool
+    speed_ceiling: float
+    angular_speed_ceiling: float
+    angular_speed_floor: float
+    frictionless: bool
+
+
+# The choices that are words: which field of Settings each is about, and what the words mean there.
+WORDS: dict[str, tuple[str, dict[str, Any]]] = {
+    "integrator": ("integrator", INTEGRATORS),
+    "axes": ("paper_axes", {"complete": False, "paper": True}),
+    "contact": ("single_contact", {"manifold": False, "single": True}),
+    "pairs": ("exhaustive_pairs", {"grid": False, "exhaustive": True}),
+}
+
+# What the paper chose. It gives no numbers for its limits (§6). These: in a frame of 1/60 s a box goes no farther than
+# 1/6 m, a third of a small box, and turns by no more than 10°; and one that would take a second for 10° lies still.
+PAPER: Choices = {
+    "integrator": "rk4_velocity",
+    "axes": "paper",
+    "contact": "single",
+    "pairs": "exhaustive",
+    "edge_contacts": False,
+    "split_steps": False,
+    "frictionless": True,
+    "speed_ceiling": 10.0,
+    "angular_speed_ceiling": 10.0,
+    "angular_speed_floor": 0.2,
+}
+
+
+def settings_of(choices: Choices) -> Settings:
+    """Return the settings that somebody chose, the others as by default; raises ParameterError."""
+    values: dict[str, Any] = {}
+    for name, value in choices.items():
+        if name not in Choices.__annotations__:
+            raise ParameterError(f"a World has no {name!r}; choose from {', '.join(Choices.__annotations__)}")
+        if name in WORDS:
+            field, words = WORDS[name]
+            check_name(value, name, tuple(words))
+            values[field] = words[value]  # type: ignore[index]
+            continue
+        kind = type(Settings._field_defaults[name])
+        if kind is int:
+            check_whole(value, name, 1)  # type: ignore[arg-type]
+        elif kind is float and value != inf:
+            check_range(value, name, least=0.0)  # type: ignore[arg-type]
+        values[name] = kind(value)
+    return Settings(**values)
+
+
+def check_name(value: object, name: str, choices: tuple[str, ...]) -> None:
+    """Raise ParameterError unless `value` is one of the `choices`."""
+    if value not in choices:
+        raise ParameterError(f"{name} is {value!r}; choose one of {', '.join(choices)}")
+
+
+def integrator_name(settings: Settings) -> str:
+    """Return the name of the integrator."""
+    return next(name for name, number in INTEGRATORS.items() if number == settings.integrator)

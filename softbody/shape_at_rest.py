@@ -1,0 +1,38 @@
+"""Which shape does one soft body of a world have at rest, alone?"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softbody.builder import Parts, soft_body_alone
+from softbody.dynamics.equilibrium import relax
+from softbody.dynamics.soft_bodies import motion_of
+from softbody.dynamics.stability import highest_frequency
+from softbody.state import soft_bodies_of
+
+ROUND = 500  # steps of relaxation between two looks at what is left and at the stable step
+
+
+def shape_at_rest(parts: Parts, body: int, tolerance: float, steps: int) -> tuple[np.ndarray, float]:
+    """Return the positions (n, 3) [m] of a soft body at rest, and what is left to relax, as a multiple of `tolerance`.
+
+    It hangs on its fixed particles, or floats without weight. That is the largest acceleration of a particle, in one
+    component, times the least mass of one, over the body's stiffness and size; > 1: it is not at rest after `steps`.
+    """
+    model, controls, state, rings = soft_body_alone(parts, body)
+    is_held = (model.particle_inverse_mass == 0.0).any()
+    controls = controls._replace(gravity=controls.gravity if is_held else np.zeros(3))
+    model = model._replace(soft_damping=np.zeros(1), soft_drag=np.zeros(1))
+    position = state.particle_position.copy()
+    state = state._replace(particle_position=position, particle_velocity=np.zeros_like(position))
+    bodies, motion = soft_bodies_of(model, controls, state), motion_of(model.soft_particle_start, rings)
+    left, enough = np.inf, 0.0
+    for _ in range(0, steps, ROUND):
+        # Half of the stable step of symplectic Euler: where the mixing adds, less is more.
+        longest = 1.0 / highest_frequency(model, controls, position, 0)
+        left = relax(bodies, motion, longest, min(steps, ROUND))
+        size = np.ptp(position, axis=0).max()
+        enough = tolerance * model.edge_stiffness.max() * size * model.particle_inverse_mass.max()
+        if not left > enough:
+            break
+    return position, 1.0 if left <= enough else left / enough

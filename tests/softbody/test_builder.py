@@ -1,0 +1,291 @@
+"""Does a body become what it was asked to be, and is what is wrong refused by name?"""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import get_type_hints
+
+import numpy as np
+import pytest
+
+import softbody
+from softbody import ParameterError, World
+from softbody.builder import Parts, appended, properties_of, soft_body_alone
+from softbody.state import Model, Property
+
+G = 9.81
+BALL = softbody.icosphere(1)
+SOLID = softbody.octahedron()
+NAN, INF = float("nan"), float("inf")
+
+
+def test_bodies_added_later_join_in_and_leave_the_earlier_ones_alone():
+    world = World()
+    first = world.add_soft_body(SOLID, 1.0, 10.0, 1.0, position=(0.0, 0.0, 5.0))
+    world.step(1e-3, 100)
+    moved = first.positions.copy()
+    second = world.add_soft_body(BALL, 2.0, 20.0, 2.0, position=(9.0, 0.0, 5.0))
+    box = world.add_box((1.0, 1.0, 1.0), 1.0, position=(-9.0, 0.0, 0.0))
+    assert first.positions.tolist() == moved.tolist()
+    assert second.positions == pytest.approx(BALL.vertices + [9.0, 0.0, 5.0])
+    world.step(1e-3, 100)
+    alone = World()
+    twin = alone.add_soft_body(SOLID, 1.0, 10.0, 1.0, position=(0.0, 0.0, 5.0))
+    alone.step(1e-3, 200)
+    assert first.positions.tolist() == twin.positions.tolist()
+    assert second.centre[2] < 5.0
+    assert box.position[2] < 0.0
+    assert (first.gas, second.gas) == (1.0, 2.0)
+
+
+def test_a_soft_body_starts_at_rest_in_the_shape_of_its_mesh_where_it_was_put():
+    world = World()
+    body = world.add_soft_body(BALL, 3.0, 10.0, 6.0, position=(1.0, 2.0, 3.0), velocity=(4.0, 5.0, 6.0))
+    assert body.centre == pytest.approx([1.0, 2.0, 3.0], abs=1e-14)
+    assert body.velocities.tolist() == [[4.0, 5.0, 6.0]] * 42
+    assert body.volume == pytest.approx(BALL.volume, rel=1e-13)
+    assert body.pressure == pytest.approx(6.0 / BALL.volume, rel=1e-13)
+    assert world.linear_momentum() == pytest.approx([12.0, 15.0, 18.0], rel=1e-13)
+    lengths = np.linalg.norm(np.diff(BALL.vertices[BALL.edges], axis=1)[:, 0], axis=1)
+    assert world.model.edge_rest_length == pytest.approx(lengths, rel=1e-13)
+
+
+def test_a_stiffness_for_each_edge_is_kept_in_the_order_of_the_edges():
+    world = World()
+    world.add_soft_body(SOLID, 1.0, np.arange(12.0), 0.0)
+    assert world.model.edge_stiffness.tolist() == list(range(12))
+    assert world.model.edge_particles.tolist() == SOLID.edges.tolist()
+
+
+def test_a_world_does_not_share_memory_with_the_arrays_it_was_given():
+    stiffness, position, gravity = np.ones(12), np.zeros(3), np.array([0.0, 0.0, -G])
+    world = World(gravity=gravity)
+    world.add_soft_body(SOLID, 1.0, stiffness, 0.0, position=position)
+    stiffness[:], position[:], gravity[:] = 9.0, 9.0, 9.0
+    world.state.particle_position[:] += 1.0
+    assert world.model.edge_stiffness.tolist() == [1.0] * 12
+    assert world.controls.gravity.tolist() == [0.0, 0.0, -G]
+    assert SOLID.vertices[0].tolist() == [1.0, 0.0, 0.0]
+
+
+def test_a_box_shows_what_it_was_given():
+    world = World()
+    box = world.add_box((1.0, 2.0, 3.0), 12.0, (1.0, 2.0, 3.0), (0.6, 0.8, 0.0, 0.0), (4.0, 5.0, 6.0), (7.0, 8.0, 9.0))
+    assert box.position.tolist() == [1.0, 2.0, 3.0]
+    assert box.orientation == pytest.approx([0.6, 0.8, 0.0, 0.0], rel=1e-15)
+    assert box.velocity.tolist() == [4.0, 5.0, 6.0]
+    assert box.angular_velocity.tolist() == [7.0, 8.0, 9.0]
+    assert 1.0 / world.model.box_inverse_inertia[0] == pytest.approx([13.0, 10.0, 5.0], rel=1e-15)
+
+
+def test_a_quaternion_rounded_to_single_precision_is_taken_and_made_unit():
+    world = World()
+    box = world.add_box((1.0, 1.0, 1.0), 1.0, orientation=np.full(4, 0.5, np.float32) * np.float32(1 + 3e-7))
+    assert np.linalg.norm(box.orientation) == pytest.approx(1.0, abs=1e-15)
+
+
+def test_a_soft_body_alone_is_as_if_it_had_been_added_alone():
+    def added(world):
+        return world.add_soft_body(
+            BALL, 2.0, np.arange(1.0, 121.0), 3.0, (9.0, 0.0, 5.0), fixed=[3], damping=0.1, drag=0.2
+        )
+
+    world, alone = World(), World()
+    world.add_soft_body(SOLID, 1.0, 10.0, 1.0)
+    world.add_box((1.0, 1.0, 1.0), 1.0)
+    for each in (world, alone):
+        added(each).external_force = (1.0, 2.0, 3.0)
+        each.add_ground()
+    found = soft_body_alone(Parts(world.model, world.controls, world.state, world.rings), 1)
+    without_ground = alone.model._replace(ground_height=-np.inf)
+    expected = Parts(without_ground, alone.controls, alone.state, alone.rings)
+    for mine, yours in zip(found, expected, strict=True):
+        for name in mine._fields:
+            assert np.array_equal(getattr(mine, name), getattr(yours, name), equal_nan=True), name
+
+
+def test_appending_keeps_what_was_there_and_copies_seldom():
+    rows = np.empty((0, 3))
+    kept, memories = [], set()
+    for k in range(100):
+        rows = appended(rows, np.full((2, 3), k))
+        kept.append(rows)
+        memories.add(rows.ctypes.data)
+    assert rows.tolist() == np.repeat(np.arange(100.0), 2)[:, None].repeat(3, axis=1).tolist()
+    assert kept[30].tolist() == rows[:62].tolist()
+    assert rows.flags.c_contiguous
+    assert len(memories) < 12
+    assert appended(np.arange(3), 7).tolist() == [0, 1, 2, 7]
+
+
+SOFT = {"mesh": SOLID, "mass": 1.0, "stiffness": 10.0, "gas": 1.0}
+BAD_SOFT = [
+    ("mass", 0.0),
+    ("mass", -1.0),
+    ("mass", NAN),
+    ("mass", INF),
+    ("mass", None),
+    ("mass", "heavy"),
+    ("mass", 1j),
+    ("mass", 10**400),
+    ("stiffness", -1.0),
+    ("stiffness", NAN),
+    ("stiffness", INF),
+    ("stiffness", np.ones(11)),
+    ("stiffness", np.ones((12, 1))),
+    ("stiffness", "stiff"),
+    ("stiffness", [[1.0], [1.0, 2.0]]),
+    ("gas", -1.0),
+    ("gas", NAN),
+    ("gas", INF),
+    ("gas", None),
+    ("position", (0.0, 0.0)),
+    ("position", (0.0, 0.0, NAN)),
+    ("position", "here"),
+    ("position", (1e20, 0.0, 0.0)),
+    ("velocity", (0.0, INF, 0.0)),
+    ("velocity", 3.0),
+    ("restitution", -0.1),
+    ("restitution", 1.1),
+    ("restitution", NAN),
+    ("friction", -0.1),
+    ("friction", NAN),
+    ("friction", INF),
+    ("mesh", (SOLID.vertices, SOLID.triangles)),
+    ("mesh", None),
+]
+BOX = {"size": (1.0, 2.0, 3.0), "mass": 1.0}
+BAD_BOX = [
+    ("size", (1.0, 0.0, 1.0)),
+    ("size", (1.0, -1.0, 1.0)),
+    ("size", (1.0, NAN, 1.0)),
+    ("size", (1.0, INF, 1.0)),
+    ("size", (1.0, 1.0)),
+    ("size", 1.0),
+    ("mass", 0.0),
+    ("mass", -1.0),
+    ("mass", NAN),
+    ("mass", "heavy"),
+    ("position", (NAN, 0.0, 0.0)),
+    ("orientation", (1.0, 1.0, 0.0, 0.0)),
+    ("orientation", (0.0, 0.0, 0.0, 0.0)),
+    ("orientation", (NAN, 0.0, 0.0, 0.0)),
+    ("orientation", (1.0, 0.0, 0.0)),
+    ("orientation", "up"),
+    ("orientation", (1.00001, 0.0, 0.0, 0.0)),
+    ("velocity", (NAN, 0.0, 0.0)),
+    ("angular_velocity", (0.0, 0.0, INF)),
+    ("restitution", 2.0),
+    ("friction", -1.0),
+]
+
+
+@pytest.mark.parametrize(("name", "value"), BAD_SOFT)
+def test_a_soft_body_is_refused_by_the_name_of_its_bad_parameter(filled, name, value):
+    with pytest.raises(ParameterError, match=name):
+        filled.add_soft_body(**{**SOFT, name: value})
+
+
+@pytest.mark.parametrize("value", [-5.0, NAN, INF])
+def test_a_bad_stiffness_of_one_edge_is_named_by_that_edge(filled, value):
+    stiffness = np.ones(12)
+    stiffness[7] = value
+    with pytest.raises(ParameterError, match="stiffness of edge 7"):
+        filled.add_soft_body(**{**SOFT, "stiffness": stiffness})
+
+
+@pytest.mark.parametrize(("name", "value"), BAD_BOX)
+def test_a_box_is_refused_by_the_name_of_its_bad_parameter(filled, name, value):
+    with pytest.raises(ParameterError, match=name):
+        filled.add_box(**{**BOX, name: value})
+
+
+@pytest.mark.parametrize("motion", ["velocity", "angular_velocity"])
+def test_a_static_box_cannot_move(filled, motion):
+    with pytest.raises(ParameterError, match=r"static box .* cannot have a velocity"):
+        filled.add_box((1.0, 1.0, 1.0), None, **{motion: (0.0, 0.0, 1.0)})
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"fixed": range(6)}, "every vertex is fixed"),
+        ({"fixed": [6]}, "fixed vertex 6 does not exist"),
+        ({"fixed": [-1]}, "fixed vertex -1 does not exist"),
+        ({"fixed": [0.5]}, "fixed is"),
+        ({"rest_length": 0.0}, "rest_length of edge 0 is 0.0; give a finite length > 0"),
+        ({"rest_length": [1.0, 2.0]}, "rest_length does not fit"),
+        ({"damping": -1.0}, "damping is -1.0"),
+        ({"drag": np.nan}, "drag is nan"),
+        ({"deflated_below": 1.5}, "deflated_below is 1.5"),
+    ],
+)
+def test_wrong_options_of_a_soft_body_are_refused_by_name(options, message):
+    world = World()
+    with pytest.raises(ParameterError, match=message):
+        world.add_soft_body(SOLID, 1.0, 10.0, 1.0, **options)
+    assert len(world.state.particle_position) == 0
+
+
+ONE_MORE = """
+from softbody import World, octahedron
+world = World()
+world.add_soft_body(octahedron(), 1.0, 10.0, 1.0)
+world.add_soft_body(octahedron(), 1.0, 10.0, 1.0, (5.0, 0.0, 0.0), stickiness=1.5)
+twin = World()
+twin.restore(world.snapshot())
+print(*twin.model.soft_stickiness)
+try:
+    world.add_soft_body(octahedron(), 1.0, 10.0, 1.0, (9.0, 0.0, 0.0), stickiness=2.5)
+except ValueError as error:
+    print(error)
+"""
+
+
+def test_one_more_property_of_each_body_is_one_edit(tmp_path):
+    core = Path(softbody.__file__).parent
+    shutil.copytree(core, tmp_path / "softbody", ignore=shutil.ignore_patterns("__pycache__"))
+    state = tmp_path / "softbody" / "state.py"
+    line = '    soft_stickiness: Annotated[np.ndarray, Property(0.25, "N", most=2.0)]\n'
+    state.write_text(state.read_text().replace("    soft_damping:", line + "    soft_damping:", 1))
+    environment = os.environ | {"PYTHONPATH": str(tmp_path), "NUMBA_DISABLE_JIT": "1", "PYTHONDONTWRITEBYTECODE": "1"}
+    done = subprocess.run(
+        [sys.executable, "-c", ONE_MORE], cwd=tmp_path, env=environment, capture_output=True, text=True, check=True
+    )
+    assert done.stdout == "0.25 1.5\nstickiness is 2.5; give a finite number ≥ 0 and ≤ 2 [N]\n"
+
+
+def test_every_property_in_the_model_is_taken_by_name_and_has_its_default():
+    notes = {
+        name: getattr(hint, "__metadata__", (None,))[0]
+        for name, hint in get_type_hints(Model, include_extras=True).items()
+    }
+    noted = {name: note for name, note in notes.items() if isinstance(note, Property)}
+    assert {"soft_restitution", "soft_friction", "soft_damping", "box_friction"} < noted.keys()
+    for kind in ("soft", "box"):
+        of_kind = {name: note for name, note in noted.items() if name.startswith(f"{kind}_")}
+        assert properties_of(kind, {}) == {name: note.default for name, note in of_kind.items()}
+        given = {name.removeprefix(f"{kind}_"): 0.25 for name in of_kind}
+        assert properties_of(kind, given) == dict.fromkeys(of_kind, 0.25)
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "choices"),
+    [
+        ("soft", "colour", "deflated_below, damping, drag, restitution, friction"),
+        ("soft", "pinned", "deflated_below, damping, drag, restitution, friction"),
+        ("box", "damping", "restitution, friction"),
+    ],
+)
+def test_a_property_that_no_body_has_is_refused_with_those_that_it_has(filled, kind, name, choices):
+    message = f"a {kind} body has no '{name}'; choose from {choices}$"
+    with pytest.raises(ParameterError, match=message):
+        properties_of(kind, {name: 0.5})
+    add = {
+        "soft": lambda: filled.add_soft_body(**SOFT, **{name: 0.5}),
+        "box": lambda: filled.add_box(**BOX, **{name: 0.5}),
+    }
+    with pytest.raises(ParameterError, match=message):
+        add[kind]()

@@ -1,0 +1,177 @@
+"""Is a world stopped before it goes wrong, or where it does, and is the culprit named?"""
+
+import numpy as np
+import pytest
+
+import softbody
+from softbody import OverlapWarning, ParameterError, SimulationError, World
+from softbody.guards import STABLE_FOR
+from softbody.settings import INTEGRATORS
+
+BALL = softbody.icosphere(1)
+SOLID = softbody.octahedron()
+
+integrators = pytest.mark.parametrize("integrator", INTEGRATORS)
+
+
+def same(a, b):
+    return all((x == y).all() for x, y in zip(a, b))
+
+
+@integrators
+def test_a_step_above_the_stable_one_is_refused_with_the_number_to_use(integrator):
+    world = World(integrator=integrator)
+    world.add_soft_body(SOLID, 1.0, 10.0, 1.0)
+    stable = world.stable_time_step()
+    before = world.state.copy()
+    with pytest.raises(ParameterError, match=rf"a stable time step here is {stable:.6g} s .* or substeps=3, or say"):
+        world.step(2.5 * stable)
+    assert same(world.state, before)
+    world.step(2.5 * stable, substeps=3)
+    world.step(1.1 * stable, allow_unstable=True)
+    assert world.steps == 2
+
+
+def test_more_gas_makes_the_stable_step_shorter_at_once():
+    world = World()
+    body = world.add_soft_body(SOLID, 1.0, 10.0, 1.0)
+    h = world.stable_time_step()
+    world.step(h)
+    body.gas = 1000.0
+    with pytest.raises(ParameterError, match="stable"):
+        world.step(h)
+
+
+@pytest.mark.parametrize("often", [2, 1000])
+def test_springs_changed_again_and_again_between_steps_are_looked_at(often):
+    """The guard knows the model that it has seen, and not only where in memory that one was: another may lie there."""
+    world = World()
+    body = world.add_soft_body(SOLID, 1.0, 10.0, 1.0)
+    h = 0.9 * world.stable_time_step()
+    world.step(h)
+    place = id(world.model)
+    body.set_springs(stiffness=11.0)
+    for _ in range(1, often):
+        body.set_springs(stiffness=10_000.0)
+        if id(world.model) == place:
+            break
+    before = world.state_hash()
+    with pytest.raises(ParameterError, match="a stable time step here is"):
+        world.step(h)
+    assert world.state_hash() == before
+
+
+def test_an_estimate_of_the_stable_step_is_made_anew_after_some_steps_and_for_another_integrator():
+    world = World(gravity=(0.0, 0.0, 0.0))
+    body = world.add_soft_body(SOLID, 1.0, 10.0, 1.0)
+    h = 0.9 * world.stable_time_step()
+    world.step(h, STABLE_FOR)
+    body.positions[:] *= 0.1  # its gas is a thousand times stiffer
+    with pytest.raises(ParameterError, match="stable"):
+        world.step(h)
+    world = World(integrator="rk4")
+    world.add_soft_body(SOLID, 1.0, 10.0, 1.0)
+    h = 0.9 * world.stable_time_step()
+    world.step(h)
+    world.integrator = "symplectic_euler"
+    with pytest.raises(ParameterError, match=r"stable .* with symplectic_euler"):
+        world.step(h)
+
+
+@integrators
+def test_too_long_a_time_step_stops_at_the_last_good_step(integrator):
+    """… which is the very state that the steps before it lead to."""
+
+    def jolted():
+        world = World(gravity=(0.0, 0.0, 0.0), integrator=integrator)
+        world.add_soft_body(BALL, 1.0, 100.0, 5.0)
+        world.state.particle_velocity[:] = np.random.default_rng(1).normal(0.0, 0.1, (42, 3))
+        return world
+
+    world = jolted()
+    stable = world.stable_time_step()
+    with pytest.raises(SimulationError, match=r"soft body 0 (diverged|collapsed).* step \d+; a stable time") as caught:
+        world.step(3.0 * stable, 10000, allow_unstable=True)
+    error = caught.value
+    assert (error.step, error.body) == (world.steps, "soft body 0")
+    assert 0 < error.step < 10000
+    assert error.stable_time_step == world.stable_time_step() < 3.0 * stable
+    assert all(np.isfinite(array).all() for array in world.state)
+    again = jolted()
+    again.step(3.0 * stable, error.step, allow_unstable=True)
+    assert same(world.state, again.state)
+
+
+def test_the_error_names_the_body_that_diverged_not_its_neighbour():
+    world = World(gravity=(0.0, 0.0, 0.0))
+    world.add_soft_body(SOLID, 1.0, 1.0, 0.1)
+    stiff = world.add_soft_body(SOLID, 1.0, 1e6, 0.1, position=(5.0, 0.0, 0.0))
+    stiff.velocities[0] += 0.01
+    with pytest.raises(SimulationError, match="soft body 1") as caught:
+        world.step(0.05, 1000, allow_unstable=True)
+    assert caught.value.body == "soft body 1"
+
+
+def test_a_body_crushed_flat_by_its_load_collapses_by_name():
+    world = World(gravity=(0.0, 0.0, -100.0))
+    world.add_ground()
+    world.add_soft_body(SOLID, 1.0, 1.0, 0.0, position=(0.0, 0.0, 1.0))
+    with pytest.raises(SimulationError, match=r"soft body 0 collapsed .* raise gas or stiffness") as caught:
+        world.step(1e-3, 10000)
+    assert caught.value.body == "soft body 0"
+    assert caught.value.step == world.steps > 0
+    assert np.isfinite(world.state.particle_position).all()
+    assert world.time == pytest.approx(world.steps * 1e-3)
+
+
+def test_a_body_in_fast_flight_has_not_diverged():
+    world = World(gravity=(0.0, 0.0, 0.0))
+    body = world.add_soft_body(SOLID, 1.0, 10.0, 1.0, velocity=(1e6, 0.0, 0.0))
+    world.step(1e-3, 100)
+    assert body.centre[0] == pytest.approx(1e5, rel=1e-9)
+
+
+def test_particles_that_are_not_finite_are_found_before_the_first_step():
+    world = World()
+    body = world.add_soft_body(SOLID, 1.0, 1.0, 1.0)
+    body.positions[3] = np.nan
+    with pytest.raises(ParameterError, match="position of particle 3 of soft body 0 is not finite"):
+        world.step(1e-3, 10)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "message"),
+    [
+        (lambda w, b, box: b.velocities.__setitem__((3, 1), np.nan), "velocity of particle 3 of soft body 0 is not"),
+        (lambda w, b, box: b.external_force.__setitem__((2, 0), np.inf), "external_force of particle 2 of soft body 0"),
+        (lambda w, b, box: w.controls.box_force.__setitem__((1, 2), np.nan), "force of box 1 is not finite"),
+        (lambda w, b, box: box.velocity.__setitem__(0, np.nan), "velocity of box 1 is not finite"),
+    ],
+)
+def test_numbers_that_are_not_finite_are_named_before_a_step_is_taken(spoil, message):
+    world = World()
+    body = world.add_soft_body(softbody.tetrahedron(), 1.0, 50.0, 5.0)
+    body.external_force = (0.0, 0.0, 1.0)
+    world.add_box((1.0, 1.0, 1.0), 1.0, (5.0, 0.0, 0.0))
+    box = world.add_box((1.0, 1.0, 1.0), 1.0, (9.0, 0.0, 0.0))
+    spoil(world, body, box)
+    before = world.state_hash()
+    with pytest.raises(ParameterError, match=message):
+        world.step(1e-3)
+    assert world.state_hash() == before
+
+
+def test_bodies_that_start_deep_inside_each_other_are_named():
+    world = World(gravity=(0.0, 0.0, 0.0))
+    ball = softbody.icosphere(2)
+    world.add_soft_body(ball, 1.0, 50.0, 5.0)
+    world.add_soft_body(ball, 1.0, 50.0, 5.0, (1.5, 0.0, 0.0))
+    with pytest.warns(OverlapWarning, match=r"soft body 0 and soft body 1 start 0\.\d+ m inside each other"):
+        world.step(1e-3, 3)
+    world.step(1e-3, 3)  # once is enough
+    world = World(gravity=(0.0, 0.0, 0.0))
+    world.add_soft_body(ball, 1.0, 50.0, 5.0)
+    world.step(1e-3, 3)
+    world.add_box((0.3, 0.3, 0.3), 1.0, (-0.7, 0.0, 0.0))
+    with pytest.warns(OverlapWarning, match=r"soft body 0 and box 0 start 0\.\d+ m inside each other"):
+        world.step(1e-3)

@@ -1,0 +1,129 @@
+"""What a planted fault is: a function of the core, and a change of its syntax tree, that must turn a claim red.
+
+A change is a pattern and what takes its place, both Python. In a pattern a name that ends in "_" stands for anything,
+and for the same thing wherever it comes again; everything else stands for itself. So what a fault says does not depend
+on the core's layout, and seldom on the names of variables; a function that is renamed is renamed here with it.
+"""
+
+from __future__ import annotations
+
+import ast
+import copy
+import textwrap
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Fault:
+    """The first match of `find` in `where`, or the one of number `nth`, becomes `put`.
+
+    `where` is a function or class of the core, or the dotted name of one of its constants. `find` and `put` are
+    expressions or statements; `put` may be empty where `find` is a statement: it is left out.
+    """
+
+    name: str  # in words, such as "friction off by 1 %"
+    where: Callable[..., Any] | str
+    find: str
+    put: str
+    nth: int = 0
+
+    @property
+    def place(self) -> tuple[str, str]:
+        """The module, dotted, and the name in it, dotted for a method."""
+        if isinstance(self.where, str):
+            module, _, name = self.where.rpartition(".")
+            return module, name
+        function = getattr(self.where, "py_func", self.where)
+        return function.__module__, function.__qualname__
+
+
+def plant(fault: Fault, root: Path) -> None:
+    """Damage the copy of the core that lies in `root`/softbody; raises ValueError if there is no such place."""
+    path = root.joinpath(*fault.place[0].split("."))
+    path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
+    path.write_text(damaged(fault, path.read_text(encoding="utf-8")), encoding="utf-8")
+
+
+def damaged(fault: Fault, source: str) -> str:
+    """Return the source of the fault's module with the fault in it; raises ValueError if there is no such place."""
+    tree = ast.parse(source)
+    scope = _definition(tree, fault.place[1].split("."))
+    if scope is None:
+        raise ValueError(f"{fault.name!r}: there is no {'.'.join(fault.place)}; name the function that it is in now")
+    pattern, replacement = _statements(fault.find), _statements(fault.put)
+    if _is_expression(pattern) and _is_expression(replacement):
+        pattern, replacement = [pattern[0].value], [replacement[0].value]
+    match = next(islice(_matches(scope, pattern), fault.nth, None), None)
+    if match is None:
+        raise ValueError(f"{fault.name!r}: {'.'.join(fault.place)} holds no {fault.find!r}; plant the fault elsewhere")
+    holder, field, index, found = match
+    new = [_Fill(found).visit(copy.deepcopy(node)) for node in replacement]
+    if index is None:
+        setattr(holder, field, *new)
+    else:
+        getattr(holder, field)[index : index + len(pattern)] = new or [ast.Pass()]
+    return ast.unparse(ast.fix_missing_locations(tree)) + "\n"
+
+
+def _definition(tree: ast.AST, path: list[str]) -> ast.AST | None:
+    """Return the function, class or assignment of a dotted name."""
+    for part in path:
+        for node in ast.iter_child_nodes(tree):
+            stored = [each for each in ast.walk(node) if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store)]
+            names = [each.id for each in stored] if isinstance(node, ast.Assign) else [getattr(node, "name", None)]
+            if part in names:
+                tree = node
+                break
+        else:
+            return None
+    return tree
+
+
+def _statements(source: str) -> list[Any]:
+    return list(ast.parse(textwrap.dedent(source)).body)
+
+
+def _is_expression(code: list[Any]) -> bool:
+    return len(code) == 1 and isinstance(code[0], ast.Expr)
+
+
+Match = tuple[ast.AST, str, int | None, dict[str, ast.AST]]
+
+
+def _matches(scope: ast.AST, pattern: list[Any]) -> Iterator[Match]:
+    """Yield where the pattern matches, top to bottom: (node, its field, index in it or None, what names stand for)."""
+    for field, value in ast.iter_fields(scope):
+        rows = value if isinstance(value, list) else [value]
+        for index, node in enumerate(rows):
+            if not isinstance(node, ast.AST):
+                continue
+            found: dict[str, ast.AST] = {}
+            if _same(pattern, rows[index : index + len(pattern)], found):
+                yield scope, field, index if isinstance(value, list) else None, found
+            yield from _matches(node, pattern)
+
+
+def _same(pattern: Any, node: Any, found: dict[str, ast.AST]) -> bool:
+    """Tell whether a tree is the pattern, with names that stand for something; notes in `found` what they stand for."""
+    if isinstance(pattern, ast.Name) and pattern.id.endswith("_"):
+        return isinstance(node, ast.expr) and ast.unparse(found.setdefault(pattern.id, node)) == ast.unparse(node)
+    if isinstance(pattern, ast.AST):
+        fields = [field for field in pattern._fields if field != "ctx"]
+        return type(pattern) is type(node) and all(_same(getattr(pattern, f), getattr(node, f), found) for f in fields)
+    if isinstance(pattern, list) and isinstance(node, list):
+        return len(pattern) == len(node) and all(_same(a, b, found) for a, b in zip(pattern, node))
+    return type(pattern) is type(node) and bool(pattern == node)
+
+
+class _Fill(ast.NodeTransformer):
+    """Puts in place of names what they stand for."""
+
+    def __init__(self, found: dict[str, ast.AST]) -> None:
+        self.found = found
+
+    def visit_Name(self, node: ast.Name) -> ast.AST:
+        return copy.deepcopy(self.found.get(node.id, node))
