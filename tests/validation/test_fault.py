@@ -6,15 +6,18 @@ import ast
 import importlib
 import inspect
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from softbody.geometry import sphere
 from softbody.geometry.box import box_inertia
+from validation import faults
 from validation.check import all_checks, check
 from validation.fault import Fault, damaged, plant
-from validation.faults import CAUGHT, ESCAPED, NOT_RUN, Outcome, planted_faults
+from validation.faults import CAUGHT, ESCAPED, NOT_RUN, Outcome, line_of, planted_faults, try_fault
+from validation.record import FAILS, HOLDS
 
 FAULTS = planted_faults()
 HERE = __name__
@@ -119,3 +122,21 @@ def test_a_fault_that_one_of_its_claims_does_not_see_has_escaped() -> None:
     assert Outcome(fault, ("a", "b")).verdict == CAUGHT
     assert Outcome(fault, ("a", "b"), blind=("b",)).verdict == ESCAPED
     assert Outcome(fault, ("a", "b"), why="fcl is not installed").verdict == NOT_RUN
+
+
+def test_a_claim_that_does_not_hold_on_the_sound_core_catches_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(faults, "missing", lambda engines: [])
+    monkeypatch.setattr(faults, "all_checks", lambda: {"a": SimpleNamespace(engines=())})
+    monkeypatch.setattr(faults, "verdicts_with", lambda fault, claims: {"a": FAILS})
+    fault = Fault("a fault", area, "width_", "height")
+    assert try_fault(fault, ("a",), {"a": HOLDS}).verdict == CAUGHT
+    blind = try_fault(fault, ("a",), {"a": FAILS})
+    assert blind.verdict == ESCAPED
+    assert "a does not hold without it" in line_of(blind, {"a": FAILS})
+
+
+def test_a_fault_that_leaves_no_verdict_has_escaped(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(faults, "missing", lambda engines: [])
+    monkeypatch.setattr(faults, "all_checks", lambda: {"a": SimpleNamespace(engines=())})
+    monkeypatch.setattr(faults, "verdicts_with", lambda fault, claims: {})
+    assert try_fault(Fault("a fault", area, "width_", "height"), ("a",), {"a": HOLDS}).verdict == ESCAPED
