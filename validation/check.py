@@ -44,8 +44,7 @@ class Run:
     seed: int
     check_id: str
 
-    @property
-    def rng(self) -> np.random.Generator:
+    def fresh_rng(self) -> np.random.Generator:
         """A fresh generator: the same numbers at every call, others for every check."""
         return np.random.default_rng([self.seed, zlib.crc32(self.check_id.encode())])
 

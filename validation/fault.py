@@ -42,15 +42,19 @@ class Fault:
 
 
 def plant(fault: Fault, root: Path) -> None:
-    """Damage the copy of the core that lies in `root`/softbody; raises ValueError if there is no such place."""
+    """Damage the copy of the core that lies in `root`/softbody; raises ValueError as `damaged` does."""
     path = root.joinpath(*fault.place[0].split("."))
     path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
     path.write_text(damaged(fault, path.read_text(encoding="utf-8")), encoding="utf-8")
 
 
 def damaged(fault: Fault, source: str) -> str:
-    """Return the source of the fault's module with the fault in it; raises ValueError if there is no such place."""
+    """Return the source of the fault's module with the fault in it.
+
+    Raises ValueError, naming the fault, if there is no such place or it is as sound afterwards.
+    """
     tree = ast.parse(source)
+    sound = ast.dump(tree)
     scope = _definition(tree, fault.place[1].split("."))
     if scope is None:
         raise ValueError(f"{fault.name!r}: there is no {'.'.join(fault.place)}; name the function that it is in now")
@@ -66,6 +70,8 @@ def damaged(fault: Fault, source: str) -> str:
         setattr(holder, field, *new)
     else:
         getattr(holder, field)[index : index + len(pattern)] = new or [ast.Pass()]
+    if ast.dump(tree) == sound:
+        raise ValueError(f"{fault.name!r} changes nothing: {fault.find!r} is first met where it is {fault.put!r}")
     return ast.unparse(ast.fix_missing_locations(tree)) + "\n"
 
 

@@ -7,6 +7,8 @@ They must fail.
 
 from __future__ import annotations
 
+import importlib
+import inspect
 import json
 import os
 import shutil
@@ -22,7 +24,7 @@ import click
 
 from validation.check import all_checks
 from validation.engines import missing
-from validation.fault import Fault, plant
+from validation.fault import Fault, damaged, plant
 from validation.record import FAILS, HOLDS, write_whole
 
 ROOT = Path(__file__).parents[1]
@@ -124,6 +126,11 @@ def main(pattern: str, jobs: int, out: Path) -> None:
     }
     if not faults:
         raise click.UsageError(f"no fault and no claim has {pattern!r} in its name")
+    try:
+        for fault in faults:
+            damaged(fault, inspect.getsource(importlib.import_module(fault.place[0])))
+    except ValueError as error:
+        raise click.ClickException(str(error)) from error
     outcomes: list[Outcome] = []
     console = Console(stderr=True)
     columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()

@@ -63,6 +63,11 @@ def test_statements_are_replaced_by_statements_or_left_out() -> None:
     assert damage("if x_ > 0.0:\n    print(y_)\nreturn z_", "return y_").endswith("\nreturn half")
 
 
+def test_a_fault_that_changes_nothing_is_refused() -> None:
+    with pytest.raises(ValueError, match="'a fault' changes nothing"):
+        damage("a_ * b_", "width * height")
+
+
 def test_a_constant_is_named_in_words() -> None:
     fault = Fault("a smaller sphere", "softbody.geometry.sphere.ROUNDING", "1.0 + x_", "1.0 - x_")
     assert "ROUNDING = 1.0 - 2.0 ** (-50)" in damaged(fault, inspect.getsource(sphere))

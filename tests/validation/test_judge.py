@@ -107,5 +107,5 @@ def test_an_erratum_fails_if_the_printed_form_is_as_good():
 
 def test_each_check_has_random_numbers_of_its_own_that_depend_on_the_seed():
     a, b, c = Run("quick", 1, "a"), Run("quick", 1, "b"), Run("quick", 2, "a")
-    assert a.rng.random() == a.rng.random()
-    assert len({a.rng.random(), b.rng.random(), c.rng.random()}) == 3
+    assert a.fresh_rng().random() == a.fresh_rng().random()
+    assert len({a.fresh_rng().random(), b.fresh_rng().random(), c.fresh_rng().random()}) == 3

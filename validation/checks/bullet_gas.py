@@ -30,7 +30,7 @@ SAMPLES = 400  # of ours a period: the crossing between two of them is straight 
 
 def inflated(meshes: dict[str, Mesh], run: Run, count: int) -> list[tuple[str, Mesh, float, float, float]]:
     """Return (kind, mesh, stiffness, gas, mass) of bodies of all sizes that their gas stretches by 5 to 50 %."""
-    rng, bodies = run.rng, []
+    rng, bodies = run.fresh_rng(), []
     for _ in range(count):
         for kind, unit in meshes.items():
             mesh = unit.scaled(10.0 ** rng.uniform(-1.0, 1.0))

@@ -59,7 +59,7 @@ def all_bits(answers: Closest) -> np.ndarray:
 def distance_by_igl(run: Run) -> Comparison:
     from references import igl
 
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, scales, kinds = [], [], [], []
     same = total = 0
     for kind, mesh in varied_meshes(rng).items():
@@ -92,7 +92,7 @@ def distance_by_igl(run: Run) -> Comparison:
 def distance_by_trimesh(run: Run) -> Comparison:
     from references import trimesh
 
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, scales, kinds = [], [], [], []
     worse = total = 0
     for kind, mesh in varied_meshes(rng, 2).items():
@@ -136,7 +136,7 @@ def distance_by_trimesh(run: Run) -> Comparison:
     ),
 )
 def tree_is_exhaustive(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, kinds = [], [], []
     for kind, mesh in varied_meshes(rng).items():
         vertices = mesh.vertices
@@ -175,7 +175,7 @@ def tree_is_exhaustive(run: Run) -> Comparison:
     ),
 )
 def weights_make_the_point(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, scales, kinds = [], [], [], []
     for kind, mesh in varied_meshes(rng).items():
         points = points_near_and_far(mesh, rng, run.count(300, 3_000, 50_000))
@@ -206,7 +206,7 @@ def weights_make_the_point(run: Run) -> Comparison:
     ),
 )
 def distance_is_invariant(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, kinds, scales = [], [], [], []
     factors = {"scaled by 1e6": 1e6, "scaled by 1e-6": 1e-6}
     for mesh in varied_meshes(rng).values():

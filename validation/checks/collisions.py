@@ -141,7 +141,7 @@ KINDS = ("soft–soft", "soft–rigid")
 )
 def collisions_add_no_energy(run: Run) -> Comparison:
     gained, kinds = [], []
-    for seed in run.rng.integers(2**32, size=run.count(2, 10, 40)):
+    for seed in run.fresh_rng().integers(2**32, size=run.count(2, 10, 40)):
         for kind in KINDS:
             for integrator in ("rk4_velocity", "rk4", "symplectic_euler"):
                 gained.append(max(0.0, _gains(kind, int(seed), 0.8, 0.0, integrator)[0]))
@@ -163,7 +163,7 @@ def collisions_add_no_energy(run: Run) -> Comparison:
 )
 def collisions_keep_angular_momentum(run: Run) -> Comparison:
     turned, kinds = [], []
-    for seed in run.rng.integers(2**32, size=run.count(2, 10, 40)):
+    for seed in run.fresh_rng().integers(2**32, size=run.count(2, 10, 40)):
         for kind in KINDS:
             for integrator in ("rk4", "symplectic_euler"):
                 turned.append(_gains(kind, int(seed), 0.8, 0.0, integrator)[1])
@@ -192,7 +192,7 @@ def collisions_keep_angular_momentum(run: Run) -> Comparison:
 )
 def gains_fade_with_the_step(run: Run) -> Comparison:
     left, kinds, notes = [], [], []
-    seeds = [int(seed) for seed in run.rng.integers(2**32, size=run.count(4, 8, 40))]
+    seeds = [int(seed) for seed in run.fresh_rng().integers(2**32, size=run.count(4, 8, 40))]
     for kind in KINDS:
         sums = {part: np.sum([_gains(kind, s, part, 1.0, "rk4") for s in seeds], axis=0) for part in (0.2, 0.1)}
         for k, what in enumerate(("energy", "angular momentum")):
@@ -218,7 +218,7 @@ def gains_fade_with_the_step(run: Run) -> Comparison:
     faults=(ONE_SIDED,),
 )
 def head_on_spheres_bounce(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, kinds, notes = [], [], [], []
     for masses in ((1.0, 1.0), (1.0, 3.0)):
         meshes = _sphere(rng, 3), _sphere(rng, 3)
@@ -262,7 +262,7 @@ def _limit(measure: Callable[[float], np.ndarray]) -> tuple[np.ndarray, float]:
     faults=(Fault("smooth soft bodies that rub", law.combined, "sqrt(a_.friction * b_.friction)", "0.5"),),
 )
 def off_centre_spheres_deflect(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, kinds, notes = [], [], [], []
     for aside in (0.6, 0.3, 0.8)[: run.count(1, 2, 3)]:
 
@@ -300,7 +300,7 @@ def off_centre_spheres_deflect(run: Run) -> Comparison:
 def stiff_sphere_strikes_box(run: Run) -> Comparison:
     from references import analytic
 
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, notes = [], [], []
     for _ in range(run.count(1, 3, 12)):
         strike = tuple(rng.uniform(-0.25, 0.25, 2))
@@ -341,7 +341,7 @@ def stiff_sphere_strikes_box(run: Run) -> Comparison:
     ),
 )
 def symmetric_pairs_stay_symmetric(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     off, kinds = [], []
     for _ in range(run.count(2, 6, 30)):
         for what, mesh in (("spheres", softbody.icosphere(2, RADIUS)), ("tori", softbody.torus(0.36, 0.14, 20, 10))):
@@ -389,7 +389,7 @@ PRISM_FACES = np.array([[0, 2, 1], [3, 4, 5], [0, 1, 4], [0, 4, 3], [1, 2, 5], [
     ),
 )
 def crossed_ridges_hold(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     through = []
     for _ in range(run.count(4, 20, 100)):
         angle, aside, drop = rng.uniform(0.3, 0.7) * np.pi, rng.uniform(-0.2, 0.2, 2), rng.uniform(0.05, 0.3)
@@ -456,7 +456,7 @@ def _point_strikes_box(rng: np.random.Generator) -> tuple[np.ndarray, ...]:
 def patch_strikes_box(run: Run) -> Comparison:
     from references import analytic, printed
 
-    rng = run.rng
+    rng = run.fresh_rng()
     *case, measured = (
         np.array(column) for column in zip(*(_point_strikes_box(rng) for _ in range(run.count(300, 2_000, 20_000))))
     )

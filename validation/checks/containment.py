@@ -90,7 +90,7 @@ def ask_all(shapes: dict[str, Mesh], points: dict[str, np.ndarray], judge: objec
 def random_points_by_trimesh(run: Run) -> Comparison:
     from references import printed, trimesh
 
-    rng = run.rng
+    rng = run.fresh_rng()
     shapes = meshes(rng)
     points = {
         kind: far_from_surface(points_around(mesh, run.count(300, 2_000, 20_000), rng), mesh, trimesh.MARGIN)
@@ -134,7 +134,7 @@ def far_from_surface(points: np.ndarray, mesh: Mesh, band: float) -> np.ndarray:
 def random_points_by_winding_number(run: Run) -> Comparison:
     from references import winding
 
-    rng = run.rng
+    rng = run.fresh_rng()
     shapes = meshes(rng)
     points = {
         kind: far_from_surface(points_around(mesh, run.count(1_000, 5_000, 100_000), rng), mesh, winding.MARGIN)
@@ -166,7 +166,7 @@ def random_points_by_winding_number(run: Run) -> Comparison:
 def stacked_copies(run: Run) -> Comparison:
     from references import printed, winding
 
-    rng = run.rng
+    rng = run.fresh_rng()
     # Not turned: their vertices lie above each other, as those of the paper's bodies do.
     shapes = {
         "torus": softbody.torus(1.0, 0.4, 24, 12),
@@ -208,7 +208,7 @@ def stacked_copies(run: Run) -> Comparison:
 def points_near_the_surface(run: Run) -> Comparison:
     from references import exact
 
-    rng = run.rng
+    rng = run.fresh_rng()
     shapes = {"torus": rotated(softbody.torus(1.0, 0.4, 16, 8), rng), "dented sphere": rotated(dented_sphere(1), rng)}
     points = {}
     for kind, mesh in shapes.items():
@@ -266,7 +266,7 @@ def special_points(mesh: Mesh, rng: np.random.Generator, count: int) -> dict[str
     faults=(COUNTED_AGAIN,),
 )
 def grid_is_exhaustive(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, kinds = [], [], []
     for kind, mesh in varied_meshes(rng).items():
         vertices = mesh.vertices
@@ -306,7 +306,7 @@ def accelerated(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray)
 def random_points_by_igl(run: Run) -> Comparison:
     from references import igl
 
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, kinds = [], [], []
     for kind, mesh in varied_meshes(rng).items():
         points = points_around(mesh, run.count(1_000, 10_000, 220_000), rng)
@@ -334,7 +334,7 @@ def random_points_by_igl(run: Run) -> Comparison:
 def special_points_by_exact_arithmetic(run: Run) -> Comparison:
     from references import exact, igl, trimesh
 
-    rng = run.rng
+    rng = run.fresh_rng()
     judges: dict[str, Judge] = {
         "trimesh with rtree": trimesh.points_in_mesh,
         "libigl winding number": igl.points_in_mesh,
@@ -388,7 +388,7 @@ def special_points_by_exact_arithmetic(run: Run) -> Comparison:
     faults=(NEAR_MISSES,),
 )
 def containment_is_invariant(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, kinds = [], [], []
     for mesh in varied_meshes(rng).values():
         points = points_around(mesh, run.count(500, 3_000, 50_000), rng)
@@ -424,7 +424,7 @@ def containment_is_invariant(run: Run) -> Comparison:
 def convex(run: Run) -> Comparison:
     from references import winding
 
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, kinds = [], [], []
     for _ in range(run.count(2, 10, 100)):
         for kind, mesh in (
@@ -463,7 +463,7 @@ def convex(run: Run) -> Comparison:
 def tetrahedra(run: Run) -> Comparison:
     from references import printed
 
-    rng = run.rng
+    rng = run.fresh_rng()
     weights: list[list[float]] = []
     solved, points, tetrahedra = [], [], []
     while len(weights) < run.count(300, 3_000, 30_000):
@@ -507,7 +507,7 @@ def tetrahedra(run: Run) -> Comparison:
 def triangles(run: Run) -> Comparison:
     from references import printed
 
-    rng = run.rng
+    rng = run.fresh_rng()
     count = run.count(500, 5_000, 100_000)
     measured, expected, misprinted, kinds = [], [], [], []
     for i in range(count):

@@ -69,7 +69,7 @@ def compare(run: Run, judge: Callable[..., bool], margin: float, counts: tuple[i
     """Compare yes or no on every kind, beyond the judge's margin; and count the false hits of face normals alone."""
     measured, expected, kinds, notes = [], [], [], []
     for kind in KINDS:
-        pairs = pairs_of(kind, run.rng, run.count(*counts))
+        pairs = pairs_of(kind, run.fresh_rng(), run.count(*counts))
         false_hits = hits = 0
         for a, b in pairs:
             found, _ = separation(a, b)
@@ -140,7 +140,7 @@ def depth_of_meshes(run: Run) -> Comparison:
 
     measured, expected, kinds = [], [], []
     for kind in KINDS:
-        for a, b in pairs_of(kind, run.rng, run.count(20, 100, 3_000)):
+        for a, b in pairs_of(kind, run.fresh_rng(), run.count(20, 100, 3_000)):
             found, _ = separation(a, b)
             if found < -1e-3:
                 measured.append(found)
@@ -172,7 +172,7 @@ def depth_of_meshes(run: Run) -> Comparison:
 def near_touching_meshes(run: Run) -> Comparison:
     from references import exact
 
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, kinds = [], [], []
     passed = 0
     for kind in ("tetrahedra", "boxes"):

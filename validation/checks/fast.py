@@ -60,7 +60,7 @@ def shoot(target: str, rng: np.random.Generator, make: Callable[..., World] = Wo
     faults=(Fault("a step that is never split", substeps.subdivision, "int(ceil(parts_))", "1"),),
 )
 def nothing_passes_through(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     held, kinds = [], []
     for _ in range(run.count(40, 200, 3_334)):
         for target in TARGETS:

@@ -30,7 +30,7 @@ GRAVITY = -9.81  # [m/s²]
 def motion(run: Run) -> Comparison:
     from references import mujoco_flex
 
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, scales, kinds = [], [], [], []
     for _ in range(run.count(1, 3, 20)):
         for kind in MESH_KINDS:

@@ -152,7 +152,7 @@ def mass_ratio(impacts: Impacts) -> np.ndarray:
 def one_impact_by_bullet(run: Run) -> Comparison:
     from references import pybullet
 
-    impacts = random_impacts(run.rng, run.count(400, 4_000, 40_000))
+    impacts = random_impacts(run.fresh_rng(), run.count(400, 4_000, 40_000))
     judged = pybullet.one_impact(*impacts.bodies(), restitution=impacts.restitution)
     single = judged.count == 1
     expected = np.concatenate(
@@ -172,7 +172,7 @@ def one_impact_by_bullet(run: Run) -> Comparison:
 def _by_closed_form(run: Run, printed_name: str | None) -> Comparison:
     from references import analytic, printed
 
-    rng = run.rng
+    rng = run.fresh_rng()
     impacts = random_impacts(rng, run.count(500, 5_000, 50_000))
     point, normal = contact_points(impacts, rng)
     arguments = (*impacts.bodies(), point, normal, impacts.restitution)
@@ -296,7 +296,7 @@ def turned_inertia(run: Run) -> Comparison:
     ),
 )
 def impact_conserves_momentum(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     impacts = random_impacts(rng, run.count(500, 5_000, 50_000))
     impacts = impacts.select(np.isfinite(impacts.mass_b))
     point, normal = contact_points(impacts, rng)
@@ -362,7 +362,7 @@ def _energy(impacts: Impacts, i: int, velocities: np.ndarray) -> float:
     faults=(RESTITUTION,),
 )
 def restitution_and_energy(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     impacts = random_impacts(rng, run.count(500, 5_000, 50_000))
     point, normal = contact_points(impacts, rng)
     p = impacts.pairs

@@ -76,7 +76,7 @@ def rate_of(world: World, mesh: Mesh) -> float:
 def amplification(run: Run) -> Comparison:
     from references import analytic
 
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, kinds = [], [], []
     for integrator in INTEGRATORS:
         for z in rng.uniform(0.02, 1.8, run.count(5, 30, 300)):
@@ -184,7 +184,7 @@ def error_constant(run: Run) -> Comparison:
 
     measured, expected, kinds = [], [], []
     mesh = softbody.octahedron()
-    for t in run.rng.uniform(0.5, 6.0, run.count(2, 8, 40)):
+    for t in run.fresh_rng().uniform(0.5, 6.0, run.count(2, 8, 40)):
         for integrator, order in (("rk4_velocity", 1), ("rk4", 4), ("symplectic_euler", 1)):
             constants = []
             least = int(np.ceil(t / (0.05 if order == 4 else 0.001)))
@@ -263,7 +263,7 @@ def _step_matrix(integrator: str, mesh: Mesh, z: float) -> np.ndarray:
 def stable_step(run: Run) -> Comparison:
     from references import scipy
 
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, ratios = [], []
     for _ in range(run.count(4, 12, 60)):
         mesh = lumpy_sphere(rng, 1)
@@ -304,7 +304,7 @@ def stable_step(run: Run) -> Comparison:
 def breathing_frequency(run: Run) -> Comparison:
     from references import analytic
 
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, kinds = [], [], []
     for _ in range(run.count(2, 10, 60)):
         for name in ("tetrahedron", "octahedron", "icosahedron"):
@@ -341,7 +341,7 @@ def breathing_frequency(run: Run) -> Comparison:
     faults=(LAST_VELOCITY,),
 )
 def drift(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     measured: list[float] = []
     expected: list[float] = []
     kinds: list[str] = []
@@ -385,7 +385,7 @@ def drift(run: Run) -> Comparison:
     ),
 )
 def energy_gain(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     gains, kinds = [], []
     for integrator in ("rk4_velocity", "symplectic_euler"):
         for _ in range(run.count(1, 3, 10)):
@@ -427,7 +427,7 @@ def breathe(run: Run, precision: str, phase: float) -> Comparison:
     """Compare λ of regular solids after up to one and a half periods, in steps of `phase` (ω h), with SciPy's."""
     from references import scipy
 
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, kinds = [], [], []
     for _ in range(run.count(2, 10, 60)):
         for name in ("tetrahedron", "octahedron", "icosahedron"):
@@ -463,7 +463,7 @@ def breathe(run: Run, precision: str, phase: float) -> Comparison:
     ),
 )
 def momentum(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     before, after, scales, kinds = [], [], [], []
     for integrator in INTEGRATORS:
         for _ in range(run.count(1, 4, 20)):
@@ -515,7 +515,7 @@ def _fall(integrator: str, height: float, speed: float, h: float, steps: int, g:
     ),
 )
 def free_fall(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, kinds = [], [], []
     steps, g = 1000, 9.81
     for integrator in INTEGRATORS:
@@ -553,7 +553,7 @@ def free_fall(run: Run) -> Comparison:
 def speed_of_a_fall(run: Run) -> Comparison:
     from references import printed
 
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, misprinted, kinds = [], [], [], []
     steps, gravity = 10, np.array([0.0, 0.0, -9.81])
     for integrator in INTEGRATORS:

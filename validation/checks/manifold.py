@@ -164,7 +164,7 @@ def bullet_velocities(judged: Any) -> np.ndarray:
 def _bullets(run: Run) -> tuple[Impacts, Any, np.ndarray]:
     from references import pybullet
 
-    impacts = family_impacts(run.rng, run.count(60, 400, 10_000))
+    impacts = family_impacts(run.fresh_rng(), run.count(60, 400, 10_000))
     judged = pybullet.one_impact(*impacts.bodies(), restitution=impacts.restitution)
     return impacts, judged, np.flatnonzero(judged.count > 0)
 
@@ -208,7 +208,7 @@ def _middle(contacts: Any) -> np.ndarray:
 def impacts_by_exact_solve(run: Run) -> Comparison:
     from references import multicontact
 
-    impacts = family_impacts(run.rng, run.count(60, 300, 10_000))
+    impacts = family_impacts(run.fresh_rng(), run.count(60, 300, 10_000))
     scale = before(impacts)
     measured, expected, slow = [], [], 0
     for i in range(len(scale)):
@@ -324,7 +324,7 @@ def end_to_end_by_bullet(run: Run) -> Comparison:
 def conservation(run: Run) -> Comparison:
     from references import multicontact
 
-    impacts = family_impacts(run.rng, run.count(60, 400, 10_000))
+    impacts = family_impacts(run.fresh_rng(), run.count(60, 400, 10_000))
     count, normal, point, _ = manifold.box_pairs_manifolds(impacts.pairs.a, impacts.pairs.b)
     measured, expected, scales, kinds = [], [], [], []
     for i, k in enumerate(count):
@@ -369,7 +369,7 @@ def conservation(run: Run) -> Comparison:
 def depth_and_normal_by_bullet(run: Run) -> Comparison:
     from references import exact, pybullet_world
 
-    pairs = random_box_pairs(run.rng, run.count(300, 3_000, 30_000))
+    pairs = random_box_pairs(run.fresh_rng(), run.count(300, 3_000, 30_000))
     count, normal, _, _ = manifold.box_pairs_manifolds(pairs.a, pairs.b)
     depth = np.array([-separation for separation, _, _ in box_separations(pairs)])
     rows = np.flatnonzero(count > 0)
@@ -414,7 +414,7 @@ def depth_and_normal_by_bullet(run: Run) -> Comparison:
     ),
 )
 def points_on_surfaces(run: Run) -> Comparison:
-    impacts = family_impacts(run.rng, run.count(100, 1_000, 10_000))
+    impacts = family_impacts(run.fresh_rng(), run.count(100, 1_000, 10_000))
     p = impacts.pairs
     count, normal, point, depth = manifold.box_pairs_manifolds(p.a, p.b)
     extent = p.extent
@@ -482,7 +482,7 @@ def points_by_bullet(run: Run) -> Comparison:
 def one_impact_by_mujoco(run: Run) -> Comparison:
     from references import mujoco
 
-    rng = run.rng
+    rng = run.fresh_rng()
     impacts = random_impacts(rng, run.count(100, 1_000, 10_000))
     point, normal = contact_points(impacts, rng)
     return Comparison(
@@ -509,7 +509,7 @@ def one_impact_by_mujoco(run: Run) -> Comparison:
 def particle_on_box(run: Run) -> Comparison:
     from references import analytic, printed
 
-    rng = run.rng
+    rng = run.fresh_rng()
     count = run.count(500, 5_000, 50_000)
     size, x, v, w, u = rng.uniform(0.4, 2.0, (count, 3)), *rng.normal(size=(4, count, 3))
     q = random_orientations(rng, count)

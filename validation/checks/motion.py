@@ -40,7 +40,7 @@ def spun(size: np.ndarray, q: np.ndarray, spin: np.ndarray, seconds: float, h: f
 
 def spins(run: Run, count: int) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Return sizes, orientations and spins of boxes with three different inertias."""
-    rng = run.rng
+    rng = run.fresh_rng()
     return [(np.array([1.0, 0.6, 0.3]) * rng.uniform(0.8, 1.2, 3), q, 2.0 * rng.normal(size=3)) for q in random_orientations(rng, count)]  # fmt: skip  # noqa: E501
 
 
@@ -184,7 +184,7 @@ def bounce_heights(run: Run) -> Comparison:
     faults=(FRICTION,),
 )
 def sliding_distance(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected = [], []
     for _ in range(run.count(4, 20, 200)):
         friction, speed, angle = rng.uniform(0.2, 0.8), rng.uniform(1.0, 3.0), rng.uniform(0.0, 2.0 * np.pi)
@@ -213,7 +213,7 @@ def sliding_distance(run: Run) -> Comparison:
     faults=(FRICTION,),
 )
 def incline(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, kinds = [], [], []
     for i in range(run.count(6, 20, 200)):
         friction = rng.uniform(0.2, 0.8)
@@ -244,7 +244,7 @@ def incline(run: Run) -> Comparison:
     faults=(Fault("a corner that the ground does not see", box_contacts._add_ground_contacts, "range(8)", "range(7)"),),
 )
 def toppling(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected = [], []
     for i in range(run.count(6, 30, 200)):
         width, height = rng.uniform(0.4, 1.0), rng.uniform(0.8, 1.5)
@@ -338,7 +338,7 @@ def _rest(position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
 def pile(run: Run) -> Comparison:
     from references.pybullet_world import BulletWorld
 
-    rng = run.rng
+    rng = run.fresh_rng()
     count, h = run.count(30, 120, 1000), 1.0 / 240.0
     # Without its gyroscopic torque even a free box would not keep its energy.
     world, bullet = World(gyroscopic=True), BulletWorld(h, world_iterations())
@@ -405,7 +405,7 @@ def pile(run: Run) -> Comparison:
     ),
 )
 def deep_start(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, kinds = [], []
     for _ in range(run.count(5, 30, 300)):
         world = World(gravity=(0.0, 0.0, 0.0))

@@ -86,7 +86,7 @@ def rows(points: np.ndarray, mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
     ),
 )
 def accelerated_is_exhaustive(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, kinds = [], []
     for kind, mesh in varied_meshes(rng).items():
         for _ in range(run.count(2, 6, 60)):
@@ -124,7 +124,7 @@ def accelerated_is_exhaustive(run: Run) -> Comparison:
     ),
 )
 def an_order_of_magnitude_faster(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     ratios, kinds, ours, theirs, counts = [], [], [], [], []
     for subdivisions in {"quick": (3, 4), "standard": (3, 4), "full": (3, 4, 5, 6)}[run.level]:
         mesh = rotated(softbody.icosphere(subdivisions), rng)
@@ -169,7 +169,7 @@ def an_order_of_magnitude_faster(run: Run) -> Comparison:
     ),
 )
 def spheres_hold_their_points(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     holds, kinds = [], []
     for _ in range(run.count(10, 30, 1_000)):
         for kind in ("lumpy sphere", "box", "torus"):

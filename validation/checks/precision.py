@@ -85,7 +85,7 @@ def threads_leave_every_bit(run: Run) -> Comparison:
     for precision in ("double", "single")[: run.count(1, 1, 2)]:  # each is compiled for threads anew
         states = []
         for threads in (1, 2, 3):  # shares of the work, whatever the machine has to do them on
-            rng = run.rng
+            rng = run.fresh_rng()
             world = World(gravity=(0.0, 0.0, 0.0), precision=precision)
             for k in range(9):
                 mesh = lumpy_sphere(rng, 5 if k == 4 else 2)

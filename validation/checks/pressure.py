@@ -49,7 +49,7 @@ def _mean_distance(world: World) -> float:
     faults=(PRESSURE,),
 )
 def virial_identity(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, kinds = [], [], []
     for _ in range(run.count(1, 4, 30)):
         stiffness, gas = rng.uniform(50.0, 200.0), rng.uniform(20.0, 100.0)
@@ -82,7 +82,7 @@ def virial_identity(run: Run) -> Comparison:
 def equilibrium_scale(run: Run) -> Comparison:
     from references import analytic
 
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, kinds = [], [], []
     for _ in range(run.count(5, 30, 300)):
         stiffness, radius = rng.uniform(10.0, 1000.0), rng.uniform(0.3, 2.0)
@@ -123,7 +123,7 @@ def equilibrium_scale(run: Run) -> Comparison:
 def ideal_gas_law(run: Run) -> Comparison:
     from references import trimesh
 
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected = [], []
     for _ in range(run.count(5, 30, 300)):
         mesh = random_mesh(str(rng.choice(["sphere", "torus", "lumpy sphere"])), rng)
@@ -149,7 +149,7 @@ def ideal_gas_law(run: Run) -> Comparison:
 def gas_laws(run: Run) -> Comparison:
     from references import analytic
 
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, kinds = [], [], []
     for name in ("tetrahedron", "octahedron", "icosahedron"):
         world = World(gravity=(0.0, 0.0, 0.0))
@@ -208,7 +208,7 @@ def limits(run: Run) -> Comparison:
 def scaling(run: Run) -> Comparison:
     from references import scipy
 
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected = [], []
     mesh = softbody.torus(1.0, 0.4, 12, 6)
     i, j = mesh.edges.T
@@ -249,7 +249,7 @@ def scaling(run: Run) -> Comparison:
 def shape_at_rest(run: Run) -> Comparison:
     from references import scipy
 
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, scales, kinds = [], [], [], []
     for _ in range(run.count(1, 3, 20)):
         for kind, mesh in (("sphere", softbody.icosphere(2)), ("torus", softbody.torus(1.0, 0.4, 16, 8))):
@@ -300,7 +300,7 @@ def _pressure_force(mesh: Mesh, pascal: float) -> np.ndarray:
 def force_is_gradient_of_volume(run: Run) -> Comparison:
     from references import scipy
 
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, scales = [], [], []
     for _ in range(run.count(3, 10, 100)):
         mesh, pascal = lumpy_sphere(rng), 10.0 ** rng.uniform(-2.0, 5.0)
@@ -330,7 +330,7 @@ def force_is_gradient_of_volume(run: Run) -> Comparison:
     ),
 )
 def no_net_force_or_torque(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     nets, kinds = [], []
     for _ in range(run.count(3, 20, 200)):
         mesh = lumpy_sphere(rng)

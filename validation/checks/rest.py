@@ -56,7 +56,7 @@ def _press(rng: np.random.Generator, subdivisions: int, mass: float, plate: floa
 
 
 def _pressed_spheres(run: Run) -> dict[str, Pressed]:
-    rng = run.rng
+    rng = run.fresh_rng()
     cases: dict[str, Pressed] = {}
     for k in range(run.count(1, 2, 8)):
         fine = 4 if run.level == "full" and k == 0 else 3
@@ -112,7 +112,7 @@ def reactions_carry_the_weight(run: Run) -> Comparison:
     faults=(Fault("a gas of half the pressure", pressure.gas_pressure, "gas_ / volume_", "0.5 * gas_ / volume_"),),
 )
 def pressure_carries_the_load(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     outside, kinds, notes = [], [], []
     for mass in (4.0, 2.0, 3.0)[: run.count(1, 3, 3)] * run.count(1, 1, 6):
         pressed = _press(rng, 3, mass, None)
@@ -234,7 +234,7 @@ def box_never_goes_through(run: Run) -> Comparison:
 def stacked_boxes_stay(run: Run) -> Comparison:
     from references import printed
 
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, turned = [], []
     step = 1e-3
     for _ in range(run.count(20, 100, 1_000)):

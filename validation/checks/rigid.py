@@ -38,7 +38,7 @@ PIECE = "softbody.dynamics.rigid_boxes.advance_boxes"
 def thrown_box(run: Run) -> Comparison:
     from references import printed
 
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, ways, misprinted = [], [], [], []
     for _ in range(run.count(5, 30, 300)):
         gravity, start, speed = rng.normal(size=3), rng.normal(size=3), rng.normal(size=3)
@@ -77,7 +77,7 @@ def thrown_box(run: Run) -> Comparison:
     ),
 )
 def spinning_box(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected = [], []
     for _ in range(run.count(5, 50, 500)):
         start, spin = random_orientations(rng, 1)[0], 2.0 * rng.normal(size=3)

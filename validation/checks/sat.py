@@ -51,7 +51,7 @@ def separations(pairs: BoxPairs, paper_axes: bool = False) -> np.ndarray:
 def random_pairs(run: Run) -> Comparison:
     from references import fcl
 
-    pairs = random_box_pairs(run.rng, run.count(2_000, 20_000, 1_000_000))
+    pairs = random_box_pairs(run.fresh_rng(), run.count(2_000, 20_000, 1_000_000))
     expected = fcl.boxes_overlap(*pairs)
     measured = sat_boxes.box_pairs_overlap(pairs.a, pairs.b)
     paper = sat_boxes.box_pairs_overlap(pairs.a, pairs.b, True)
@@ -114,7 +114,7 @@ def near_ties(rng: np.random.Generator, count: int) -> tuple[BoxPairs, np.ndarra
 def near_touching_pairs(run: Run) -> Comparison:
     from references import exact
 
-    pairs, kinds = near_ties(run.rng, run.count(200, 2_000, 100_000))
+    pairs, kinds = near_ties(run.fresh_rng(), run.count(200, 2_000, 100_000))
     signs = exact.boxes_overlap(*pairs)
     found = separations(pairs)
     clear = np.abs(found) > 4e-15 * pairs.extent
@@ -150,7 +150,7 @@ def who_was_right(pairs: BoxPairs, truth: np.ndarray, ours: np.ndarray) -> list[
 def random_pairs_by_coal(run: Run) -> Comparison:
     from references import coal, exact
 
-    pairs = random_box_pairs(run.rng, run.count(1_000, 10_000, 1_000_000))
+    pairs = random_box_pairs(run.fresh_rng(), run.count(1_000, 10_000, 1_000_000))
     measured = sat_boxes.box_pairs_overlap(pairs.a, pairs.b)
     expected = coal.boxes_overlap(*pairs)
     trusted = np.abs(separations(pairs)) > coal.MARGIN * pairs.extent
@@ -201,7 +201,7 @@ def families_of_poses(run: Run) -> Comparison:
     from references import fcl
 
     measured, expected, kinds, notes = [], [], [], []
-    for kind, pairs in pose_families(run.rng, run.count(300, 2_000, 50_000)).items():
+    for kind, pairs in pose_families(run.fresh_rng(), run.count(300, 2_000, 50_000)).items():
         trusted = pairs.select(np.abs(separations(pairs)) > fcl.MARGIN * pairs.extent)
         truth = fcl.boxes_overlap(*trusted)
         paper = sat_boxes.box_pairs_overlap(trusted.a, trusted.b, True)
@@ -231,7 +231,7 @@ def families_of_poses(run: Run) -> Comparison:
 def separation_by_exact_arithmetic(run: Run) -> Comparison:
     from references import exact
 
-    pairs = random_box_pairs(run.rng, run.count(200, 1_500, 50_000))
+    pairs = random_box_pairs(run.fresh_rng(), run.count(200, 1_500, 50_000))
     found = separations(pairs)
     kinds = np.where(found < 0.0, "depth", "gap")
     return Comparison(found, exact.box_separation(*pairs), pairs.extent, kinds)
@@ -260,7 +260,7 @@ def separation_by_exact_arithmetic(run: Run) -> Comparison:
 def contact_by_fcl(run: Run) -> Comparison:
     from references import fcl
 
-    pairs = random_box_pairs(run.rng, run.count(500, 4_000, 100_000))
+    pairs = random_box_pairs(run.fresh_rng(), run.count(500, 4_000, 100_000))
     answers = box_separations(pairs)
     ours, normals = np.array([a[0] for a in answers]), np.array([a[1] for a in answers])
     deep = ours < -1e-3 * pairs.extent
@@ -297,7 +297,7 @@ def contact_by_fcl(run: Run) -> Comparison:
 def depth(run: Run) -> Comparison:
     from references import fcl
 
-    pairs = random_box_pairs(run.rng, run.count(1_000, 5_000, 100_000))
+    pairs = random_box_pairs(run.fresh_rng(), run.count(1_000, 5_000, 100_000))
     ours = separations(pairs)
     judged = fcl.box_distance(*pairs)
     # For boxes apart, the distance is not along an axis of the test, and can only be larger.
@@ -326,7 +326,7 @@ def depth(run: Run) -> Comparison:
 def paper_axes_never_miss(run: Run) -> Comparison:
     from references import fcl, printed
 
-    pairs = random_box_pairs(run.rng, run.count(1_000, 10_000, 100_000), low=0.1, high=3.0)
+    pairs = random_box_pairs(run.fresh_rng(), run.count(1_000, 10_000, 100_000), low=0.1, high=3.0)
     overlapping = fcl.boxes_overlap(*pairs)
     hits = pairs.select(overlapping)
     return Comparison(
@@ -349,7 +349,7 @@ def paper_axes_never_miss(run: Run) -> Comparison:
     faults=(LESS_REACH,),
 )
 def invariance(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     pairs = random_box_pairs(rng, run.count(500, 3_000, 30_000))
     before = separations(pairs)
     turn = random_orientations(rng, 1)[0]

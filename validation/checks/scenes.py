@@ -222,7 +222,7 @@ def torus_stays_upright(run: Run) -> Comparison:
     ),
 )
 def order_does_not_matter(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     apart, kinds = [], []
     for trial in range(run.count(1, 3, 10)):
         aside = rng.uniform(-0.03, 0.03, 2)
@@ -275,7 +275,7 @@ def _soft_body(world: World, rng: np.random.Generator, size: float, position: np
     ),
 )
 def overlaps_do_not_explode(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     grown, kinds = [], []
     for _ in range(run.count(2, 6, 40)):
         for kind, apart in (("half inside", 0.5), ("inside", 0.0), ("box half inside", 0.5), ("box inside", 0.0)):
@@ -314,7 +314,7 @@ def overlaps_do_not_explode(run: Run) -> Comparison:
     faults=(BOXES_UNMET,),
 )
 def overlaps_part(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     depths, kinds = [], []
     for _ in range(run.count(2, 5, 30)):
         for kind in ("soft", "box"):
@@ -361,7 +361,7 @@ def overlaps_part(run: Run) -> Comparison:
     ),
 )
 def mixtures_stay_sane(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     sane, kinds = [], []
     for trial in range(run.count(2, 5, 40)):
         huge = trial % 2 == 1

@@ -63,7 +63,7 @@ def forces(run: Run, precision: str) -> tuple[list[np.ndarray], list[np.ndarray]
     """Return the core's and SciPy's forces (n, 3) [N] on bodies of all kinds, their kinds, and their worlds."""
     from references import scipy
 
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, kinds, worlds = [], [], [], []
     for n in range(run.count(2, 6, 40)):
         for kind in MESH_KINDS:
@@ -101,7 +101,7 @@ def forces(run: Run, precision: str) -> tuple[list[np.ndarray], list[np.ndarray]
     ),
 )
 def same_anywhere(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, scales, kinds = [], [], [], []
     for _ in range(run.count(1, 4, 20)):
         mesh = lumpy_sphere(rng, 2)
@@ -187,7 +187,7 @@ def refinement(run: Run) -> Comparison:
 def damped_springs(run: Run) -> Comparison:
     from references import analytic
 
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, kinds = [], [], []
     for _ in range(run.count(2, 10, 60)):
         for name in ("tetrahedron", "octahedron", "icosahedron"):
@@ -221,7 +221,7 @@ def damped_springs(run: Run) -> Comparison:
     faults=(Fault("drag off by 1e-9", ring_forces.add_load, "load_.drag / mass_", "1.000000001 * load_.drag / mass_"),),
 )
 def drag_push_and_pins(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, kinds = [], [], []
     for _ in range(run.count(2, 8, 40)):
         mesh, rate = lumpy_sphere(rng, 1), rng.uniform(0.5, 3.0)

@@ -36,7 +36,7 @@ def _flat(matrix: object) -> np.ndarray:
 def closed_forms(run: Run) -> Comparison:
     from references import analytic
 
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, kinds = [], [], []
     for _ in range(run.count(10, 40, 400)):
         radius, minor, size = rng.uniform(0.1, 5.0), rng.uniform(0.1, 0.9), rng.uniform(0.1, 3.0, 3)
@@ -61,7 +61,7 @@ def closed_forms(run: Run) -> Comparison:
 
 def _against_trimesh(run: Run, measure: object, judge: object, scale: object) -> Comparison:
     """Compare a measure of random meshes; `scale` makes its error relative."""
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, scales, kinds = [], [], [], []
     for _ in range(run.count(4, 20, 200)):
         for kind in MESH_KINDS:
@@ -185,7 +185,7 @@ def inertia_of_meshes(run: Run) -> Comparison:
 def volume_far_away(run: Run) -> Comparison:
     from references import trimesh
 
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, offsets = [], [], []
     for _ in range(run.count(3, 10, 100)):
         for distance in (1e2, 1e3, 1e4, 1e5, 1e6):
@@ -225,7 +225,7 @@ def volume_far_away(run: Run) -> Comparison:
 def inertia_of_boxes(run: Run) -> Comparison:
     from references import analytic, printed, trimesh
 
-    rng = run.rng
+    rng = run.fresh_rng()
     measured, expected, wrong, judges = [], [], [], []
     for _ in range(run.count(10, 100, 1000)):
         size, mass = rng.uniform(0.1, 3.0, 3), rng.uniform(0.1, 10.0)
@@ -258,7 +258,7 @@ def inertia_of_boxes(run: Run) -> Comparison:
 def volume_does_not_depend_on_the_origin(run: Run) -> Comparison:
     from references import analytic, printed
 
-    rng = run.rng
+    rng = run.fresh_rng()
     mesh = softbody.torus(1.0, 0.4, 48, 24)
     offsets = [np.zeros(3), np.full(3, 5.0), *rng.uniform(-5.0, 5.0, (run.count(5, 20, 200), 3))]
     moved = [mesh.vertices + offset for offset in offsets]

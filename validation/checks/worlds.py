@@ -128,7 +128,7 @@ KINDS = [(kind, count) for kind in ("soft–soft", "soft–rigid") for count in 
     ),
 )
 def impulses_keep_momenta(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     before, after, kinds = [], [], []
     for _ in range(run.count(150, 1_000, 10_000)):
         for kind, count in KINDS:
@@ -169,7 +169,7 @@ def impulses_keep_momenta(run: Run) -> Comparison:
     ),
 )
 def impulses_add_no_energy(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     gained, kinds = [], []
     for _ in range(run.count(300, 2_000, 20_000)):
         for kind, count in KINDS:
@@ -201,7 +201,7 @@ def impulses_add_no_energy(run: Run) -> Comparison:
     ),
 )
 def colliding_spheres_keep_momentum(run: Run) -> Comparison:
-    rng = run.rng
+    rng = run.fresh_rng()
     before, after, notes = [], [], []
     for _ in range(run.count(1, 3, 20)):
         world = World(gravity=(0.0, 0.0, 0.0))
