@@ -17,7 +17,7 @@ faults: .venv/ready  ## damage the core under every claim, and see that it turns
 	$(RUN) -m validation.faults $(ARGS)
 
 matrix: .venv/ready  ## the README's example and a scene's bits on every Python that is here, and on every Numba
-	$(RUN) tests/matrix.py --uv $(UV) $(ARGS)
+	$(RUN) -m tests.matrix --uv $(UV) $(ARGS)
 
 lint: .venv/ready  ## formatting, lint, types and the walls between the packages
 	.venv/bin/ruff format --check .

@@ -17,9 +17,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import click
-from readme_example import readme_example
 
 from softbody.compile_once import FIRST, LAST
+from tests.readme_example import readme_example
 
 ROOT = Path(__file__).parents[1]
 OLDEST_PYTHON = 10  # 3.10

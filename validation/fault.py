@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import ast
 import copy
+import shutil
 import textwrap
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -40,12 +41,29 @@ class Fault:
         function = getattr(self.where, "py_func", self.where)
         return function.__module__, function.__qualname__
 
+    @property
+    def has_switch(self) -> bool:
+        """Whether it may be in a compiled core and asleep: a constant is compiled into kernels."""
+        return not isinstance(self.where, str)
 
-def plant(fault: Fault, root: Path) -> None:
-    """Damage the copy of the core that lies in `root`/softbody; raises ValueError as `damaged` does."""
-    path = root.joinpath(*fault.place[0].split("."))
-    path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
+
+def plant(fault: Fault, core: Path) -> None:
+    """Damage the copy of the core that is the folder `core`; raises ValueError as `damaged` does."""
+    path = _file(fault, core)
     path.write_text(damaged(fault, path.read_text(encoding="utf-8")), encoding="utf-8")
+
+
+def plant_switched(faults: Mapping[int, Fault], core: Path) -> None:
+    """Plant faults in the copy of the core that is the folder `core`, each asleep until SOFTBODY_FAULT is its number.
+
+    So they are all compiled at once. Raises ValueError as `damaged` does.
+    """
+    by_file: dict[Path, dict[int, Fault]] = {}
+    for number, fault in faults.items():
+        by_file.setdefault(_file(fault, core), {})[number] = fault
+    for path, here in by_file.items():
+        path.write_text(switched(here, path.read_text(encoding="utf-8")), encoding="utf-8")
+    shutil.copy(Path(__file__).with_name("switch.py"), core / "switch.py")
 
 
 def damaged(fault: Fault, source: str) -> str:
@@ -54,7 +72,42 @@ def damaged(fault: Fault, source: str) -> str:
     Raises ValueError, naming the fault, if there is no such place or it is as sound afterwards.
     """
     tree = ast.parse(source)
-    sound = ast.dump(tree)
+    _exchange(tree, *_change(fault, tree))
+    return ast.unparse(ast.fix_missing_locations(tree)) + "\n"
+
+
+def switched(faults: Mapping[int, Fault], source: str) -> str:
+    """Return the source of a module with all its faults in it, each behind a switch; raises ValueError as `damaged`."""
+    tree = ast.parse(source)
+    changes = [(number, *_change(fault, tree)) for number, fault in faults.items()]
+    for number, sound, broken in sorted(changes, key=lambda change: -len(change[1])):  # the larger around the smaller
+        test = ast.parse(f"is_planted({number})", mode="eval").body
+        if isinstance(sound[0], ast.expr):
+            switch: ast.AST = ast.IfExp(test, broken[0], sound[0])
+        else:
+            switch = ast.If(test, broken, sound)
+        _exchange(tree, sound, [switch])
+    tree.body[_first_import(tree) :] = [*_statements(_IMPORT), *tree.body[_first_import(tree) :]]
+    return ast.unparse(ast.fix_missing_locations(tree)) + "\n"
+
+
+_IMPORT = "from softbody.switch import is_planted"
+
+
+def _first_import(tree: ast.Module) -> int:
+    """Return where a module may import: after its docstring and what it takes from the future."""
+    late = [k for k, node in enumerate(tree.body) if isinstance(node, ast.ImportFrom) and node.module == "__future__"]
+    return late[-1] + 1 if late else int(ast.get_docstring(tree) is not None)
+
+
+def _file(fault: Fault, core: Path) -> Path:
+    """Return the file of the fault's module, in a copy of the core."""
+    path = core.joinpath(*fault.place[0].split(".")[1:])
+    return path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
+
+
+def _change(fault: Fault, tree: ast.Module) -> tuple[list[Any], list[Any]]:
+    """Return the nodes of a tree that a fault is about, one expression or a row of statements, and what they become."""
     scope = _definition(tree, fault.place[1].split("."))
     if scope is None:
         raise ValueError(f"{fault.name!r}: there is no {'.'.join(fault.place)}; name the function that it is in now")
@@ -64,15 +117,24 @@ def damaged(fault: Fault, source: str) -> str:
     match = next(islice(_matches(scope, pattern), fault.nth, None), None)
     if match is None:
         raise ValueError(f"{fault.name!r}: {'.'.join(fault.place)} holds no {fault.find!r}; plant the fault elsewhere")
-    holder, field, index, found = match
-    new = [_Fill(found).visit(copy.deepcopy(node)) for node in replacement]
-    if index is None:
-        setattr(holder, field, *new)
-    else:
-        getattr(holder, field)[index : index + len(pattern)] = new or [ast.Pass()]
-    if ast.dump(tree) == sound:
+    sound, found = match
+    broken = [_Fill(found).visit(copy.deepcopy(node)) for node in replacement] or [ast.Pass()]
+    if [ast.dump(node) for node in broken] == [ast.dump(node) for node in sound]:
         raise ValueError(f"{fault.name!r} changes nothing: {fault.find!r} is first met where it is {fault.put!r}")
-    return ast.unparse(ast.fix_missing_locations(tree)) + "\n"
+    return sound, broken
+
+
+def _exchange(tree: ast.AST, old: list[Any], new: list[Any]) -> None:
+    """Put nodes in place of others, which stand in the tree in this order."""
+    for holder in ast.walk(tree):
+        for field, value in ast.iter_fields(holder):
+            if value is old[0]:
+                setattr(holder, field, new[0])
+                return
+            for k, node in enumerate(value if isinstance(value, list) else ()):
+                if node is old[0]:
+                    value[k : k + len(old)] = new
+                    return
 
 
 def _definition(tree: ast.AST, path: list[str]) -> ast.AST | None:
@@ -97,19 +159,16 @@ def _is_expression(code: list[Any]) -> bool:
     return len(code) == 1 and isinstance(code[0], ast.Expr)
 
 
-Match = tuple[ast.AST, str, int | None, dict[str, ast.AST]]
-
-
-def _matches(scope: ast.AST, pattern: list[Any]) -> Iterator[Match]:
-    """Yield where the pattern matches, top to bottom: (node, its field, index in it or None, what names stand for)."""
-    for field, value in ast.iter_fields(scope):
+def _matches(scope: ast.AST, pattern: list[Any]) -> Iterator[tuple[list[Any], dict[str, ast.AST]]]:
+    """Yield what matches the pattern, top to bottom: the nodes, and what names stand for."""
+    for _, value in ast.iter_fields(scope):
         rows = value if isinstance(value, list) else [value]
         for index, node in enumerate(rows):
             if not isinstance(node, ast.AST):
                 continue
             found: dict[str, ast.AST] = {}
             if _same(pattern, rows[index : index + len(pattern)], found):
-                yield scope, field, index if isinstance(value, list) else None, found
+                yield rows[index : index + len(pattern)], found
             yield from _matches(node, pattern)
 
 

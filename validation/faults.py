@@ -1,14 +1,13 @@
 """Every claim can fail: damage the core under it, and it turns red. `python -m validation.faults` shows all of it.
 
-First the claims are judged on the core as it is, where they must hold. Then each fault that a claim names is planted in
-a copy of the core, and the claims that name it are judged on that copy by the real command, in a process of their own.
-They must fail.
+All faults that claims name are planted in one copy of the core, each asleep behind a switch, so that it is compiled
+once. First the claims are judged while all are asleep, and must hold. Then one fault after the other is woken, and the
+claims that name it are judged by the real command, in a process of their own, and must fail. A fault in a constant,
+which no switch can change while kernels run, has a copy of its own.
 """
 
 from __future__ import annotations
 
-import importlib
-import inspect
 import json
 import os
 import shutil
@@ -24,7 +23,7 @@ import click
 
 from validation.check import all_checks
 from validation.engines import missing
-from validation.fault import Fault, damaged, plant
+from validation.fault import Fault, plant, plant_switched
 from validation.record import FAILS, HOLDS, write_whole
 
 ROOT = Path(__file__).parents[1]
@@ -48,6 +47,47 @@ class Outcome:
         return NOT_RUN if self.why else ESCAPED if self.blind else CAUGHT
 
 
+class Bench:
+    """Copies of the core in a folder, damaged, to judge claims on."""
+
+    def __init__(self, faults: Iterable[Fault], folder: Path) -> None:
+        """Plant the faults; raises ValueError for one that has no place."""
+        self._folder = folder
+        self._number = {fault: number for number, fault in enumerate(faults)}
+        plant_switched({k: fault for fault, k in self._number.items() if fault.has_switch}, self._copy("switched"))
+        for fault, number in self._number.items():
+            if not fault.has_switch:
+                plant(fault, self._copy(str(number)))
+
+    def _copy(self, name: str) -> Path:
+        """Return a copy of the core."""
+        core = self._folder / name / "softbody"
+        shutil.copytree(ROOT / "softbody", core, ignore=shutil.ignore_patterns("__pycache__"))
+        return core
+
+    def verdicts(self, claims: Iterable[str], fault: Fault | None = None, jobs: int = 1) -> dict[str, str]:
+        """Judge claims, at level quick, with a fault, if any; return the verdicts there are."""
+        number = -1 if fault is None else self._number[fault]
+        place = self._folder / ("switched" if fault is None or fault.has_switch else str(number))
+        command = [sys.executable, "-m", "validation", "--level", "quick", "--no-timings", "--jobs", str(jobs)]
+        command += [argument for claim in claims for argument in ("-k", claim)]
+        # The working folder comes first on the path: the core is the copy there, everything else the repository's.
+        environment = {**os.environ, "PYTHONPATH": str(ROOT), "SOFTBODY_FAULT": str(number)}
+        with tempfile.TemporaryDirectory(dir=self._folder) as out:
+            try:
+                subprocess.run(
+                    [*command, "--out", out],
+                    cwd=place,
+                    env=environment,
+                    capture_output=True,
+                    timeout=None if fault is None else PATIENCE,
+                )
+                report = json.loads(Path(out, "report.json").read_text(encoding="utf-8"))
+            except (subprocess.TimeoutExpired, FileNotFoundError):
+                return {}
+        return {claim["id"]: claim["verdict"] for claim in report["claims"]}
+
+
 def planted_faults() -> dict[Fault, tuple[str, ...]]:
     """Return every fault, in the order of the claims, and the claims that name it."""
     claims: dict[Fault, tuple[str, ...]] = {}
@@ -57,44 +97,21 @@ def planted_faults() -> dict[Fault, tuple[str, ...]]:
     return claims
 
 
-def try_fault(fault: Fault, claims: tuple[str, ...], sound: dict[str, str]) -> Outcome:
-    """Plant one fault in a copy of the core, and judge the claims there; `sound` are their verdicts without it."""
+def try_fault(fault: Fault, claims: tuple[str, ...], bench: Bench, sound: dict[str, str]) -> Outcome:
+    """Judge claims with one fault in the core; `sound` are their verdicts without it."""
     absent = missing(tuple(engine for claim in claims for engine in all_checks()[claim].engines))
     if absent:
         return Outcome(fault, claims, why=f"{', '.join(absent)} is not installed")
-    verdicts = verdicts_with(fault, claims)
+    verdicts = bench.verdicts(claims, fault)
     seen = {claim for claim in claims if verdicts.get(claim) == FAILS and sound.get(claim) == HOLDS}
     return Outcome(fault, claims, tuple(claim for claim in claims if claim not in seen))
 
 
-def verdicts_with(fault: Fault | None, claims: Iterable[str], jobs: int = 1) -> dict[str, str]:
-    """Judge claims, at level quick, on a copy of the core with a fault in it, if any; return the verdicts there are."""
-    command = [sys.executable, "-m", "validation", "--level", "quick", "--no-timings", "--jobs", str(jobs)]
-    for claim in claims:
-        command += ["-k", claim]
-    with tempfile.TemporaryDirectory() as folder:
-        place = Path(folder)
-        shutil.copytree(ROOT / "softbody", place / "softbody", ignore=shutil.ignore_patterns("__pycache__"))
-        if fault is not None:
-            plant(fault, place)
-        # The working folder comes first on the path: the core is the copy there, everything else the repository's.
-        environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-        patience = PATIENCE if fault is not None else None
-        try:
-            subprocess.run(
-                [*command, "--out", "out"], cwd=place, env=environment, capture_output=True, timeout=patience
-            )
-            report = json.loads((place / "out" / "report.json").read_text(encoding="utf-8"))
-        except (subprocess.TimeoutExpired, FileNotFoundError):
-            return {}
-    return {claim["id"]: claim["verdict"] for claim in report["claims"]}
-
-
-def try_all(faults: dict[Fault, tuple[str, ...]], sound: dict[str, str], jobs: int) -> Iterator[Outcome]:
+def try_all(faults: dict[Fault, tuple[str, ...]], bench: Bench, sound: dict[str, str], jobs: int) -> Iterator[Outcome]:
     """Try faults, so many at a time, and yield what becomes of each as it ends."""
     pool = ThreadPoolExecutor(jobs)
     try:
-        for future in as_completed([pool.submit(try_fault, *item, sound) for item in faults.items()]):
+        for future in as_completed([pool.submit(try_fault, *item, bench, sound) for item in faults.items()]):
             yield future.result()
     finally:
         pool.shutdown(cancel_futures=True)
@@ -126,23 +143,23 @@ def main(pattern: str, jobs: int, out: Path) -> None:
     }
     if not faults:
         raise click.UsageError(f"no fault and no claim has {pattern!r} in its name")
-    try:
-        for fault in faults:
-            damaged(fault, inspect.getsource(importlib.import_module(fault.place[0])))
-    except ValueError as error:
-        raise click.ClickException(str(error)) from error
     outcomes: list[Outcome] = []
     console = Console(stderr=True)
     columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
+    bar = Progress(*columns, TextColumn("left:"), TimeRemainingColumn(), console=console)
     interrupted = False
-    with Progress(*columns, TextColumn("left:"), TimeRemainingColumn(), console=console) as bar:
+    with tempfile.TemporaryDirectory() as folder, bar:
+        try:
+            bench = Bench(faults, Path(folder))
+        except ValueError as error:
+            raise click.ClickException(str(error)) from error
         task = bar.add_task("the claims without faults", total=len(faults))
         try:
-            sound = verdicts_with(None, sorted({claim for claims in faults.values() for claim in claims}), jobs)
+            sound = bench.verdicts(sorted({claim for claims in faults.values() for claim in claims}), jobs=jobs)
             bar.reset(task, description="faults")
-            for outcome in try_all(faults, sound, jobs):
+            for outcome in try_all(faults, bench, sound, jobs):
                 outcomes.append(outcome)
-                bar.console.print(line_of(outcome, sound), highlight=False, markup=False, soft_wrap=True)
+                console.print(line_of(outcome, sound), highlight=False, markup=False, soft_wrap=True)
                 bar.advance(task)
         except KeyboardInterrupt:
             interrupted = True
