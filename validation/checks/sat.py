@@ -84,7 +84,7 @@ def near_ties(rng: np.random.Generator, count: int) -> tuple[BoxPairs, np.ndarra
         pairs.position_b[i] += (separation - gap) * normal
         if not kinds[i]:
             kinds[i] = "edge on edge" if axis >= 6 else "corner on face"
-    # And some that lie inside the other, their shadows inside its shadow on every axis.
+    # And some that lie inside the other, their projections inside its own on every axis.
     inner = np.arange(count) % 10 == 9
     pairs.size_b[inner] = 0.1 * pairs.size_a[inner].min(axis=1)[:, None]
     pairs.position_b[inner] = pairs.position_a[inner] + rng.uniform(-0.1, 0.1, (int(inner.sum()), 3))

@@ -1,4 +1,4 @@
-"""Edges of soft bodies against skins: is what goes through found, and does the way out part them?"""
+"""Edges of soft bodies against surfaces: is what goes through found, and does the way out part them?"""
 
 import numpy as np
 import pytest

@@ -18,7 +18,7 @@ seeds = st.integers(0, 10**6)
 fractions = st.sampled_from([0.0, 0.3, 0.5, 1.0])
 
 
-def skin(seed):
+def surface(seed):
     """Return a random generator, and four particles: a triangle and a fourth that has gone through it."""
     random = np.random.default_rng(seed)
     position, velocity = random.normal(size=(4, 3)), random.normal(size=(4, 3))
@@ -61,7 +61,7 @@ def part_particle(weights, normal, depth, material, particles):
 
 
 def part_box(point, normal, depth, material, particles, box):
-    """Part a point of the skin from the only box."""
+    """Part a point of the surface from the only box."""
     contacts = new_contacts(1)
     add_contact(contacts, soft_side(point), box_side(0), touch(normal, depth), material)
     resolve_contacts(contacts, particles, box, np.zeros(4))
@@ -74,7 +74,7 @@ def touching(position, weights, normal, depth):
 
 @given(seeds, fractions, st.sampled_from([0.0, 0.4, 10.0]))
 def test_a_particle_and_a_patch_part_and_keep_both_momenta(seed, restitution, friction):
-    random, position, velocity, inverse_mass = skin(seed)
+    random, position, velocity, inverse_mass = surface(seed)
     weights, normal, depth = random.dirichlet((1.0, 1.0, 1.0)), unit(random.normal(size=3)), 0.1
     touching(position, weights, normal, depth)
     before = momenta(inverse_mass, position, velocity)[0]
@@ -113,7 +113,7 @@ def test_fixed_particles_do_not_move():
 
 @given(seeds, fractions, st.sampled_from([0.0, 0.4, 10.0]), st.booleans())
 def test_a_patch_and_a_box_part_and_keep_both_momenta(seed, restitution, friction, static):
-    random, position, velocity, inverse_mass = skin(seed)
+    random, position, velocity, inverse_mass = surface(seed)
     weights, normal = random.dirichlet((1.0, 1.0, 1.0)), unit(random.normal(size=3))
     size, mass = random.uniform(0.5, 2.0, 3), random.uniform(0.1, 10.0)
     inertia = np.array(box_inertia(tuple(size), mass))
@@ -166,7 +166,7 @@ def test_a_box_and_a_patch_move_apart_by_their_inverse_masses():
 
 
 def test_contacts_of_one_particle_are_as_good_as_one():
-    """Three equal contacts at once do what one alone does: each has a third of the particle and of the skin."""
+    """Three equal contacts at once do what one alone does: each has a third of the particle and of the surface."""
     for count in (1, 3):
         position, velocity = np.zeros((4, 3)), np.zeros((4, 3))
         position[:3, :2] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
@@ -186,7 +186,7 @@ def test_the_order_of_contacts_does_not_matter():
     ends = []
     rows = [(random.dirichlet((1, 1, 1)), unit(random.normal(size=3))) for _ in range(4)]
     for order in (range(4), reversed(range(4))):
-        _, position, velocity, inverse_mass = skin(3)
+        _, position, velocity, inverse_mass = surface(3)
         contacts = new_contacts(4)
         for row in order:
             weights, normal = rows[row]
