@@ -128,6 +128,37 @@ def box_impact(
     return Velocities(v_a + j * n / m_a, w_a + j * twist_a, v_b - j * n / m_b, w_b - j * twist_b)
 
 
+def passing_overlap(
+    size_a: ArrayLike,
+    orientation_a: ArrayLike,
+    size_b: ArrayLike,
+    orientation_b: ArrayLike,
+    offset: ArrayLike,
+    direction: ArrayLike,
+) -> np.ndarray:
+    """Return by how much (n,) [m] two boxes overlap, seen along the direction in which a moves past b without turning.
+
+    Sizes (n, 3) [m], orientations (n, 4) unit quaternions, `offset` (n, 3) [m] from b to a, at any time, `direction`
+    (n, 3). They meet if it is positive; if negative, they pass with at least as much air. Seen so, a box is a polygon
+    whose sides are its projected edges, and convex polygons are apart if they are across one of their sides.
+    """
+    direction, offset = np.asarray(direction, float), np.asarray(offset, float)
+    frames = rotation_matrix(orientation_a), rotation_matrix(orientation_b)
+    edges = np.concatenate([np.swapaxes(frame, 1, 2) for frame in frames], axis=1)
+    across = np.cross(direction[:, None, :], edges)
+    length = np.linalg.norm(across, axis=2)
+    normals = across / np.where(length > 0.0, length, 1.0)[:, :, None]
+    reach = np.zeros(length.shape)
+    for size, frame in zip((size_a, size_b), frames, strict=True):
+        reach += 0.5 * np.einsum(
+            "nk,nsk->ns", np.asarray(size, float), np.abs(np.einsum("nsc,nck->nsk", normals, frame))
+        )
+    overlap = reach - np.abs(np.einsum("nsc,nc->ns", normals, offset))
+    # An edge along the direction is seen as a point, and no side.
+    speed = np.linalg.norm(direction, axis=1, keepdims=True)
+    return np.asarray(np.min(np.where(length > 1e-9 * speed, overlap, np.inf), axis=1))
+
+
 def _turn(size: ArrayLike, orientation: ArrayLike, torque: np.ndarray) -> np.ndarray:
     """Return ω [rad/s] (m, 3) that the angular impulse `torque` (m, 3) gives a box of mass 1: solve (R I Rᵀ) ω = τ."""
     R = rotation_matrix(orientation)

@@ -11,14 +11,15 @@ import numpy as np
 from softbody.collision.broad_phase import near_pairs, near_pairs_exhaustive
 from softbody.collision.contact import GROUND, Contacts, Touch, add_contact, box_side, fit, with_room
 from softbody.collision.law import combined, material_of_box, material_of_ground
-from softbody.collision.manifold import Manifold, box_box_manifold
-from softbody.collision.sat_boxes import BoxFrames, Limits, PlacedBoxes, bounds_apart, frames_of
+from softbody.collision.manifold import Manifold, swept_manifold
+from softbody.collision.sat_boxes import Limits, PlacedBoxes, bounds_apart, frames_of
+from softbody.collision.swept_boxes import Sweep
 from softbody.geometry.box import box_corner
 from softbody.jit import jit, jit_lean
 from softbody.quaternion import load_quaternion
 from softbody.settings import Settings
 from softbody.state import Controls, Model, State
-from softbody.vec import load, norm
+from softbody.vec import load, norm, scale, sub
 
 
 @jit_lean
@@ -88,7 +89,9 @@ def find_box_contacts(
                 limits = Limits(margin[a] + margin[b], slop, settings.paper_axes)
                 # (The paper's axes see overlaps that these bounds would refute.)
                 if settings.paper_axes or not bounds_apart(boxes, a, b, limits.margin):
-                    _add_pair_contacts(model, boxes, (a, b), limits, manifold, contacts)
+                    sweep = _sweep_of(model, state, (a, b), limits.margin, h)
+                    found = swept_manifold(boxes, (a, b), sweep, limits, manifold)
+                    _add_pair_contacts(model, (a, b), found, manifold, contacts)
         contacts.number[1] = contacts.number[0]
         if fit(contacts):
             return contacts
@@ -96,12 +99,20 @@ def find_box_contacts(
 
 
 @jit_lean
-def _add_pair_contacts(
-    model: Model, boxes: BoxFrames, pair: tuple[int, int], limits: Limits, manifold: Manifold, contacts: Contacts
-) -> None:
-    """Add the points where two boxes touch."""
+def _sweep_of(model: Model, state: State, pair: tuple[int, int], margin: float, h: float) -> Sweep:
+    """Return how a moves within a step, seen from b, of two boxes that come nearer by `margin` [m] at most."""
     a, b = pair
-    found = box_box_manifold(boxes, a, b, limits, manifold)
+    still = (0.0, 0.0, 0.0)  # a static box does not move, whatever its velocity says
+    way_a = scale(h, load(state.box_velocity, a)) if model.box_inverse_mass[a] > 0.0 else still
+    way_b = scale(h, load(state.box_velocity, b)) if model.box_inverse_mass[b] > 0.0 else still
+    share = model.box_inverse_mass[a] / (model.box_inverse_mass[a] + model.box_inverse_mass[b])
+    return Sweep(sub(way_a, way_b), margin - norm(way_a) - norm(way_b), share)
+
+
+@jit_lean
+def _add_pair_contacts(model: Model, pair: tuple[int, int], found: int, manifold: Manifold, contacts: Contacts) -> None:
+    """Add the points, so many, where two boxes touch or will meet."""
+    a, b = pair
     if found == 0:
         return
     material = combined(material_of_box(model, a), material_of_box(model, b))

@@ -3,11 +3,13 @@
 Boxes that touch exactly are in contact, at depth 0; a box inside another one leaves through the face that is nearest.
 Points lie half-way between the two surfaces. Whoever asks for a margin gets boxes as contacts too that are no farther
 apart than that, with negative depths. With a slop, boxes that move by less than that keep the points they had: the
-reference face is as much wider.
+reference face is as much wider. Boxes that move are clipped where they will meet, so that those that pass each other,
+however near and fast, are left alone.
 """
 
 from __future__ import annotations
 
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -24,8 +26,9 @@ from softbody.collision.sat_boxes import (
     placed_box,
 )
 from softbody.collision.single_contact import box_box_contact
+from softbody.collision.swept_boxes import NEVER, Meeting, Sweep, grazing_depth, meeting_of, rests_on_face
 from softbody.jit import jit, jit_lean
-from softbody.vec import Vec, load, store
+from softbody.vec import Vec, dot, load, scale, store
 
 MOST_POINTS = 8  # of two rectangles' intersection
 
@@ -54,7 +57,7 @@ class Faces(NamedTuple):
 def new_manifold() -> Manifold:
     """Return room for one manifold, and working memory."""
     return Manifold(
-        SatMemory(np.empty((3, 3)), np.empty((2, 3)), np.empty(3)),
+        SatMemory(np.empty((3, 3)), np.empty((2, 3)), np.empty((2, 3)), np.empty(3)),
         np.empty((2, 64, 3)),
         np.empty((2, 64), np.int64),
         np.empty((2, 3)),
@@ -67,23 +70,61 @@ def new_manifold() -> Manifold:
 new_manifold_in_kernel = jit(new_manifold)
 
 
+NO_SWEEP = Sweep((0.0, 0.0, 0.0), 0.0, 0.0)
+
+
 @jit_lean
 def box_box_manifold(boxes: BoxFrames, a: int, b: int, limits: Limits, manifold: Manifold) -> int:
     """Find where boxes `a` and `b` touch; return the number of points, which `manifold` then holds; paper §4.5."""
     separation, axis = least_overlap(boxes, a, b, limits, manifold.sat)
     if separation > limits.margin:
         return 0
+    return _points_of_overlap(boxes, (a, b), (separation, axis), limits, manifold)
+
+
+@jit_lean
+def swept_manifold(boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, limits: Limits, manifold: Manifold) -> int:
+    """Find where two boxes touch or will meet within a step; return the number of points, which `manifold` then holds.
+
+    `limits.margin` [m] is the farthest that they can be apart now. Depths are those of now: negative where the boxes
+    will meet. Boxes that overlap, and that rest on each other, have the points of `box_box_manifold`.
+    """
+    separation, axis = least_overlap(boxes, pair[0], pair[1], limits, manifold.sat)
+    if separation > limits.margin:
+        return 0
+    graze = grazing_depth(boxes, pair, limits.slop)
+    if separation <= -graze:
+        return _points_of_overlap(boxes, pair, (separation, axis), limits, manifold)
+    if separation <= limits.slop and axis < 6 and rests_on_face(boxes, pair, axis, graze, manifold.sat):
+        return _clip_along(boxes, pair, axis, limits, NO_SWEEP, manifold)
+    meeting = meeting_of(boxes, pair, sweep, limits, manifold.sat)
+    if meeting.axis == NEVER:
+        return 0
+    to_meet = Sweep(scale(meeting.when, sweep.travel), sweep.turn, sweep.share)
+    if meeting.axis < 6:
+        return _clip_along(boxes, pair, meeting.axis, limits, to_meet, manifold)
+    gap = _edge_point(boxes, pair, meeting, to_meet, manifold)
+    normal = manifold.sat.normal[0], manifold.sat.normal[1], manifold.sat.normal[2]
+    left = abs(meeting.separation + dot(to_meet.travel, normal))
+    # Edges that are farther apart then than along the normal pass beside each other.
+    return 1 if gap <= left + sweep.turn + graze else 0
+
+
+@jit_lean
+def _points_of_overlap(
+    boxes: BoxFrames, pair: tuple[int, int], overlap: tuple[float, int], limits: Limits, manifold: Manifold
+) -> int:
+    """Find the points along the (separation, axis) that parts boxes most; there is one at least."""
+    separation, axis = overlap
     if axis >= 6:
-        _edge_point(boxes, (a, b), ((axis - 6) // 3, (axis - 6) % 3), separation, manifold)
+        _edge_point(boxes, pair, Meeting(axis, separation, 0.0), NO_SWEEP, manifold)
         return 1
-    if axis < 3:
-        count = _clip_faces(boxes, Faces(a, b, axis, 1.0), limits, manifold)
-    else:
-        count = _clip_faces(boxes, Faces(b, a, axis - 3, -1.0), limits, manifold)
+    count = _clip_along(boxes, pair, axis, limits, NO_SWEEP, manifold)
     if count == 0:
         # The deepest corner lies beside the reference face, and what lies over it is not in contact.
         placed = PlacedBoxes(boxes.size, boxes.position, boxes.orientation)
-        depth, point, _ = box_box_contact(placed_box(placed, a), placed_box(placed, b), limits.paper_axes)
+        a, b = placed_box(placed, pair[0]), placed_box(placed, pair[1])
+        depth, point, _ = box_box_contact(a, b, limits.paper_axes)
         store(manifold.point, 0, point)
         manifold.depth[0] = depth
         manifold.feature[0] = 1 << 20
@@ -92,17 +133,32 @@ def box_box_manifold(boxes: BoxFrames, a: int, b: int, limits: Limits, manifold:
 
 
 @jit_lean
-def _clip_faces(boxes: BoxFrames, faces: Faces, limits: Limits, manifold: Manifold) -> int:
-    """Clip the incident face against the sides of the reference face (Sutherland, Hodgman 1974).
+def _clip_along(
+    boxes: BoxFrames, pair: tuple[int, int], axis: int, limits: Limits, sweep: Sweep, manifold: Manifold
+) -> int:
+    """Clip the faces of two boxes that face each other along the normal of a face of one, after `sweep`."""
+    a, b = pair
+    faces = Faces(a, b, axis, 1.0) if axis < 3 else Faces(b, a, axis - 3, -1.0)
+    return _clip_faces(boxes, faces, limits, sweep, manifold)
 
-    Keeps the points no higher than the margin, and returns how many.
+
+@jit_lean
+def _clip_faces(boxes: BoxFrames, faces: Faces, limits: Limits, sweep: Sweep, manifold: Manifold) -> int:
+    """Clip the incident face against the sides of the reference face (Sutherland, Hodgman 1974), after `sweep`.
+
+    Keeps the points no higher than the margin, and returns how many. Heights are those of now; a point lies where the
+    lighter box has it now, to which the other one comes.
     """
     size, axes = boxes.size, boxes.axes
     r, axis = faces.reference, faces.axis
     out, facing, sign = _incident_face(axes, faces, manifold.sat.normal)
     u, v = AFTER[axis], AFTER[axis + 1]
     height = 0.5 * size[r, axis]
-    _project_incident_face(boxes, faces, (out, facing, sign), manifold)
+    # How far the incident face moves along the reference face, and the part that its points lie behind.
+    ahead = scale(-faces.towards_reference, sweep.travel)
+    shift = _along_axis(axes, r, u, ahead), _along_axis(axes, r, v, ahead)
+    behind = 1.0 - sweep.share if faces.towards_reference > 0.0 else sweep.share
+    _project_incident_face(boxes, faces, (out, facing, sign), shift, manifold)
     half = 0.5 * size[r, u] + limits.slop, 0.5 * size[r, v] + limits.slop
     count, at = _clip_polygon(manifold.polygon, manifold.side, half)
 
@@ -115,13 +171,20 @@ def _clip_faces(boxes: BoxFrames, faces: Faces, limits: Limits, manifold: Manifo
         above = polygon[at, k, 2]
         if above <= limits.margin and kept < MOST_POINTS:
             before = k - 1 if k > 0 else count - 1
-            pu, pv, pw = polygon[at, k, 0], polygon[at, k, 1], 0.5 * above + height
+            pu, pv = polygon[at, k, 0] - behind * shift[0], polygon[at, k, 1] - behind * shift[1]
+            pw = 0.5 * above + height
             for c in range(3):
                 manifold.point[kept, c] = boxes.position[r, c] + pu * axes[r, u, c] + pv * axes[r, v, c] + pw * out[c]
             manifold.depth[kept] = -above
             manifold.feature[kept] = (face * 8 + side[at, before]) * 8 + side[at, k]
             kept += 1
     return kept
+
+
+@jit_lean
+def _along_axis(axes: np.ndarray, box: int, k: int, v: Vec) -> float:
+    """Return the component of `v` along axis `k` of a box."""
+    return v[0] * axes[box, k, 0] + v[1] * axes[box, k, 1] + v[2] * axes[box, k, 2]
 
 
 @jit_lean
@@ -143,9 +206,13 @@ def _incident_face(axes: np.ndarray, faces: Faces, normal: np.ndarray) -> tuple[
 
 @jit_lean
 def _project_incident_face(
-    boxes: BoxFrames, faces: Faces, incident: tuple[Vec, int, float], manifold: Manifold
+    boxes: BoxFrames,
+    faces: Faces,
+    incident: tuple[Vec, int, float],
+    shift: tuple[float, float],
+    manifold: Manifold,
 ) -> None:
-    """Write the corners of the incident face, seen from the reference box: along u, along v, above the face."""
+    """Write the corners of the incident face, moved by `shift` [m], seen from the reference box: u, v, above."""
     size, position, axes = boxes.size, boxes.position, boxes.axes
     r, s, axis = faces.reference, faces.incident, faces.axis
     (n0, n1, n2), facing, sign = incident
@@ -155,8 +222,8 @@ def _project_incident_face(
     m0 = position[s, 0] - position[r, 0] + 0.5 * sign * size[s, facing] * axes[s, facing, 0]
     m1 = position[s, 1] - position[r, 1] + 0.5 * sign * size[s, facing] * axes[s, facing, 1]
     m2 = position[s, 2] - position[r, 2] + 0.5 * sign * size[s, facing] * axes[s, facing, 2]
-    mu = m0 * axes[r, u, 0] + m1 * axes[r, u, 1] + m2 * axes[r, u, 2]
-    mv = m0 * axes[r, v, 0] + m1 * axes[r, v, 1] + m2 * axes[r, v, 2]
+    mu = m0 * axes[r, u, 0] + m1 * axes[r, u, 1] + m2 * axes[r, u, 2] + shift[0]
+    mv = m0 * axes[r, v, 0] + m1 * axes[r, v, 1] + m2 * axes[r, v, 2] + shift[1]
     mw = m0 * n0 + m1 * n1 + m2 * n2 - 0.5 * size[r, axis]
     # Half its edges.
     hf, hg = 0.5 * size[s, f], 0.5 * size[s, g]
@@ -215,21 +282,19 @@ def _clip_polygon(polygon: np.ndarray, side: np.ndarray, half: tuple[float, floa
 
 
 @jit_lean
-def _edge_point(
-    boxes: BoxFrames, pair: tuple[int, int], directions: tuple[int, int], separation: float, manifold: Manifold
-) -> None:
-    """Put into `manifold` the middle of the shortest way between an edge of each box, along its axis of `directions`.
+def _edge_point(boxes: BoxFrames, pair: tuple[int, int], meeting: Meeting, sweep: Sweep, manifold: Manifold) -> float:
+    """Put into `manifold` the middle of the shortest way between an edge of each box, after `sweep`; return its length.
 
     Of the four edges along that axis of each box, the ones that lie farthest towards the other box.
     """
     a, b = pair
-    i, j = directions
+    i, j = (meeting.axis - 6) // 3, (meeting.axis - 6) % 3
     size, axes = boxes.size, boxes.axes
     normal, edge = manifold.sat.normal, manifold.edge
     # The middles of the two edges, and which of four they are.
     feature = 0
     for c in range(3):
-        edge[0, c] = boxes.position[a, c]
+        edge[0, c] = boxes.position[a, c] + sweep.travel[c]
         edge[1, c] = boxes.position[b, c]
     for k in range(3):
         if k != i:
@@ -249,10 +314,14 @@ def _edge_point(
     along_a = x * axes[a, i, 0] + y * axes[a, i, 1] + z * axes[a, i, 2]
     along_b = x * axes[b, j, 0] + y * axes[b, j, 1] + z * axes[b, j, 2]
     s, t = nearest_places(manifold.sat.cosine[i, j], along_a, along_b, 0.5 * size[a, i], 0.5 * size[b, j])
+    square = 0.0
     for c in range(3):
-        manifold.point[0, c] = 0.5 * (edge[0, c] + s * axes[a, i, c] + edge[1, c] + t * axes[b, j, c])
-    manifold.depth[0] = -separation
+        on_a, on_b = edge[0, c] + s * axes[a, i, c], edge[1, c] + t * axes[b, j, c]
+        manifold.point[0, c] = 0.5 * (on_a + on_b) - sweep.share * sweep.travel[c]
+        square += (on_a - on_b) * (on_a - on_b)
+    manifold.depth[0] = -meeting.separation
     manifold.feature[0] = (1 << 16) + (feature * 3 + i) * 3 + j
+    return sqrt(square)
 
 
 @jit

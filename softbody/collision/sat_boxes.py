@@ -137,6 +137,7 @@ class SatMemory(NamedTuple):
 
     cosine: np.ndarray  # (3, 3) of the angles between the axes of a and of b
     apart: np.ndarray  # (2, 3) [m] from b to a, in the frame of a and of b
+    travel: np.ndarray  # (2, 3) [m] of a in a step, seen from b, in the frame of a and of b
     normal: np.ndarray  # (3,) the answer: unit, from b to a
 
 
@@ -219,13 +220,13 @@ def _best_face(boxes: BoxFrames, a: int, b: int, limits: Limits, memory: SatMemo
         separation = abs(t) - 0.5 * reach
         if separation > limits.margin:
             return separation, 3 + j
-        if separation > best + (limits.slop + _rounding(size, a, b) if best_axis < 3 else 0.0):
+        if separation > best + (limits.slop + rounding_of(size, a, b) if best_axis < 3 else 0.0):
             best, best_axis = separation, 3 + j
     return best, best_axis
 
 
 @jit_lean
-def _rounding(size: np.ndarray, a: int, b: int) -> float:
+def rounding_of(size: np.ndarray, a: int, b: int) -> float:
     """Return what rounding can do to the separation [m] of two boxes."""
     return ROUNDING * (size[a, 0] + size[a, 1] + size[a, 2] + size[b, 0] + size[b, 1] + size[b, 2])
 
@@ -242,7 +243,7 @@ def _best_edge_pair(
     size, axes = boxes.size, boxes.axes
     a, b = pair
     best, best_axis = face
-    rounding = _rounding(size, a, b)
+    rounding = rounding_of(size, a, b)
     for i in range(3):
         i1, i2 = AFTER[i], AFTER[i + 1]
         for j in range(3):

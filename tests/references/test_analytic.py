@@ -212,3 +212,34 @@ def test_the_scheme_of_the_paper_loses_a_quarter_of_z_squared_a_step():
 def test_an_unknown_integrator_is_named():
     with pytest.raises(ValueError, match="verlet"):
         analytic.amplification_matrix("verlet", 0.1)
+
+
+def test_boxes_pass_each_other_with_the_air_that_is_between_their_outlines():
+    unit, upright = np.ones((3, 3)), np.tile([1.0, 0.0, 0.0, 0.0], (3, 1))
+    offset = np.array([[-9.0, 0.3, 0.0], [-9.0, 1.2, 0.4], [-9.0, 1.2, 1.5]])
+    along_x = np.tile([2.0, 0.0, 0.0], (3, 1))
+    assert_allclose(analytic.passing_overlap(unit, upright, unit, upright, offset, along_x), [0.7, -0.2, -0.5])
+    # Seen along a diagonal of its faces, a cube is √2 wide.
+    diagonal = np.tile([1.0, 1.0, 0.0], (3, 1))
+    offset = np.array([[0.0, 0.0, 0.9], [1.0, -1.0, 0.0], [1.1, -1.1, 0.0]])
+    passing = analytic.passing_overlap(unit, upright, unit, upright, offset, diagonal)
+    assert_allclose(passing, [0.1, 0.0, -0.1 * np.sqrt(2.0)], atol=1e-15)
+
+
+def test_boxes_that_pass_have_no_points_in_common_on_their_way():
+    rng = np.random.default_rng(1)
+    size, q = rng.uniform(0.2, 1.0, (2, 200, 3)), rng.normal(size=(2, 200, 4))
+    q /= np.linalg.norm(q, axis=2, keepdims=True)
+    offset, direction = rng.uniform(-0.8, 0.8, (200, 3)), rng.normal(size=(200, 3))
+    overlap = analytic.passing_overlap(size[0], q[0], size[1], q[1], offset, direction)
+    frames = analytic.rotation_matrix(q[0]), analytic.rotation_matrix(q[1])
+    line = np.linspace(-0.5, 0.5, 8)
+    grid = np.stack(np.meshgrid(line, line, line), axis=-1).reshape(-1, 3)
+    for k in range(200):
+        points = (grid * size[0, k]) @ frames[0][k].T + offset[k]
+        way = np.linspace(-3.0, 3.0, 200)[:, None, None] * direction[k] / np.linalg.norm(direction[k])
+        seen = np.abs((points + way) @ frames[1][k]) <= 0.5 * size[1, k]
+        if seen.all(axis=2).any():
+            assert overlap[k] > 0.0
+        elif overlap[k] > 0.0:
+            assert overlap[k] < 0.35  # so little that the grid's points go by

@@ -1,0 +1,185 @@
+"""Two boxes that move: do they meet within the step, when, and along which axis?
+
+The separating-axis test of moving boxes (Ericson 2005, §5.5.8). Boxes that are apart touch no sooner than along the
+axis on which their projections come to overlap last; if one stays open to the end of the step, they pass each other.
+Rotation and what pulls are covered by a margin, not swept.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from softbody.collision.edge_edge import PARALLEL_SINE
+from softbody.collision.sat_boxes import AFTER, FACE_PREFERENCE, BoxFrames, Limits, SatMemory, rounding_of
+from softbody.jit import jit_lean
+from softbody.vec import Vec, dot
+
+GRAZE = 2.0  # slops of overlap up to which boxes only graze each other, as boxes at rest do
+
+
+class Sweep(NamedTuple):
+    """How a moves within a step, seen from b, if nothing stops it."""
+
+    travel: Vec  # [m]
+    turn: float  # [m] that any point may come besides, by turning and by what pulls
+    share: float  # a's part of the sum of both inverse masses: the lighter box keeps its points where they are
+
+
+class Meeting(NamedTuple):
+    """Where and when boxes come to touch."""
+
+    axis: int  # as of `box_box_separation`, or NEVER
+    separation: float  # [m] along it, now
+    when: float  # 0 … 1 of the step
+
+
+NEVER = -1
+NO_MEETING = Meeting(NEVER, 0.0, 0.0)
+
+
+@jit_lean
+def grazing_depth(boxes: BoxFrames, pair: tuple[int, int], slop: float) -> float:
+    """Return the overlap [m] up to which two boxes only graze each other."""
+    return GRAZE * slop + 1e3 * rounding_of(boxes.size, pair[0], pair[1])
+
+
+@jit_lean
+def rests_on_face(boxes: BoxFrames, pair: tuple[int, int], axis: int, graze: float, memory: SatMemory) -> bool:
+    """Tell whether boxes that touch along face `axis` overlap by more than `graze` [m] along all other faces.
+
+    But those that are all but parallel to it. Then they rest on each other, and no other axis can come first.
+    """
+    for k in range(6):
+        alike = 0.0
+        if axis < 3 <= k:
+            alike = memory.cosine[axis, k - 3]
+        elif k < 3 <= axis:
+            alike = memory.cosine[k, axis - 3]
+        distance, reach, _, _ = _projection(boxes.size, pair, k, memory)
+        if k != axis and abs(alike) < 0.99 and abs(distance) - reach > -graze:
+            return False
+    return True
+
+
+@jit_lean
+def meeting_of(boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, limits: Limits, memory: SatMemory) -> Meeting:
+    """Return where and when two boxes meet, which `least_overlap` has found apart, or grazing; its normal in `memory`.
+
+    An overlap of less than `grazing_depth` counts as none. Boxes that graze along an axis on which they do not close,
+    as one that slides on another does, touch along it before any other.
+    """
+    a, b = pair
+    _project_travel(boxes, pair, sweep.travel, memory)
+    rounding, graze = rounding_of(boxes.size, a, b), grazing_depth(boxes, pair, limits.slop)
+    touching = limits.slop + rounding
+    latest, before, best, parting = -np.inf, 0.0, NO_MEETING, np.inf
+    for k in range(6 if limits.paper_axes else 15):
+        distance, reach, way, sine = _projection(boxes.size, pair, k, memory)
+        if sine < PARALLEL_SINE:
+            continue
+        separation, closing = abs(distance) - reach, -way if distance >= 0.0 else way
+        if separation > sweep.turn + limits.slop + max(0.0, closing):
+            return NO_MEETING  # open to the end of the step
+        # When the projections cease to overlap.
+        if way != 0.0:
+            ahead = distance if way > 0.0 else -distance
+            parting = min(parting, (reach + sweep.turn + limits.slop + rounding - ahead) / abs(way))
+        if separation <= -graze:
+            continue
+        # When the projections come to overlap.
+        left = separation + graze if separation <= touching else separation
+        entry = left / closing if closing > 1e-9 * left else np.inf
+        # The latest axis is taken, faces of a before those of b before edges where they tie.
+        preference = 0.0
+        if best.axis != NEVER and best.axis < 3 <= k < 6:
+            preference = touching
+        elif best.axis != NEVER and best.axis < 6 <= k:
+            preference = limits.slop + rounding / sine + FACE_PREFERENCE * abs(separation)
+        if entry == latest:
+            better = separation > best.separation + preference
+        elif entry < np.inf and latest < np.inf:
+            better = (entry - latest) * closing > preference
+        else:
+            better = entry > latest
+        # What it comes after is when the boxes' outlines, seen along it, begin to overlap.
+        earlier = latest if better else entry
+        if 0.0 < earlier <= 1.0:
+            before = max(before, earlier)
+        if better:
+            latest, best = entry, Meeting(k, separation, 0.0)
+    if best.axis == NEVER or parting < latest <= 1.0:
+        return NO_MEETING  # they have passed each other on one axis before they come near on another
+    _write_normal(boxes, pair, best.axis, memory)
+    when = latest if latest <= 1.0 and best.separation > touching else before
+    return Meeting(best.axis, best.separation, when)
+
+
+@jit_lean
+def _project_travel(boxes: BoxFrames, pair: tuple[int, int], travel: Vec, memory: SatMemory) -> None:
+    """Write `travel`, seen from both boxes' frames, beside the way from b to a."""
+    for frame in range(2):
+        box = pair[0] if frame == 0 else pair[1]
+        for k in range(3):
+            axis = boxes.axes[box, k, 0], boxes.axes[box, k, 1], boxes.axes[box, k, 2]
+            memory.travel[frame, k] = dot(travel, axis)
+
+
+@jit_lean
+def _projection(
+    size: np.ndarray, pair: tuple[int, int], k: int, memory: SatMemory
+) -> tuple[float, float, float, float]:
+    """Return what is seen along axis `k`: way from b to a, both half extents together, travel [m], and the edges' sine.
+
+    The sine is 1 for a face, and 0 for edges that are parallel.
+    """
+    a, b = pair
+    cosine, apart, travel = memory.cosine, memory.apart, memory.travel
+    sine = 1.0
+    if k < 3:
+        distance, way, reach = apart[0, k], travel[0, k], size[a, k]
+        for j in range(3):
+            reach += size[b, j] * abs(cosine[k, j])
+    elif k < 6:
+        distance, way, reach = apart[1, k - 3], travel[1, k - 3], size[b, k - 3]
+        for i in range(3):
+            reach += size[a, i] * abs(cosine[i, k - 3])
+    else:
+        i, j = (k - 6) // 3, (k - 6) % 3
+        i1, i2, j1, j2 = AFTER[i], AFTER[i + 1], AFTER[j], AFTER[j + 1]
+        sine = sqrt(max(0.0, 1.0 - cosine[i, j] * cosine[i, j]))
+        if sine < PARALLEL_SINE:
+            return 0.0, 0.0, 0.0, 0.0
+        distance = (apart[0, i2] * cosine[i1, j] - apart[0, i1] * cosine[i2, j]) / sine
+        way = (travel[0, i2] * cosine[i1, j] - travel[0, i1] * cosine[i2, j]) / sine
+        reach = (
+            size[a, i1] * abs(cosine[i2, j])
+            + size[a, i2] * abs(cosine[i1, j])
+            + size[b, j1] * abs(cosine[i, j2])
+            + size[b, j2] * abs(cosine[i, j1])
+        ) / sine
+    return distance, 0.5 * reach, way, sine
+
+
+@jit_lean
+def _write_normal(boxes: BoxFrames, pair: tuple[int, int], axis: int, memory: SatMemory) -> None:
+    """Write the unit vector along an axis, from b to a."""
+    a, b = pair
+    axes, normal = boxes.axes, memory.normal
+    if axis < 6:
+        box, k, frame = (a, axis, 0) if axis < 3 else (b, axis - 3, 1)
+        sign = 1.0 if memory.apart[frame, k] >= 0.0 else -1.0
+        for c in range(3):
+            normal[c] = sign * axes[box, k, c]
+        return
+    i, j = (axis - 6) // 3, (axis - 6) % 3
+    i1, i2 = AFTER[i], AFTER[i + 1]
+    u = axes[a, i, 1] * axes[b, j, 2] - axes[a, i, 2] * axes[b, j, 1]
+    v = axes[a, i, 2] * axes[b, j, 0] - axes[a, i, 0] * axes[b, j, 2]
+    w = axes[a, i, 0] * axes[b, j, 1] - axes[a, i, 1] * axes[b, j, 0]
+    distance = memory.apart[0, i2] * memory.cosine[i1, j] - memory.apart[0, i1] * memory.cosine[i2, j]
+    length = sqrt(u * u + v * v + w * w)
+    sign = 1.0 / length if distance >= 0.0 else -1.0 / length
+    normal[0], normal[1], normal[2] = sign * u, sign * v, sign * w

@@ -1,0 +1,102 @@
+"""Boxes that move meet where and when they come to touch, and pass what they do not touch."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+
+from softbody import World
+from softbody.collision.manifold import new_manifold, swept_manifold
+from softbody.collision.sat_boxes import Limits, PlacedBoxes, frames_of
+from softbody.collision.swept_boxes import Sweep
+
+UPRIGHT = (1.0, 0.0, 0.0, 0.0)
+EIGHTH = (np.cos(np.pi / 8), 0.0, 0.0, np.sin(np.pi / 8))  # of a turn about z
+
+
+def manifold_of(positions, travel, *, sizes=((1, 1, 1), (1, 1, 1)), orientations=(UPRIGHT, UPRIGHT), share=1.0):
+    """Points (n, 3), depths and normal of a, which travels, against b."""
+    boxes = frames_of(PlacedBoxes(*(np.array(rows, float) for rows in (sizes, positions, orientations))))
+    manifold = new_manifold()
+    sweep, limits = Sweep(tuple(map(float, travel)), 0.0, share), Limits(float(np.linalg.norm(travel)), 0.0, False)
+    n = swept_manifold(boxes, (0, 1), sweep, limits, manifold)
+    return manifold.point[:n], manifold.depth[:n], manifold.sat.normal
+
+
+def test_a_box_that_comes_straight_on_meets_a_whole_face():
+    point, depth, normal = manifold_of([(-2.0, 0.0, 0.0), (0.0, 0.0, 0.0)], (3.0, 0.0, 0.0))
+    assert_allclose(normal, (-1.0, 0.0, 0.0))
+    assert_allclose(depth, np.full(4, -1.0))
+    assert_allclose(np.abs(point[:, 1:]), np.full((4, 2), 0.5))
+
+
+def test_a_box_that_comes_askew_meets_what_will_be_opposite_then():
+    # It moves 1 m towards b and 0.5 m up until they touch: then its lower half is above b's middle.
+    point, depth, normal = manifold_of([(-2.0, 0.0, 0.0), (0.0, 0.0, 0.0)], (1.5, 0.0, 0.75))
+    assert_allclose(normal, (-1.0, 0.0, 0.0))
+    assert_allclose(depth, np.full(4, -1.0))
+    # The points are where the box that moves has them now: its lower half.
+    assert_allclose(sorted(point[:, 2]), [-0.5, -0.5, 0.0, 0.0], atol=1e-15)
+
+
+def test_the_heavier_box_comes_to_the_points_of_the_lighter():
+    point, _, _ = manifold_of([(-2.0, 0.0, 0.0), (0.0, 0.0, 0.0)], (1.5, 0.0, 0.75), share=0.0)
+    assert_allclose(sorted(point[:, 2]), [0.0, 0.0, 0.5, 0.5], atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("position", "travel"),
+    [
+        ((-2.0, 0.0, 1.001), (5.0, 0.0, 0.0)),  # over it
+        ((-2.0, 0.0, 0.9), (5.0, 0.0, 1.0)),  # up, and over it
+        ((-2.0, 0.0, 3.2), (5.0, 0.0, -1.0)),  # down behind it
+        ((-2.0, 0.0, 0.0), (0.9, 0.0, 0.0)),  # not as far
+        ((-2.0, 0.0, 0.0), (-5.0, 0.0, 0.0)),  # away
+    ],
+)
+def test_boxes_that_pass_have_no_contact(position, travel):
+    assert len(manifold_of([position, (0.0, 0.0, 0.0)], travel)[0]) == 0
+
+
+def test_boxes_that_meet_and_part_within_a_step_touch():
+    # A corner of b stands 0.207 m out of the plane that a's face moves in; a passes over it.
+    at = np.sqrt(0.5) - 0.01
+    point, _, _ = manifold_of([(-1.0, at + 0.5, 0.0), (0.0, 0.0, 0.0)], (4.0, 0.0, 0.0), orientations=(UPRIGHT, EIGHTH))
+    assert len(point) > 0
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_it_does_not_matter_which_box_is_called_a(seed):
+    rng = np.random.default_rng(seed)
+    sizes, positions, q = rng.uniform(0.3, 1.5, (2, 3)), rng.uniform(-2.0, 2.0, (2, 3)), rng.normal(size=(2, 4))
+    q /= np.linalg.norm(q, axis=1, keepdims=True)
+    travel = 2.0 * rng.normal(size=3)
+    one = manifold_of(positions, travel, sizes=sizes, orientations=q, share=0.3)
+    other = manifold_of(positions[::-1], -travel, sizes=sizes[::-1], orientations=q[::-1], share=0.7)
+    assert len(one[0]) == len(other[0])
+    if len(one[0]):
+        assert_allclose(one[2], -other[2], atol=1e-12)
+        assert_allclose(np.sort(one[1]), np.sort(other[1]), atol=1e-9)
+
+
+def test_a_box_with_five_centimetres_of_air_flies_on():
+    world = World(gravity=(0.0, 0.0, 0.0))
+    world.add_box((1.0, 1.0, 1.0), None)
+    box = world.add_box((0.2, 0.2, 0.2), 1.0, (-1.15, 0.0, 0.65), velocity=(10.0, 0.0, 0.0))
+    world.run(1.0, 1.0 / 60.0)
+    assert tuple(box.velocity) == (10.0, 0.0, 0.0)
+    assert not np.any(box.angular_velocity)
+
+
+@pytest.mark.parametrize("gap", [0.02, 1e-3])
+def test_a_box_falls_past_a_ledge(gap):
+    for start in np.linspace(1.0, 3.0, 21):
+        world = World()
+        world.add_box((1.0, 1.0, 1.0), None)
+        box = world.add_box((0.4, 0.4, 0.4), 1.0, (0.7 + gap, 0.0, start))
+        world.run(1.0, 1.0 / 60.0)
+        assert box.velocity[0] == 0.0
+        assert_allclose(box.velocity[2], -9.81, rtol=1e-12)
