@@ -13,13 +13,13 @@ from softbody.collision.contact import GROUND, Contacts, Touch, add_contact, box
 from softbody.collision.law import combined, material_of_box, material_of_ground
 from softbody.collision.manifold import Manifold, swept_manifold
 from softbody.collision.sat_boxes import Limits, PlacedBoxes, bounds_apart, frames_of
-from softbody.collision.swept_boxes import Sweep
+from softbody.collision.swept_boxes import STILL, Sweep
 from softbody.geometry.box import box_corner
 from softbody.jit import jit, jit_lean
 from softbody.quaternion import load_quaternion
 from softbody.settings import Settings
 from softbody.state import Controls, Model, State
-from softbody.vec import load, norm, scale, sub
+from softbody.vec import Vec, load, norm, scale, sub
 
 
 @jit_lean
@@ -102,11 +102,18 @@ def find_box_contacts(
 def _sweep_of(model: Model, state: State, pair: tuple[int, int], margin: float, h: float) -> Sweep:
     """Return how a moves within a step, seen from b, of two boxes that come nearer by `margin` [m] at most."""
     a, b = pair
-    still = (0.0, 0.0, 0.0)  # a static box does not move, whatever its velocity says
-    way_a = scale(h, load(state.box_velocity, a)) if model.box_inverse_mass[a] > 0.0 else still
-    way_b = scale(h, load(state.box_velocity, b)) if model.box_inverse_mass[b] > 0.0 else still
+    way_a, spin_a = _way_in_step(model, state, a, h)
+    way_b, spin_b = _way_in_step(model, state, b, h)
     share = model.box_inverse_mass[a] / (model.box_inverse_mass[a] + model.box_inverse_mass[b])
-    return Sweep(sub(way_a, way_b), margin - norm(way_a) - norm(way_b), share)
+    return Sweep(sub(way_a, way_b), spin_a, spin_b, margin - norm(way_a) - norm(way_b), share)
+
+
+@jit_lean
+def _way_in_step(model: Model, state: State, box: int, h: float) -> tuple[Vec, Vec]:
+    """Return how far a box moves [m] and turns [rad] if nothing acts on it; a static box has no velocity."""
+    if model.box_inverse_mass[box] == 0.0:
+        return STILL, STILL
+    return scale(h, load(state.box_velocity, box)), scale(h, load(state.box_angular_velocity, box))
 
 
 @jit_lean

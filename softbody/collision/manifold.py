@@ -26,7 +26,17 @@ from softbody.collision.sat_boxes import (
     placed_box,
 )
 from softbody.collision.single_contact import box_box_contact
-from softbody.collision.swept_boxes import NEVER, Meeting, Sweep, grazing_depth, meeting_of, rests_on_face
+from softbody.collision.swept_boxes import (
+    NEVER,
+    NO_SWEEP,
+    STILL,
+    Meeting,
+    Sweep,
+    come_near,
+    grazing_depth,
+    meeting_of,
+    rests_on_face,
+)
 from softbody.jit import jit, jit_lean
 from softbody.vec import Vec, dot, load, scale, store
 
@@ -70,9 +80,6 @@ def new_manifold() -> Manifold:
 new_manifold_in_kernel = jit(new_manifold)
 
 
-NO_SWEEP = Sweep((0.0, 0.0, 0.0), 0.0, 0.0)
-
-
 @jit_lean
 def box_box_manifold(boxes: BoxFrames, a: int, b: int, limits: Limits, manifold: Manifold) -> int:
     """Find where boxes `a` and `b` touch; return the number of points, which `manifold` then holds; paper §4.5."""
@@ -100,7 +107,9 @@ def swept_manifold(boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, limits
     meeting = meeting_of(boxes, pair, sweep, limits, manifold.sat)
     if meeting.axis == NEVER:
         return 0
-    to_meet = Sweep(scale(meeting.when, sweep.travel), sweep.turn, sweep.share)
+    if separation > graze and sweep.turn > graze and not come_near(boxes, pair, sweep, graze):
+        return 0
+    to_meet = Sweep(scale(meeting.when, sweep.travel), STILL, STILL, sweep.turn, sweep.share)
     if meeting.axis < 6:
         return _clip_along(boxes, pair, meeting.axis, limits, to_meet, manifold)
     gap = _edge_point(boxes, pair, meeting, to_meet, manifold)
