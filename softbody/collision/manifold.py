@@ -104,10 +104,20 @@ def swept_manifold(boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, limits
         return _points_of_overlap(boxes, pair, (separation, axis), limits, manifold)
     if separation <= limits.slop and axis < 6 and rests_on_face(boxes, pair, axis, graze, manifold.sat):
         return _clip_along(boxes, pair, axis, limits, NO_SWEEP, manifold)
+    if sweep.turn > graze:
+        # Where boxes that turn will meet, the sweep does not tell: taken along the axis that parts them most now.
+        near = separation <= graze or come_near(boxes, pair, sweep, graze)
+        return _points_of_overlap(boxes, pair, (separation, axis), limits, manifold) if near else 0
+    return _points_of_meeting(boxes, pair, sweep, limits, manifold)
+
+
+@jit_lean
+def _points_of_meeting(
+    boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, limits: Limits, manifold: Manifold
+) -> int:
+    """Find the points at which two boxes that are apart, or graze each other, will meet if they do not turn."""
     meeting = meeting_of(boxes, pair, sweep, limits, manifold.sat)
     if meeting.axis == NEVER:
-        return 0
-    if separation > graze and sweep.turn > graze and not come_near(boxes, pair, sweep, graze):
         return 0
     to_meet = Sweep(scale(meeting.when, sweep.travel), STILL, STILL, sweep.turn, sweep.share)
     if meeting.axis < 6:
@@ -116,7 +126,7 @@ def swept_manifold(boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, limits
     normal = manifold.sat.normal[0], manifold.sat.normal[1], manifold.sat.normal[2]
     left = abs(meeting.separation + dot(to_meet.travel, normal))
     # Edges that are farther apart then than along the normal pass beside each other.
-    return 1 if gap <= left + sweep.turn + graze else 0
+    return 1 if gap <= left + sweep.turn + grazing_depth(boxes, pair, limits.slop) else 0
 
 
 @jit_lean

@@ -122,8 +122,8 @@ def flown(cases: list[Passing], rng: np.random.Generator) -> tuple[list[bool], l
         Fault(
             "boxes met where they are nearest, not where they will meet",
             manifold.swept_manifold,
-            "meeting = x_",
-            "return _points_of_overlap(boxes, pair, (separation, axis), limits, manifold)",
+            "_points_of_meeting(boxes_, pair_, sweep_, limits_, manifold_)",
+            "_points_of_overlap(boxes, pair, (separation, axis), limits, manifold)",
         ),
         Fault(
             "boxes that turn taken for balls",
@@ -164,9 +164,7 @@ def near_misses(run: Run) -> Comparison:
             "max(0.0, closing_)",
             "closing_",
         ),
-        Fault(
-            "edges that never meet", manifold.swept_manifold, "1 if gap_ <= left_ + sweep_.turn + graze_ else 0", "0"
-        ),
+        Fault("edges that never meet", manifold._points_of_meeting, "1 if gap_ <= most_ else 0", "0"),
     ),
 )
 def hits(run: Run) -> Comparison:
