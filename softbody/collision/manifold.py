@@ -3,8 +3,9 @@
 Boxes that touch exactly are in contact, at depth 0; a box inside another one leaves through the face that is nearest.
 Points lie half-way between the two surfaces. Whoever asks for a margin gets boxes as contacts too that are no farther
 apart than that, with negative depths. With a slop, boxes that move by less than that keep the points they had: the
-reference face is as much wider. Boxes that move are clipped where they will meet, so that those that pass each other,
-however near and fast, are left alone.
+reference face is as much wider. Boxes that move without turning are clipped where they will meet, and boxes that turn
+only if they come near within the step, so that those that pass each other are left alone. Air of less than some slops
+counts as none.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Do boxes pass what they do not touch, and hit what they would hit? On a World as it comes."""
+"""Do boxes pass what they do not touch, and hit what they would hit? On a World as it comes, but for gravity."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def passing(rng: np.random.Generator, air: float | None, turns: bool = False) ->
 
 
 def flown(cases: list[Passing], rng: np.random.Generator) -> tuple[list[bool], list[bool]]:
-    """Let all fly, each in several paces; return whether any velocity changed, and whether it should have."""
+    """Let all fly, a hundred at one pace; return whether any velocity changed, and whether it should have."""
     from references.analytic import passing_overlap
 
     changed: list[bool] = []
@@ -108,8 +108,8 @@ def flown(cases: list[Passing], rng: np.random.Generator) -> tuple[list[bool], l
 
 @check(
     family=FAMILY,
-    claim="Boxes that pass each other with 1 mm to 10 cm of air, turning or not, at 1 to 100 m/s and in steps of 1 ms "
-    "to 1/30 s, keep every bit of their velocities.",
+    claim="Without gravity, boxes that pass each other with 1 mm to 10 cm of air, turning or not, at 1 to 100 m/s and in "
+    "steps of 1 ms to 1/30 s, keep every bit of their velocities.",
     section="4.5",
     piece="softbody.collision.manifold.swept_manifold",
     reference="closed form: the outlines of two boxes, seen along their relative motion, are apart",
@@ -148,7 +148,7 @@ def near_misses(run: Run) -> Comparison:
 
 @check(
     family=FAMILY,
-    claim="Boxes that do not turn fly on as they were if, and only if, they do not meet, however little they would "
+    claim="Without gravity, boxes that do not turn fly on as they were if, and only if, they do not meet, however little they would "
     "overlap, at 1 to 100 m/s and in steps of 1 ms to 1/30 s.",
     section="4.5",
     piece="softbody.collision.manifold.swept_manifold",
