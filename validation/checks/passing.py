@@ -108,8 +108,8 @@ def flown(cases: list[Passing], rng: np.random.Generator) -> tuple[list[bool], l
 
 @check(
     family=FAMILY,
-    claim="Without gravity, boxes that pass each other with 1 mm to 10 cm of air, turning or not, at 1 to 100 m/s and in "
-    "steps of 1 ms to 1/30 s, keep every bit of their velocities.",
+    claim="Without gravity, boxes that pass each other with 1 mm to 10 cm of air, turning or not, at 1 to 100 m/s and "
+    "in steps of 1 ms to 1/30 s, keep every bit of their velocities.",
     section="4.5",
     piece="softbody.collision.manifold.swept_manifold",
     reference="closed form: the outlines of two boxes, seen along their relative motion, are apart",
@@ -148,8 +148,8 @@ def near_misses(run: Run) -> Comparison:
 
 @check(
     family=FAMILY,
-    claim="Without gravity, boxes that do not turn fly on as they were if, and only if, they do not meet, however little they would "
-    "overlap, at 1 to 100 m/s and in steps of 1 ms to 1/30 s.",
+    claim="Without gravity, boxes that do not turn fly on as they were if, and only if, they do not meet, however "
+    "little they would overlap, at 1 to 100 m/s and in steps of 1 ms to 1/30 s.",
     section="4.5",
     piece="softbody.collision.manifold.swept_manifold",
     reference="closed form: the outlines of two boxes, seen along their relative motion, overlap or are apart",
