@@ -19,7 +19,7 @@ from softbody.jit import jit, jit_lean
 from softbody.quaternion import load_quaternion
 from softbody.settings import Settings
 from softbody.state import Controls, Model, State
-from softbody.vec import Vec, load, norm, scale, sub
+from softbody.vec import Vec, add, load, norm, scale, sub
 
 
 @jit_lean
@@ -29,18 +29,33 @@ def penetration_slop(controls: Controls, h: float) -> float:
 
 
 @jit_lean
-def speculative_margin(model: Model, controls: Controls, state: State, box: int, h: float) -> float:
-    """Return how far [m] any point of a box may come within a step of `h` [s]: by its motion, and what acts on it."""
+def travel_in_step(model: Model, controls: Controls, state: State, box: int, h: float) -> Vec:
+    """Return how far [m] a box moves within a step of `h` [s] if nothing holds it; a static one has no velocity."""
+    inverse_mass = model.box_inverse_mass[box]
+    if inverse_mass == 0.0:
+        return STILL
+    pull = add(
+        (controls.gravity[0], controls.gravity[1], controls.gravity[2]),
+        scale(inverse_mass, load(controls.box_force, box)),
+    )
+    return scale(h, add(load(state.box_velocity, box), scale(h, pull)))
+
+
+@jit_lean
+def turn_in_step(model: Model, controls: Controls, state: State, box: int, h: float) -> float:
+    """Return how far [m] any point of a box may come within a step of `h` [s] by turning, and by its torque."""
     if model.box_inverse_mass[box] == 0.0:
         return 0.0
-    square = 0.0
-    for c in range(3):
-        square += (controls.gravity[c] + model.box_inverse_mass[box] * controls.box_force[box, c]) ** 2
     inverse_inertia = load(model.box_inverse_inertia, box)
     angular = max(inverse_inertia[0], inverse_inertia[1], inverse_inertia[2]) * norm(load(controls.box_torque, box))
-    radius = 0.5 * norm(load(model.box_size, box))
     spin = norm(load(state.box_angular_velocity, box))
-    return h * (norm(load(state.box_velocity, box)) + h * np.sqrt(square) + radius * (spin + h * angular))
+    return h * 0.5 * norm(load(model.box_size, box)) * (spin + h * angular)
+
+
+@jit_lean
+def speculative_margin(model: Model, controls: Controls, state: State, box: int, h: float) -> float:
+    """Return how far [m] any point of a box may come within a step of `h` [s]: by its motion, and what acts on it."""
+    return norm(travel_in_step(model, controls, state, box, h)) + turn_in_step(model, controls, state, box, h)
 
 
 @jit
@@ -89,7 +104,7 @@ def find_box_contacts(
                 limits = Limits(margin[a] + margin[b], slop, settings.paper_axes)
                 # (The paper's axes see overlaps that these bounds would refute.)
                 if settings.paper_axes or not bounds_apart(boxes, a, b, limits.margin):
-                    sweep = _sweep_of(model, state, (a, b), limits.margin, h)
+                    sweep = _sweep_of(model, controls, state, (a, b), h)
                     found = swept_manifold(boxes, (a, b), sweep, limits, manifold)
                     _add_pair_contacts(model, (a, b), found, manifold, contacts)
         contacts.number[1] = contacts.number[0]
@@ -99,21 +114,19 @@ def find_box_contacts(
 
 
 @jit_lean
-def _sweep_of(model: Model, state: State, pair: tuple[int, int], margin: float, h: float) -> Sweep:
-    """Return how a moves within a step, seen from b, of two boxes that come nearer by `margin` [m] at most."""
+def _sweep_of(model: Model, controls: Controls, state: State, pair: tuple[int, int], h: float) -> Sweep:
+    """Return how a moves within a step, seen from b."""
     a, b = pair
-    way_a, spin_a = _way_in_step(model, state, a, h)
-    way_b, spin_b = _way_in_step(model, state, b, h)
+    travel = sub(travel_in_step(model, controls, state, a, h), travel_in_step(model, controls, state, b, h))
+    turn = turn_in_step(model, controls, state, a, h) + turn_in_step(model, controls, state, b, h)
     share = model.box_inverse_mass[a] / (model.box_inverse_mass[a] + model.box_inverse_mass[b])
-    return Sweep(sub(way_a, way_b), spin_a, spin_b, margin - norm(way_a) - norm(way_b), share)
+    return Sweep(travel, _spin_in_step(model, state, a, h), _spin_in_step(model, state, b, h), turn, share)
 
 
 @jit_lean
-def _way_in_step(model: Model, state: State, box: int, h: float) -> tuple[Vec, Vec]:
-    """Return how far a box moves [m] and turns [rad] if nothing acts on it; a static box has no velocity."""
-    if model.box_inverse_mass[box] == 0.0:
-        return STILL, STILL
-    return scale(h, load(state.box_velocity, box)), scale(h, load(state.box_angular_velocity, box))
+def _spin_in_step(model: Model, state: State, box: int, h: float) -> Vec:
+    """Return how far a box turns [rad] if nothing acts on it; a static box has no velocity."""
+    return STILL if model.box_inverse_mass[box] == 0.0 else scale(h, load(state.box_angular_velocity, box))
 
 
 @jit_lean

@@ -4,8 +4,7 @@ Boxes that touch exactly are in contact, at depth 0; a box inside another one le
 Points lie half-way between the two surfaces. Whoever asks for a margin gets boxes as contacts too that are no farther
 apart than that, with negative depths. With a slop, boxes that move by less than that keep the points they had: the
 reference face is as much wider. Boxes that move without turning are clipped where they will meet, and boxes that turn
-only if they come near within the step, so that those that pass each other are left alone. Air of less than some slops
-counts as none.
+only if they come near within the step, so that those that pass each other are left alone.
 """
 
 from __future__ import annotations
@@ -28,6 +27,7 @@ from softbody.collision.sat_boxes import (
 )
 from softbody.collision.single_contact import box_box_contact
 from softbody.collision.swept_boxes import (
+    NEAR,
     NEVER,
     NO_SWEEP,
     STILL,
@@ -39,7 +39,7 @@ from softbody.collision.swept_boxes import (
     rests_on_face,
 )
 from softbody.jit import jit, jit_lean
-from softbody.vec import Vec, dot, load, scale, store
+from softbody.vec import Vec, dot, load, norm, scale, store
 
 MOST_POINTS = 8  # of two rectangles' intersection
 
@@ -103,11 +103,12 @@ def swept_manifold(boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, limits
     graze = grazing_depth(boxes, pair, limits.slop)
     if separation <= -graze:
         return _points_of_overlap(boxes, pair, (separation, axis), limits, manifold)
-    if separation <= limits.slop and axis < 6 and rests_on_face(boxes, pair, axis, graze, manifold.sat):
+    resting = separation <= limits.slop and axis < 6 and norm(sweep.travel) <= graze
+    if resting and rests_on_face(boxes, pair, axis, graze, manifold.sat):
         return _clip_along(boxes, pair, axis, limits, NO_SWEEP, manifold)
     if sweep.turn > graze:
         # Where boxes that turn will meet, the sweep does not tell: taken along the axis that parts them most now.
-        near = separation <= graze or come_near(boxes, pair, sweep, graze)
+        near = separation <= 0.0 or come_near(boxes, pair, sweep, NEAR * graze)
         return _points_of_overlap(boxes, pair, (separation, axis), limits, manifold) if near else 0
     return _points_of_meeting(boxes, pair, sweep, limits, manifold)
 

@@ -2,8 +2,8 @@
 
 The separating-axis test of moving boxes (Ericson 2005, §5.5.8). Boxes that are apart touch no sooner than along the
 axis on which their projections come to overlap last; if one stays open to the end of the step, they pass each other.
-What pulls is covered by a margin, and so is rotation, until conservative advancement (Mirtich 1996, §2.3) has shown
-that boxes which turn do not come near.
+The motion is that of free flight, gravity included. Rotation is covered by a margin, until conservative advancement
+(Mirtich 1996, §2.3) has shown that boxes which turn do not come near.
 """
 
 from __future__ import annotations
@@ -31,15 +31,16 @@ from softbody.quaternion import from_rotation_vector, normalize_quaternion, prod
 from softbody.vec import Vec, add, dot, norm, scale
 
 GRAZE = 2.0  # slops of overlap up to which boxes only graze each other, as boxes at rest do
+NEAR = 0.01  # of that: boxes that turn are taken to meet if they come as near within the step
 
 
 class Sweep(NamedTuple):
     """How a moves within a step, seen from b, if nothing stops it."""
 
-    travel: Vec  # [m]
+    travel: Vec  # [m] by its velocity and by what pulls, as if nothing held it
     spin_a: Vec  # [rad] about its centre, in the world
     spin_b: Vec  # [rad]
-    turn: float  # [m] that any point may come besides, by turning and by what pulls
+    turn: float  # [m] that any point may come besides, by turning
     share: float  # a's part of the sum of both inverse masses: the lighter box keeps its points where they are
 
 
@@ -65,8 +66,8 @@ def grazing_depth(boxes: BoxFrames, pair: tuple[int, int], slop: float) -> float
 
 
 @jit_lean
-def rests_on_face(boxes: BoxFrames, pair: tuple[int, int], axis: int, graze: float, memory: SatMemory) -> bool:
-    """Tell whether boxes that touch along face `axis` overlap by more than `graze` [m] along all other faces.
+def rests_on_face(boxes: BoxFrames, pair: tuple[int, int], axis: int, least: float, memory: SatMemory) -> bool:
+    """Tell whether boxes that touch along face `axis` overlap by more than `least` [m] along all other faces.
 
     But those that are all but parallel to it. Then they rest on each other, and no other axis can come first.
     """
@@ -77,7 +78,7 @@ def rests_on_face(boxes: BoxFrames, pair: tuple[int, int], axis: int, graze: flo
         elif k < 3 <= axis:
             alike = memory.cosine[k, axis - 3]
         distance, reach, _, _ = _projection(boxes.size, pair, k, memory)
-        if k != axis and abs(alike) < 0.99 and abs(distance) - reach > -graze:
+        if k != axis and abs(alike) < 0.99 and abs(distance) - reach > -least:
             return False
     return True
 
@@ -86,36 +87,35 @@ def rests_on_face(boxes: BoxFrames, pair: tuple[int, int], axis: int, graze: flo
 def meeting_of(boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, limits: Limits, memory: SatMemory) -> Meeting:
     """Return where and when two boxes meet, which `least_overlap` has found apart, or grazing; its normal in `memory`.
 
-    An overlap of less than `grazing_depth` counts as none. Boxes that graze along an axis on which they do not close,
-    as one that slides on another does, touch along it before any other.
+    An overlap of less than `grazing_depth` counts as none. Boxes that graze along an axis on which they all but keep
+    their distance, as one that slides on another does, touch along it before any other. A contact that would act, but
+    that they would fly past if nothing held them, is none.
     """
     a, b = pair
     _project_travel(boxes, pair, sweep.travel, memory)
     rounding, graze = rounding_of(boxes.size, a, b), grazing_depth(boxes, pair, limits.slop)
     touching = limits.slop + rounding
-    latest, before, best, parting = -np.inf, 0.0, NO_MEETING, np.inf
+    latest, before, best, acts = -np.inf, 0.0, NO_MEETING, False
     for k in range(6 if limits.paper_axes else 15):
         distance, reach, way, sine = _projection(boxes.size, pair, k, memory)
         if sine < PARALLEL_SINE:
             continue
         separation, closing = abs(distance) - reach, -way if distance >= 0.0 else way
-        if separation > sweep.turn + limits.slop + max(0.0, closing):
+        if separation > touching and separation > sweep.turn + rounding + max(0.0, closing):
             return NO_MEETING  # open to the end of the step
-        # When the projections cease to overlap.
-        if way != 0.0:
-            ahead = distance if way > 0.0 else -distance
-            parting = min(parting, (reach + sweep.turn + limits.slop + rounding - ahead) / abs(way))
         if separation <= -graze:
             continue
         # When the projections come to overlap.
-        left = separation + graze if separation <= touching else separation
-        entry = left / closing if closing > 1e-9 * left else np.inf
+        slowest = graze if separation <= touching else 1e-9 * separation
+        entry = separation / closing if closing > slowest else np.inf
         # The latest axis is taken, faces of a before those of b before edges where they tie.
         preference = 0.0
-        if best.axis != NEVER and best.axis < 3 <= k < 6:
-            preference = touching
-        elif best.axis != NEVER and best.axis < 6 <= k:
-            preference = limits.slop + rounding / sine + FACE_PREFERENCE * abs(separation)
+        if 0 <= best.axis < 6 <= k:
+            preference = rounding / sine + FACE_PREFERENCE * abs(separation)
+        elif 0 <= best.axis < 3 <= k:
+            preference = rounding
+        if preference > 0.0 and best.separation <= touching:
+            preference += limits.slop
         if entry == latest:
             better = separation > best.separation + preference
         elif entry < np.inf and latest < np.inf:
@@ -127,12 +127,34 @@ def meeting_of(boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, limits: Li
         if 0.0 < earlier <= 1.0:
             before = max(before, earlier)
         if better:
-            latest, best = entry, Meeting(k, separation, 0.0)
-    if best.axis == NEVER or parting < latest <= 1.0:
-        return NO_MEETING  # they have passed each other on one axis before they come near on another
+            latest, best, acts = entry, Meeting(k, separation, 0.0), separation < sweep.turn + closing
+    if best.axis == NEVER or (acts and _fly_past(boxes, pair, sweep, limits.paper_axes, memory)):
+        return NO_MEETING
     _write_normal(boxes, pair, best.axis, memory)
     when = latest if latest <= 1.0 and best.separation > touching else before
     return Meeting(best.axis, best.separation, when)
+
+
+@jit_lean
+def _fly_past(boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, paper_axes: bool, memory: SatMemory) -> bool:
+    """Tell whether boxes that nothing holds are apart all through the step: at no time do they overlap on every axis.
+
+    Their travel must be in `memory`.
+    """
+    near = sweep.turn + rounding_of(boxes.size, pair[0], pair[1])
+    enter, leave = 0.0, 1.0
+    for k in range(6 if paper_axes else 15):
+        distance, reach, way, sine = _projection(boxes.size, pair, k, memory)
+        if sine < PARALLEL_SINE:
+            continue
+        reach += near
+        if way == 0.0:
+            if abs(distance) > reach:
+                return True
+            continue
+        ahead = distance if way > 0.0 else -distance
+        enter, leave = max(enter, (-reach - ahead) / abs(way)), min(leave, (reach - ahead) / abs(way))
+    return enter > leave
 
 
 ADVANCES = 200  # after so many, boxes are as good as touching
@@ -148,18 +170,18 @@ def come_near(boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, near: float
     placed = PlacedBoxes(boxes.size, boxes.position, boxes.orientation)
     a, b = placed_box(placed, pair[0]), placed_box(placed, pair[1])
     turning = 0.5 * (norm(a.size) * norm(sweep.spin_a) + norm(b.size) * norm(sweep.spin_b))
-    pulled = near + max(0.0, sweep.turn - turning)
+    near += max(0.0, sweep.turn - turning)
     when = 0.0
     for _ in range(ADVANCES):
         gap, normal, _ = box_box_separation(
             _later(a, scale(when, sweep.travel), scale(when, sweep.spin_a)), _later(b, STILL, scale(when, sweep.spin_b))
         )
         closing = max(0.0, -dot(sweep.travel, normal)) + turning
-        if gap <= pulled:
+        if gap <= near:
             return True
-        if gap - pulled > closing * (1.0 - when):
+        if gap - near > closing * (1.0 - when):
             return False
-        when += (gap - 0.9 * pulled) / closing
+        when += (gap - 0.9 * near) / closing
     return True
 
 

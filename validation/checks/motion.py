@@ -329,7 +329,7 @@ def _rest(position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
     faults=(
         Fault(
             "boxes that touch only when 0.2 m inside each other",
-            manifold.box_box_manifold,
+            manifold.swept_manifold,
             "separation_ > limits_.margin",
             "separation_ > limits_.margin - 0.2",
         ),
