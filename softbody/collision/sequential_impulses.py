@@ -13,9 +13,9 @@ import numpy as np
 from softbody.collision.contact import NOBODY, Contacts
 from softbody.collision.law import speed_after, within_friction_cone
 from softbody.collision.solver_row import (
+    APPROACH,
     INVERSE_A,
     INVERSE_B,
-    APPROACH,
     MASS,
     NORMAL,
     NORMAL_IMPULSE,
@@ -45,6 +45,9 @@ from softbody.vec import Vec, add, load, scale, store, sub
 
 # The part of a depth that one step undoes. All at once would let a pile that is not solved to the end jump.
 BAUMGARTE = 0.2
+
+# The part of the depth that is allowed below which a correction of a displacement is not worth another sweep.
+CLOSE = 1e-3
 
 
 @jit
@@ -103,8 +106,8 @@ def _start_from_cache(contacts: Contacts, motion: np.ndarray) -> None:
 def _sweep(contacts: Contacts, pairs: np.ndarray, down: bool, motion: np.ndarray) -> float:
     """Correct the impulses of all contacts once; return the largest change of a speed at a contact [m/s].
 
-    In the order of `pairs` (p, 2), or the other way round if `down`: forth and back, what the sweeps do is symmetric, and
-    damps; always forth, it may swing. The velocities of a pair stay in the processor's registers from one of its
+    In the order of `pairs` (p, 2), or the other way round if `down`: forth and back, what the sweeps do is symmetric,
+    and damps; always forth, it may swing. The velocities of a pair stay in the processor's registers from one of its
     contacts to the next.
     """
     row, number = contacts.row, pairs.shape[0]
@@ -178,6 +181,7 @@ def solve_positions(contacts: Contacts, bodies: RigidBodies, slop: float, iterat
             count += 1
             row[k, POSITION_IMPULSE] = 0.0
     for _ in range(iterations if count else 0):
+        most = 0.0
         for place in range(count):
             k = deep[place]
             a, b = contacts.box[k, 0], contacts.box[k, 1]
@@ -186,5 +190,8 @@ def solve_positions(contacts: Contacts, bodies: RigidBodies, slop: float, iterat
             row[k, POSITION_IMPULSE] = max(0.0, before + row[k, MASS] * lack)
             change = row[k, POSITION_IMPULSE] - before
             if change != 0.0:
+                most = max(most, abs(change) / row[k, MASS])
                 apply_impulse(row, k, NORMAL, change, shift, (a, b))
+        if most <= CLOSE * slop:
+            break
     return shift

@@ -147,6 +147,7 @@ def speed_along(row: np.ndarray, k: int, direction: int, pair: PairMotion) -> fl
 
 @jit_lean
 def load_pair(motion: np.ndarray, a: int, b: int) -> PairMotion:
+    """Return the velocities and angular velocities of two bodies."""
     return load_three(motion, a, 0), load_three(motion, a, 3), load_three(motion, b, 0), load_three(motion, b, 3)
 
 
@@ -182,6 +183,7 @@ def apply_impulse(
 
 @jit_lean
 def store_body(motion: np.ndarray, i: int, v: Vec, w: Vec) -> None:
+    """Set the velocity and angular velocity of a body."""
     for c in range(3):
         motion[i, c] = v[c]
         motion[i, 3 + c] = w[c]

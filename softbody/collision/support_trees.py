@@ -1,15 +1,16 @@
 """Which impulses hold all that stands on something, found at once?
 
 Sweeps pass weight on from contact to contact. A pile of n boxes bends like a beam, and its slowest bend takes of the
-order of n⁴ sweeps; what they leave feeds itself from step to step, and the pile never rests. Here every box hangs on the
-one that carries most of it, so that piles are trees, and the equations of a tree are solved exactly: eliminated from the
-tips to the root, they fill no block that was empty (Baraff 1996, Linear-time dynamics using Lagrange multipliers).
-Which contacts hold is guessed from the last step, and corrected: who would pull leaves, who would hold more than its
-friction lets go (a primal active-set method). The sweeps then start from what was found.
+order of n⁴ sweeps; what they leave feeds itself from step to step, and the pile never rests. Here every box hangs on
+the one that carries most of it, so that piles are trees, and the equations of a tree are solved exactly, from the tips
+to the root and back (Featherstone 1983; Baraff 1996, Linear-time dynamics using Lagrange multipliers). Which contacts
+hold is guessed from the last step, and corrected: what would pull leaves, what would hold more than its friction
+slides (an active-set method). The sweeps then start from what was found.
 """
 
 from __future__ import annotations
 
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +20,6 @@ from softbody.collision.law import within_friction_cone
 from softbody.collision.solver_row import (
     ANGULAR_A,
     ANGULAR_B,
-    APPROACH,
     MASS,
     NORMAL,
     NORMAL_IMPULSE,
@@ -29,24 +29,24 @@ from softbody.collision.solver_row import (
     TARGET,
     apply_impulse,
     load_pair,
+    load_three,
     speed_along,
 )
 from softbody.collision.sweep_order import SweepOrder
 from softbody.jit import jit, jit_lean
 from softbody.quaternion import load_quaternion, rotate_diagonal
 from softbody.state import RigidBodies
-from softbody.vec import load
+from softbody.vec import Vec, add, cross, load, scale, sub
 
 # A contact yields by this part of what it would take for nothing: with 1 the equations were a step of Jacobi's method,
 # with 0 they had no unique solution wherever more contacts hold a box than it needs.
 YIELD = 1e-8
 
-# How often the contacts that hold are corrected in a step. (Piles at rest: once or twice; where boxes land, up to six.)
-ROUNDS = 8
+# How often the contacts that hold are corrected in a step. (At rest once or twice; more wins little where boxes land.)
+ROUNDS = 4
 
-# In changes of speed that are not worth another sweep. A pair that met faster than the first stands on nothing yet:
-# what holds there was no guide. Trees whose contacts lack less than the second are solved already.
-LANDING, SOLVED = 1e5, 1e-3
+# A tree is solved already where no speed is wrong by more than this part of what is not worth another sweep.
+SOLVED = 1e-3
 
 # What a contact does: nothing, keep its distance, or its place; along so many directions it is held.
 OPEN, SLIDES, HOLDS = 0, 1, 3
@@ -71,12 +71,15 @@ class Trial(NamedTuple):
 
 
 class Equations(NamedTuple):
-    """(M + Jᵀ D J) dv = Jᵀ D r by blocks: the masses M, the held contacts' Jacobian J, stiffness D and lack r of speed."""
+    """(M + Jᵀ D J) dv = Jᵀ D r, of the masses M, the Jacobian J of what holds, its stiffness D and lack r of speed.
 
-    diagonal: np.ndarray  # (m, 6, 6), its lower triangles; then their Cholesky factors L
-    link: np.ndarray  # (m, 6, 6) between each body and what carries it; then (L Lᵀ)⁻¹ link
-    unknown: np.ndarray  # (m, 6) Jᵀ D r; then dv [m/s, rad/s]
-    jacobian: np.ndarray  # (2, 6) of one direction of one contact: of the body that stands, and of what carries it
+    Blocks of the velocity and angular velocity of each body, about its centre.
+    """
+
+    inertia: np.ndarray  # (m, 6, 6) M and what stands on the body, lower triangles; then the Cholesky factors L
+    stiffness: np.ndarray  # (m, 6, 6) Jᵀ D J of the contacts by which the body stands; then (L Lᵀ)⁻¹ of it
+    pull: np.ndarray  # (m, 6) [N s, N m s] Jᵀ D r of them
+    unknown: np.ndarray  # (m, 6) [N s, N m s] the right side; then dv [m/s, rad/s]
 
 
 @jit
@@ -86,10 +89,10 @@ def solve_trees(contacts: Contacts, bodies: RigidBodies, order: SweepOrder, moti
     Speeds of `enough` [m/s] are the least that matter. Of the correction of each tree as much is taken as takes away
     most energy: it never adds any.
     """
-    count = bodies.inverse_mass.shape[0]
-    forest = _plant(contacts, bodies, order, LANDING * enough)
+    forest = _plant(contacts, bodies, order)
     trial = _begin(contacts, forest, motion, SOLVED * enough)
-    equations = Equations(np.empty((count, 6, 6)), np.empty((count, 6, 6)), np.empty((count, 6)), np.empty((2, 6)))
+    shape = (bodies.inverse_mass.shape[0], 6, 6)
+    equations = Equations(np.empty(shape), np.empty(shape), np.empty(shape[:2]), np.empty(shape[:2]))
     for _ in range(ROUNDS):
         if not trial.unsolved.any():
             break
@@ -100,7 +103,7 @@ def solve_trees(contacts: Contacts, bodies: RigidBodies, order: SweepOrder, moti
 
 
 @jit
-def _plant(contacts: Contacts, bodies: RigidBodies, order: SweepOrder, landing: float) -> Forest:
+def _plant(contacts: Contacts, bodies: RigidBodies, order: SweepOrder) -> Forest:
     """Return the forest: every box hangs on the pair below it that pushed it most in the last step."""
     count, number, level = bodies.inverse_mass.shape[0], order.pairs.shape[0], order.level
     best, most = np.full(count, NOBODY), np.zeros(count)
@@ -111,7 +114,7 @@ def _plant(contacts: Contacts, bodies: RigidBodies, order: SweepOrder, landing: 
         a, b = contacts.box[k, 0], contacts.box[k, 1]
         if level[a] != level[b]:
             upper = a if level[a] > level[b] else b
-            total = _push(contacts, order.pairs[pair, 0], order.pairs[pair, 1], landing)
+            total = _push(contacts, order.pairs[pair, 0], order.pairs[pair, 1])
             if total > most[upper]:
                 most[upper], best[upper] = total, pair
     # From below: a body is in a tree if what carries it is, or cannot move.
@@ -126,14 +129,11 @@ def _plant(contacts: Contacts, bodies: RigidBodies, order: SweepOrder, landing: 
 
 
 @jit_lean
-def _push(contacts: Contacts, first: int, end: int, landing: float) -> float:
-    """Return the sum of the normal impulses [N s] of a pair's contacts; 0 if any of them met faster than `landing`."""
+def _push(contacts: Contacts, first: int, end: int) -> float:
+    """Return the sum of the normal impulses [N s] of a pair's contacts."""
     total = 0.0
     for k in range(first, end):
-        if contacts.row[k, NORMAL_IMPULSE] > 0.0:
-            if abs(contacts.row[k, APPROACH]) > landing:
-                return 0.0
-            total += contacts.row[k, NORMAL_IMPULSE]
+        total += contacts.row[k, NORMAL_IMPULSE]
     return total
 
 
@@ -187,97 +187,121 @@ def _assemble(contacts: Contacts, bodies: RigidBodies, forest: Forest, trial: Tr
     """Set up the equations of the unsolved trees."""
     for pair in range(forest.pairs.shape[0]):
         if _is_unsolved(forest, trial, pair):
-            _put_mass(bodies, forest.standing[pair], equations)
-    for pair in range(forest.pairs.shape[0]):
-        if _is_unsolved(forest, trial, pair):
-            bears = forest.carrier[pair] != NOBODY and bodies.inverse_mass[forest.carrier[pair]] > 0.0
+            i = forest.standing[pair]
+            _put_mass(bodies, i, equations)
             for k in range(forest.pairs[pair, 0], forest.pairs[pair, 1]):
                 for d in range(trial.does[k]):
-                    lack = _lack(contacts, k, d, trial.motion)
-                    _load_jacobian(contacts, k, d, forest.standing[pair], equations.jacobian)
-                    _add_contact(forest, pair, bears, (_stiffness(contacts.row, k, d), lack), equations)
+                    impulse = _stiffness(contacts.row, k, d) * _lack(contacts, k, d, trial.motion)
+                    _add_contact(contacts, (k, d), i, impulse, equations)
 
 
 @jit_lean
 def _put_mass(bodies: RigidBodies, i: int, equations: Equations) -> None:
-    """Set a body's block of the diagonal to its mass and R I Rᵀ, and the rest of its equations to 0."""
+    """Start a body's equations from its mass and R I Rᵀ, and nothing that acts."""
     q, inverse = load_quaternion(bodies.orientation, i), load(bodies.inverse_inertia, i)
     inertia = (1.0 / inverse[0], 1.0 / inverse[1], 1.0 / inverse[2])
     for r in range(6):
-        equations.unknown[i, r] = 0.0
+        equations.unknown[i, r] = equations.pull[i, r] = 0.0
         for c in range(6):
-            equations.diagonal[i, r, c] = equations.link[i, r, c] = 0.0
+            equations.inertia[i, r, c] = equations.stiffness[i, r, c] = 0.0
     for k in range(3):
         column = rotate_diagonal(q, inertia, (1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0))
-        equations.diagonal[i, k, k] = 1.0 / bodies.inverse_mass[i]
+        equations.inertia[i, k, k] = 1.0 / bodies.inverse_mass[i]
         for c in range(3):
-            equations.diagonal[i, 3 + c, 3 + k] = column[c]
+            equations.inertia[i, 3 + c, 3 + k] = column[c]
 
 
 @jit_lean
-def _load_jacobian(contacts: Contacts, k: int, direction: int, body: int, jacobian: np.ndarray) -> None:
-    """Put the Jacobian of one direction of a contact into `jacobian` (2, 6): of `body`, and of what carries it."""
-    row, d = contacts.row, 3 * direction
-    a = 0 if contacts.box[k, 0] == body else 1
-    for c in range(3):
-        jacobian[a, c], jacobian[1 - a, c] = row[k, d + c], -row[k, d + c]
-        jacobian[a, 3 + c], jacobian[1 - a, 3 + c] = row[k, ANGULAR_A + d + c], -row[k, ANGULAR_B + d + c]
-
-
-@jit_lean
-def _add_contact(forest: Forest, pair: int, bears: bool, spring: tuple[float, float], equations: Equations) -> None:
-    """Add Jᵀ D J and Jᵀ D r of one direction of a contact; `spring` is (D, r), `bears` if what carries can move."""
-    i, carrier, jacobian = forest.standing[pair], forest.carrier[pair], equations.jacobian
-    stiffness, lack = spring
+def _add_contact(contacts: Contacts, held: tuple[int, int], i: int, impulse: float, equations: Equations) -> None:
+    """Add Jᵀ D J and Jᵀ times the `impulse` D r of contact k along direction d, `held` = (k, d), by which i stands."""
+    row, k, d = contacts.row, held[0], 3 * held[1]
+    stiffness = _stiffness(row, k, held[1])
+    if contacts.box[k, 0] == i:
+        force, torque = load_three(row, k, d), load_three(row, k, ANGULAR_A + d)
+    else:
+        force, torque = scale(-1.0, load_three(row, k, d)), scale(-1.0, load_three(row, k, ANGULAR_B + d))
+    jacobian = (force[0], force[1], force[2], torque[0], torque[1], torque[2])
     for r in range(6):
-        s = stiffness * jacobian[0, r]
-        equations.unknown[i, r] += s * lack
+        equations.pull[i, r] += impulse * jacobian[r]
         for c in range(r + 1):
-            equations.diagonal[i, r, c] += s * jacobian[0, c]
-        if bears:
-            for c in range(6):
-                equations.link[i, r, c] += s * jacobian[1, c]
-    if bears:
-        for r in range(6):
-            s = stiffness * jacobian[1, r]
-            equations.unknown[carrier, r] += s * lack
-            for c in range(r + 1):
-                equations.diagonal[carrier, r, c] += s * jacobian[1, c]
+            equations.stiffness[i, r, c] += stiffness * jacobian[r] * jacobian[c]
 
 
 @jit
 def _eliminate(bodies: RigidBodies, forest: Forest, trial: Trial, equations: Equations) -> None:
-    """Solve the equations of the unsolved trees: from the tips to the roots, and back."""
-    diagonal, link, unknown = equations.diagonal, equations.link, equations.unknown
+    """Solve the equations of the unsolved trees: from the tips to the roots, and back.
+
+    Every body passes on to its carrier what is left of its pull, and how stiffly it holds on: that of the contacts
+    and of the body, with all it carries, one after the other (Featherstone 1983, articulated bodies).
+    """
+    stiffness, unknown = equations.stiffness, equations.unknown
     number = forest.pairs.shape[0]
-    right = np.empty((6, 6))
+    passed, pull = np.empty((6, 6)), np.empty(6)
     for pair in range(number - 1, -1, -1):
         if not _is_unsolved(forest, trial, pair):
             continue
         i, carrier = forest.standing[pair], forest.carrier[pair]
-        _factor(diagonal[i])
-        _solve_factored(diagonal[i], unknown[i])
-        if carrier == NOBODY or bodies.inverse_mass[carrier] == 0.0:
-            continue
-        # What the body asks of its carrier: linkᵀ times its own solution.
-        for c in range(6):
-            for r in range(6):
-                right[c, r] = link[i, r, c]
-            for r in range(6):
-                unknown[carrier, c] -= right[c, r] * unknown[i, r]
-        for c in range(6):
-            column = link[i, :, c]
-            _solve_factored(diagonal[i], column)
-            for r in range(c, 6):
-                for k in range(6):
-                    diagonal[carrier, r, c] -= right[r, k] * column[k]
+        for r in range(6):
+            unknown[i, r] += equations.pull[i, r]
+            for c in range(r + 1):
+                equations.inertia[i, r, c] += stiffness[i, r, c]
+                stiffness[i, c, r] = passed[r, c] = passed[c, r] = stiffness[i, r, c]
+        _factor(equations.inertia[i])
+        _solve_factored(equations.inertia[i], unknown[i])
+        for c in range(6):  # (of a symmetric matrix, rows are columns)
+            _solve_factored(equations.inertia[i], stiffness[i, c])
+        if carrier != NOBODY and bodies.inverse_mass[carrier] > 0.0:
+            _pass_on(equations, i, passed, pull)
+            arm = sub(load(bodies.position, i), load(bodies.position, carrier))
+            _add_moved(passed, pull, arm, equations, carrier)
     for pair in range(number):
         if _is_unsolved(forest, trial, pair):
             i, carrier = forest.standing[pair], forest.carrier[pair]
             if carrier != NOBODY and bodies.inverse_mass[carrier] > 0.0:
+                arm = sub(load(bodies.position, i), load(bodies.position, carrier))
+                spin = load_three(unknown, carrier, 3)
+                speed = add(load_three(unknown, carrier, 0), cross(spin, arm))
+                moved = (speed[0], speed[1], speed[2], spin[0], spin[1], spin[2])
                 for r in range(6):
                     for c in range(6):
-                        unknown[i, r] -= link[i, r, c] * unknown[carrier, c]
+                        unknown[i, r] += stiffness[i, c, r] * moved[c]
+
+
+@jit_lean
+def _pass_on(equations: Equations, i: int, passed: np.ndarray, pull: np.ndarray) -> None:
+    """Turn `passed` K (6, 6) into K − K (L Lᵀ)⁻¹ K, and set `pull` (6,) to what is left, of body `i`."""
+    for r in range(6):
+        pull[r] = equations.pull[i, r]
+        for c in range(6):
+            pull[r] -= passed[r, c] * equations.unknown[i, c]
+    # Row by row: what is left of a row needs that row of K only.
+    for r in range(6):
+        k = (passed[r, 0], passed[r, 1], passed[r, 2], passed[r, 3], passed[r, 4], passed[r, 5])
+        for c in range(6):
+            for j in range(6):
+                passed[r, c] -= k[j] * equations.stiffness[i, c, j]
+
+
+@jit_lean
+def _add_moved(passed: np.ndarray, pull: np.ndarray, arm: Vec, equations: Equations, carrier: int) -> None:
+    """Add a stiffness (6, 6) and a pull (6,) about a body's centre to what carries it, by `arm` [m] away."""
+    for c in range(6):
+        torque = cross(arm, (passed[0, c], passed[1, c], passed[2, c]))
+        passed[3, c], passed[4, c], passed[5, c] = (
+            passed[3, c] + torque[0],
+            passed[4, c] + torque[1],
+            passed[5, c] + torque[2],
+        )
+    for r in range(6):
+        torque = cross(arm, (passed[r, 0], passed[r, 1], passed[r, 2]))
+        moved = add((passed[r, 3], passed[r, 4], passed[r, 5]), torque)
+        row = (passed[r, 0], passed[r, 1], passed[r, 2], moved[0], moved[1], moved[2])
+        for c in range(r + 1):
+            equations.inertia[carrier, r, c] += row[c]
+    torque = add((pull[3], pull[4], pull[5]), cross(arm, (pull[0], pull[1], pull[2])))
+    for c in range(3):
+        equations.unknown[carrier, c] -= pull[c]
+        equations.unknown[carrier, 3 + c] -= torque[c]
 
 
 @jit_lean
@@ -288,25 +312,27 @@ def _factor(block: np.ndarray) -> None:
             s = block[r, c]
             for k in range(c):
                 s -= block[r, k] * block[c, k]
-            block[r, c] = np.sqrt(s) if r == c else s / block[c, c]
+            block[r, c] = sqrt(s) if r == c else s / block[c, c]
 
 
 @jit_lean
 def _solve_factored(factor: np.ndarray, x: np.ndarray) -> None:
     """Replace `x` (6,) by the solution y of L Lᵀ y = x, with L the lower triangle of `factor` (6, 6)."""
     for r in range(6):
+        s = x[r]
         for k in range(r):
-            x[r] -= factor[r, k] * x[k]
-        x[r] /= factor[r, r]
+            s -= factor[r, k] * x[k]
+        x[r] = s / factor[r, r]
     for r in range(5, -1, -1):
+        s = x[r]
         for k in range(r + 1, 6):
-            x[r] -= factor[k, r] * x[k]
-        x[r] /= factor[r, r]
+            s -= factor[k, r] * x[k]
+        x[r] = s / factor[r, r]
 
 
 @jit
 def _correct(contacts: Contacts, forest: Forest, trial: Trial, equations: Equations) -> None:
-    """Correct the impulses by what was solved for, within their bounds. A tree where one met its bound stays unsolved."""
+    """Correct the impulses by what was solved for, within their bounds; a tree where one met its is not solved."""
     wanted, left = trial.motion.copy(), np.zeros(trial.unsolved.shape[0], np.bool_)
     for pair in range(forest.pairs.shape[0]):
         if _is_unsolved(forest, trial, pair):
