@@ -72,8 +72,8 @@ def test_no_correction_adds_energy(seed):
     random = np.random.default_rng(seed)
     world = pile(5, friction=0.3)
     world.step(H, 30)
-    world.state.box_velocity += random.normal(scale=0.3, size=(5, 3))
-    world.state.box_angular_velocity += random.normal(scale=0.3, size=(5, 3))
+    world.state.box_velocity[:] += random.normal(scale=0.3, size=(5, 3))
+    world.state.box_angular_velocity[:] += random.normal(scale=0.3, size=(5, 3))
     boxes, contacts, motion = before_the_sweeps(world)
 
     def energy():
