@@ -140,7 +140,8 @@ def _push(contacts: Contacts, first: int, end: int) -> float:
 def _begin(contacts: Contacts, forest: Forest, motion: np.ndarray, enough: float) -> Trial:
     """Return what may hold; a tree where something does is not solved.
 
-    What pushed in the last step, and of a pair that did not push yet all that would come nearer.
+    What pushed in the last step, and of a pair that did not push yet all that would come nearer. What bounces is left
+    to the sweeps: their impact is exact.
     """
     row = contacts.row
     trial = Trial(
@@ -157,7 +158,8 @@ def _begin(contacts: Contacts, forest: Forest, motion: np.ndarray, enough: float
         for k in range(forest.pairs[pair, 0], forest.pairs[pair, 1]):
             for d in range(3):
                 trial.impulse[k, d] = row[k, NORMAL_IMPULSE + d]
-            if row[k, NORMAL_IMPULSE] > 0.0 or (is_new and _lack(contacts, k, NORMAL, motion) >= -enough):
+            pushes = row[k, NORMAL_IMPULSE] > 0.0 or (is_new and _lack(contacts, k, NORMAL, motion) >= -enough)
+            if pushes and row[k, TARGET] <= enough:
                 trial.does[k] = HOLDS if contacts.friction[k] > 0.0 else SLIDES
                 trial.unsolved[forest.root[body]] = True
     return trial

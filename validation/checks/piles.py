@@ -23,7 +23,8 @@ FRAMES = {"1/240 s": 1.0 / 240.0, "1/60 s": 1.0 / 60.0}
 
 def boxes_of_pile(count: int, gap: float, mixed: bool, rng: np.random.Generator) -> list[tuple[np.ndarray, ...]]:
     """Return size [m], place [m] and orientation of each box, `gap` [m] above the one below it."""
-    boxes, height = [], 0.0
+    boxes: list[tuple[np.ndarray, ...]] = []
+    height = 0.0
     for i in range(count):
         size = rng.uniform(0.7, 1.2, 3) if mixed else np.ones(3)
         half = 0.15 * np.sin(5.0 * i)
