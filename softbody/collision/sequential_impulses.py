@@ -46,6 +46,9 @@ from softbody.vec import Vec, add, load, scale, store, sub
 # The part of a depth that one step undoes. All at once would let a pile that is not solved to the end jump.
 BAUMGARTE = 0.2
 
+# What a round of the trees of supports costs, in sweeps: it takes their place, as long as half of them are left.
+SWEEPS_A_ROUND = 5
+
 # The part of the depth that is allowed below which a correction of a displacement is not worth another sweep.
 CLOSE = 1e-3
 
@@ -57,14 +60,15 @@ def solve_velocities(contacts: Contacts, bodies: RigidBodies, h: float, iteratio
     A contact that closes within `h` [s] must part with e times the speed that it closed at *before* this step's
     gravity and forces: so what rests does not hop, and a ball of e = 1 keeps its energy to the last bit. A gap that
     stays open may close, but no further. Friction is bounded by μ times the normal impulse, in every direction alike.
-    Ends after `iterations` sweeps, or after one that changed no speed at a contact by more than `enough` [m/s].
+    Ends after `iterations` sweeps, or what takes as long, or after one that changed no speed at a contact by more than
+    `enough` [m/s].
     """
     motion = load_motion(bodies)
     _set_targets(contacts, motion, h)
     _start_from_cache(contacts, motion)
     order = sweep_order(contacts, bodies)
-    solve_trees(contacts, bodies, order, motion, enough)
-    for left in range(iterations, 0, -1):
+    rounds = solve_trees(contacts, bodies, order, motion, enough)
+    for left in range(max(iterations - SWEEPS_A_ROUND * rounds, (iterations + 1) // 2), 0, -1):
         # The last one goes down, and leaves what is amiss at the top, where it moves least.
         if _sweep(contacts, order.pairs, left % 2 == 1, motion) <= enough:
             break

@@ -82,8 +82,8 @@ class Equations(NamedTuple):
 
 
 @jit
-def solve_trees(contacts: Contacts, bodies: RigidBodies, order: SweepOrder, motion: np.ndarray, enough: float) -> None:
-    """Correct the impulses of contacts, and `motion` (m + 1, 6), so that all that stands is held.
+def solve_trees(contacts: Contacts, bodies: RigidBodies, order: SweepOrder, motion: np.ndarray, enough: float) -> int:
+    """Correct the impulses of contacts, and `motion` (m + 1, 6), so that all that stands is held; return the rounds.
 
     Speeds of `enough` [m/s] are the least that matter. Of the correction of each tree as much is taken as takes away
     most energy: it never adds any.
@@ -92,13 +92,14 @@ def solve_trees(contacts: Contacts, bodies: RigidBodies, order: SweepOrder, moti
     trial = _begin(contacts, forest, motion, enough)
     shape = (bodies.inverse_mass.shape[0], 6, 6)
     equations = Equations(np.empty(shape), np.empty(shape), np.empty(shape[:2]), np.empty(shape[:2]))
-    for _ in range(ROUNDS):
-        if not trial.unsolved.any():
-            break
+    rounds = 0
+    while rounds < ROUNDS and trial.unsolved.any():
+        rounds += 1
         _assemble(contacts, bodies, forest, trial, equations)
         _eliminate(bodies, forest, trial, equations)
         _correct(contacts, forest, trial, equations)
     _take(contacts, forest, trial, motion)
+    return rounds
 
 
 @jit
