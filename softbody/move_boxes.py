@@ -10,8 +10,9 @@ from softbody.collision.ground import resolve_ground_of_boxes
 from softbody.collision.impulse import resolve_contact
 from softbody.collision.law import combined, material_of_box
 from softbody.collision.sat_boxes import PlacedBoxes, placed_box
-from softbody.collision.sequential_impulses import prepare_contacts, solve_positions, solve_velocities
+from softbody.collision.sequential_impulses import solve_positions, solve_velocities
 from softbody.collision.single_contact import box_box_contact
+from softbody.collision.solver_row import prepare_contacts
 from softbody.collision.warm_start import cache_impulses, warm_start
 from softbody.dynamics.rigid_boxes import accelerate_boxes, advance_boxes, shift_boxes
 from softbody.jit import jit

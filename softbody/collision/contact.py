@@ -78,7 +78,7 @@ class Contacts(NamedTuple):
     restitution: np.ndarray  # (c,) combined
     friction: np.ndarray  # (c,) combined
     impulse: np.ndarray  # (c, 3) [N s] on a in this step, friction included
-    row: np.ndarray  # (c, SOLVER_ROW) of sequential_impulses
+    row: np.ndarray  # (c, SOLVER_ROW) of solver_row
     cache: ImpulseCache
 
 

@@ -1,6 +1,6 @@
 """Which impulses at all contacts of boxes together part them, hold them, and let them slide?
 
-Sequential impulses (Catto 2005): contact by contact, in the order of the list, each impulse is corrected to what its
+Sequential impulses (Catto 2005): contact by contact, up and down, each impulse is corrected to what its
 contact asks for, given all the others; the sums are kept within their bounds, not the corrections. This is a projected
 Gauss–Seidel method on the velocities, and converges to the solution of the complementarity problem. Depths are undone
 by a second, like solve for positions (pseudo-velocities), which no velocity ever feels.
@@ -12,180 +12,45 @@ import numpy as np
 
 from softbody.collision.contact import NOBODY, Contacts
 from softbody.collision.law import speed_after, within_friction_cone
+from softbody.collision.solver_row import (
+    APPROACH,
+    INVERSE_A,
+    INVERSE_B,
+    MASS,
+    NORMAL,
+    NORMAL_IMPULSE,
+    POSITION_IMPULSE,
+    SECOND,
+    SECOND_IMPULSE,
+    TANGENT,
+    TANGENT_IMPULSE,
+    TANGENT_MASS,
+    TARGET,
+    TURN_A,
+    TURN_B,
+    apply_impulse,
+    component,
+    load_motion,
+    load_pair,
+    load_three,
+    speed_along,
+    store_body,
+    store_motion,
+)
+from softbody.collision.support_trees import solve_trees
+from softbody.collision.sweep_order import sweep_order
 from softbody.jit import jit, jit_lean
-from softbody.quaternion import load_quaternion, rotate_diagonal
 from softbody.state import RigidBodies
-from softbody.vec import Vec, add, cross, dot, load, normalize, scale, sub
-
-# The directions of a contact: its normal and two tangents. In a contact's row, three columns for each direction d hold
-# the row of the Jacobian and what an impulse along it does: d itself; r × d of a and of b; and R I⁻¹ Rᵀ (r × d) of a
-# and of b. With these stored, an impulse takes a dozen multiplications a body, a third of what it takes from the arms.
-NORMAL, TANGENT, SECOND = 0, 1, 2
-ANGULAR_A, ANGULAR_B, TURN_A, TURN_B = 9, 18, 27, 36
-# Effective mass along the normal, and the least one across it [kg]; speeds after and before [m/s].
-MASS, TANGENT_MASS, TARGET, APPROACH = 45, 46, 47, 48
-# Impulses so far [N s], along the normal and both tangents; the position solve's [kg m].
-NORMAL_IMPULSE, TANGENT_IMPULSE, SECOND_IMPULSE, POSITION_IMPULSE = 49, 50, 51, 52
-INVERSE_A, INVERSE_B = 53, 54  # inverse masses [1/kg]
+from softbody.vec import Vec, add, load, scale, store, sub
 
 # The part of a depth that one step undoes. All at once would let a pile that is not solved to the end jump.
 BAUMGARTE = 0.2
 
-Directions = tuple[Vec, Vec, Vec, Vec, Vec]
-PairMotion = tuple[Vec, Vec, Vec, Vec]  # velocity and angular velocity of a, and of b
+# What a round of the trees of supports costs, in sweeps: it takes their place, as long as half of them are left.
+SWEEPS_A_ROUND = 5
 
-
-@jit
-def inverse_masses(bodies: RigidBodies) -> np.ndarray:
-    """Return (m + 1, 10): 1/m and R I⁻¹ Rᵀ, row by row, of each body; the last row is that of NOBODY, −1: zeros."""
-    count = bodies.inverse_mass.shape[0]
-    result = np.zeros((count + 1, 10))
-    for i in range(count):
-        if bodies.inverse_mass[i] > 0.0:
-            result[i, 0] = bodies.inverse_mass[i]
-            q, inverse = load_quaternion(bodies.orientation, i), load(bodies.inverse_inertia, i)
-            for k in range(3):
-                unit = (1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0)
-                column = rotate_diagonal(q, inverse, unit)
-                result[i, 1 + k] = column[0]
-                result[i, 4 + k] = column[1]
-                result[i, 7 + k] = column[2]
-    return result
-
-
-@jit
-def load_motion(bodies: RigidBodies) -> np.ndarray:
-    """Return (m + 1, 6): v [m/s] and ω [rad/s] of each body; the last row is that of NOBODY, −1: zeros."""
-    count = bodies.inverse_mass.shape[0]
-    motion = np.zeros((count + 1, 6))
-    for i in range(count):
-        for c in range(3):
-            motion[i, c] = bodies.velocity[i, c]
-            motion[i, 3 + c] = bodies.angular_velocity[i, c]
-    return motion
-
-
-@jit
-def store_motion(bodies: RigidBodies, motion: np.ndarray) -> None:
-    """Write velocities back to the bodies that can move."""
-    for i in range(bodies.inverse_mass.shape[0]):
-        if bodies.inverse_mass[i] > 0.0:
-            for c in range(3):
-                bodies.velocity[i, c] = motion[i, c]
-                bodies.angular_velocity[i, c] = motion[i, 3 + c]
-
-
-@jit
-def prepare_contacts(contacts: Contacts, bodies: RigidBodies) -> None:
-    """Fill in the solver's row of each contact, from where the bodies are and how they move before the step."""
-    inverse, motion, row = inverse_masses(bodies), load_motion(bodies), contacts.row
-    for k in range(contacts.number[1]):
-        a, b = contacts.box[k, 0], contacts.box[k, 1]
-        # Any two tangents do; these turn with the normal except where its smallest component changes.
-        n = load(contacts.normal, k)
-        if abs(n[0]) <= abs(n[1]) and abs(n[0]) <= abs(n[2]):
-            tangent = normalize((0.0, n[2], -n[1]))
-        elif abs(n[1]) <= abs(n[2]):
-            tangent = normalize((-n[2], 0.0, n[0]))
-        else:
-            tangent = normalize((n[1], -n[0], 0.0))
-        # The three rows of the Jacobian.
-        point = load(contacts.point, k)
-        arm_a = sub(point, load(bodies.position, a))
-        arm_b = (0.0, 0.0, 0.0)
-        if b != NOBODY:
-            arm_b = sub(point, load(bodies.position, b))
-        row[k, INVERSE_A], row[k, INVERSE_B] = inverse[a, 0], inverse[b, 0]
-        _store_direction(row, k, NORMAL, _jacobian(n, (arm_a, arm_b), inverse, (a, b)))
-        _store_direction(row, k, TANGENT, _jacobian(tangent, (arm_a, arm_b), inverse, (a, b)))
-        _store_direction(row, k, SECOND, _jacobian(cross(n, tangent), (arm_a, arm_b), inverse, (a, b)))
-        # Effective masses; across, that of the direction in which friction moves most.
-        row[k, MASS] = 1.0 / _coupling(row, k, NORMAL, NORMAL)
-        k11 = _coupling(row, k, TANGENT, TANGENT)
-        k12 = _coupling(row, k, TANGENT, SECOND)
-        k22 = _coupling(row, k, SECOND, SECOND)
-        largest = 0.5 * (k11 + k22) + np.sqrt(0.25 * (k11 - k22) * (k11 - k22) + k12 * k12)
-        row[k, TANGENT_MASS] = 1.0 / largest
-        row[k, APPROACH] = -_speed(row, k, NORMAL, _load_pair(motion, a, b))
-
-
-@jit_lean
-def _jacobian(d: Vec, arms: tuple[Vec, Vec], inverse: np.ndarray, pair: tuple[int, int]) -> Directions:
-    """Return a direction d, r × d of both bodies, and R I⁻¹ Rᵀ (r × d) of both."""
-    angular_a, angular_b = cross(arms[0], d), cross(arms[1], d)
-    return d, angular_a, angular_b, _turn(inverse, pair[0], angular_a), _turn(inverse, pair[1], angular_b)
-
-
-@jit_lean
-def _turn(inverse: np.ndarray, i: int, t: Vec) -> Vec:
-    """Return R I⁻¹ Rᵀ t."""
-    return (
-        inverse[i, 1] * t[0] + inverse[i, 2] * t[1] + inverse[i, 3] * t[2],
-        inverse[i, 4] * t[0] + inverse[i, 5] * t[1] + inverse[i, 6] * t[2],
-        inverse[i, 7] * t[0] + inverse[i, 8] * t[1] + inverse[i, 9] * t[2],
-    )
-
-
-@jit_lean
-def _store_direction(row: np.ndarray, k: int, direction: int, jacobian: Directions) -> None:
-    for c in range(3):
-        row[k, 3 * direction + c] = jacobian[0][c]
-        row[k, ANGULAR_A + 3 * direction + c] = jacobian[1][c]
-        row[k, ANGULAR_B + 3 * direction + c] = jacobian[2][c]
-        row[k, TURN_A + 3 * direction + c] = jacobian[3][c]
-        row[k, TURN_B + 3 * direction + c] = jacobian[4][c]
-
-
-@jit_lean
-def _coupling(row: np.ndarray, k: int, first: int, second: int) -> float:
-    """Return the speed [m/s per N s] along one direction that an impulse along another one gives its contact."""
-    result = row[k, INVERSE_A] + row[k, INVERSE_B] if first == second else 0.0
-    for c in range(3):
-        result += row[k, ANGULAR_A + 3 * first + c] * row[k, TURN_A + 3 * second + c]
-        result += row[k, ANGULAR_B + 3 * first + c] * row[k, TURN_B + 3 * second + c]
-    return result
-
-
-@jit_lean
-def _speed(row: np.ndarray, k: int, direction: int, pair: PairMotion) -> float:
-    """Return the speed [m/s] along one direction of a's point of contact `k` seen from b's."""
-    v_a, w_a, v_b, w_b = pair
-    d = 3 * direction
-    turning = dot(_three(row, k, ANGULAR_A + d), w_a) - dot(_three(row, k, ANGULAR_B + d), w_b)
-    return dot(_three(row, k, d), sub(v_a, v_b)) + turning
-
-
-@jit_lean
-def _load_pair(motion: np.ndarray, a: int, b: int) -> PairMotion:
-    return _three(motion, a, 0), _three(motion, a, 3), _three(motion, b, 0), _three(motion, b, 3)
-
-
-@jit_lean
-def _three(rows: np.ndarray, k: int, column: int) -> Vec:
-    """Return three numbers of row `k` from `column` on."""
-    return rows[k, column], rows[k, column + 1], rows[k, column + 2]
-
-
-@jit_lean
-def _apply(row: np.ndarray, k: int, direction: int, impulse: float, motion: np.ndarray, pair: tuple[int, int]) -> None:
-    """Give a an `impulse` [N s] along one direction at contact `k`, and b its opposite."""
-    a, b = pair
-    d = 3 * direction
-    s = impulse * row[k, INVERSE_A]
-    motion[a, 0] += s * row[k, d]
-    motion[a, 1] += s * row[k, d + 1]
-    motion[a, 2] += s * row[k, d + 2]
-    motion[a, 3] += impulse * row[k, TURN_A + d]
-    motion[a, 4] += impulse * row[k, TURN_A + d + 1]
-    motion[a, 5] += impulse * row[k, TURN_A + d + 2]
-    s = impulse * row[k, INVERSE_B]
-    if s != 0.0:
-        motion[b, 0] -= s * row[k, d]
-        motion[b, 1] -= s * row[k, d + 1]
-        motion[b, 2] -= s * row[k, d + 2]
-        motion[b, 3] -= impulse * row[k, TURN_B + d]
-        motion[b, 4] -= impulse * row[k, TURN_B + d + 1]
-        motion[b, 5] -= impulse * row[k, TURN_B + d + 2]
+# The part of the depth that is allowed below which a correction of a displacement is not worth another sweep.
+CLOSE = 1e-3
 
 
 @jit
@@ -195,96 +60,100 @@ def solve_velocities(contacts: Contacts, bodies: RigidBodies, h: float, iteratio
     A contact that closes within `h` [s] must part with e times the speed that it closed at *before* this step's
     gravity and forces: so what rests does not hop, and a ball of e = 1 keeps its energy to the last bit. A gap that
     stays open may close, but no further. Friction is bounded by μ times the normal impulse, in every direction alike.
-    Ends after `iterations` sweeps, or after one that changed no speed at a contact by more than `enough` [m/s].
+    Ends after `iterations` sweeps, or what takes as long, or after one that changed no speed at a contact by more than
+    `enough` [m/s].
     """
-    motion, row, count = load_motion(bodies), contacts.row, contacts.number[1]
-    # The speed at which each contact is to part.
-    for k in range(count):
-        closing = -_speed(row, k, NORMAL, _load_pair(motion, contacts.box[k, 0], contacts.box[k, 1]))
-        gap = max(0.0, -contacts.depth[k])
-        row[k, TARGET] = -gap / h
-        if closing * h > gap and row[k, APPROACH] > 0.0 and contacts.restitution[k] > 0.0:
-            row[k, TARGET] = speed_after(row[k, APPROACH], contacts.restitution[k])
-    # Warm start: the impulses of the last step, along the directions of this one.
-    for k in range(count):
-        pair = contacts.box[k, 0], contacts.box[k, 1]
-        p = load(contacts.impulse, k)
-        row[k, NORMAL_IMPULSE] = max(0.0, _along(row, k, NORMAL, p))
-        row[k, TANGENT_IMPULSE] = row[k, SECOND_IMPULSE] = 0.0
-        if row[k, NORMAL_IMPULSE] > 0.0:
-            _apply(row, k, NORMAL, row[k, NORMAL_IMPULSE], motion, pair)
-            if contacts.friction[k] > 0.0:
-                row[k, TANGENT_IMPULSE], row[k, SECOND_IMPULSE] = _along(row, k, TANGENT, p), _along(row, k, SECOND, p)
-                _apply(row, k, TANGENT, row[k, TANGENT_IMPULSE], motion, pair)
-                _apply(row, k, SECOND, row[k, SECOND_IMPULSE], motion, pair)
-    for _ in range(iterations):
-        if _sweep(contacts, motion) <= enough:
+    motion = load_motion(bodies)
+    _set_targets(contacts, motion, h)
+    _start_from_cache(contacts, motion)
+    order = sweep_order(contacts, bodies)
+    rounds = solve_trees(contacts, bodies, order, motion, enough)
+    for left in range(max(iterations - SWEEPS_A_ROUND * rounds, (iterations + 1) // 2), 0, -1):
+        # The last one goes down, and leaves what is amiss at the top, where it moves least.
+        if _sweep(contacts, order.pairs, left % 2 == 1, motion) <= enough:
             break
-    for k in range(count):
-        p = _impulse(row, k)
-        for c in range(3):
-            contacts.impulse[k, c] = p[c]
+    for k in range(contacts.number[1]):
+        store(contacts.impulse, k, _impulse(contacts.row, k))
     store_motion(bodies, motion)
 
 
 @jit_lean
-def _sweep(contacts: Contacts, motion: np.ndarray) -> float:
-    """Correct the impulses of all contacts once, in order; return the largest change of a speed at a contact [m/s].
+def _set_targets(contacts: Contacts, motion: np.ndarray, h: float) -> None:
+    """Set the speed at which each contact is to part."""
+    row = contacts.row
+    for k in range(contacts.number[1]):
+        closing = -speed_along(row, k, NORMAL, load_pair(motion, contacts.box[k, 0], contacts.box[k, 1]))
+        gap = max(0.0, -contacts.depth[k])
+        row[k, TARGET] = -gap / h
+        if closing * h > gap and row[k, APPROACH] > 0.0 and contacts.restitution[k] > 0.0:
+            row[k, TARGET] = speed_after(row[k, APPROACH], contacts.restitution[k])
 
-    The contacts of a pair follow each other: its velocities stay in the processor's registers from one to the next.
+
+@jit_lean
+def _start_from_cache(contacts: Contacts, motion: np.ndarray) -> None:
+    """Warm start: give every contact the impulse of the last step, along the directions of this one."""
+    row = contacts.row
+    for k in range(contacts.number[1]):
+        pair = contacts.box[k, 0], contacts.box[k, 1]
+        p = load(contacts.impulse, k)
+        row[k, NORMAL_IMPULSE] = max(0.0, component(row, k, NORMAL, p))
+        row[k, TANGENT_IMPULSE] = row[k, SECOND_IMPULSE] = 0.0
+        if row[k, NORMAL_IMPULSE] > 0.0:
+            apply_impulse(row, k, NORMAL, row[k, NORMAL_IMPULSE], motion, pair)
+            if contacts.friction[k] > 0.0:
+                for direction in (TANGENT, SECOND):
+                    row[k, NORMAL_IMPULSE + direction] = component(row, k, direction, p)
+                    apply_impulse(row, k, direction, row[k, NORMAL_IMPULSE + direction], motion, pair)
+
+
+@jit_lean
+def _sweep(contacts: Contacts, pairs: np.ndarray, down: bool, motion: np.ndarray) -> float:
+    """Correct the impulses of all contacts once; return the largest change of a speed at a contact [m/s].
+
+    In the order of `pairs` (p, 2), or the other way round if `down`: forth and back, what the sweeps do is symmetric,
+    and damps; always forth, it may swing. The velocities of a pair stay in the processor's registers from one of its
+    contacts to the next.
     """
-    row, count = contacts.row, contacts.number[1]
+    row, number = contacts.row, pairs.shape[0]
     most = 0.0
-    k = 0
-    while k < count:
-        a, b = contacts.box[k, 0], contacts.box[k, 1]
-        v_a, w_a, v_b, w_b = _load_pair(motion, a, b)
-        share_a, share_b = row[k, INVERSE_A], row[k, INVERSE_B]
-        while k < count and contacts.box[k, 0] == a and contacts.box[k, 1] == b:
+    for place in range(number):
+        which = number - 1 - place if down else place
+        start, end = pairs[which, 0], pairs[which, 1]
+        a, b = contacts.box[start, 0], contacts.box[start, 1]
+        v_a, w_a, v_b, w_b = load_pair(motion, a, b)
+        share_a, share_b = row[start, INVERSE_A], row[start, INVERSE_B]
+        for turn in range(end - start):
+            k = end - 1 - turn if down else start + turn
             # Along the normal: towards the target, and never pulling.
             before = row[k, NORMAL_IMPULSE]
-            lack = row[k, TARGET] - _speed(row, k, NORMAL, (v_a, w_a, v_b, w_b))
+            lack = row[k, TARGET] - speed_along(row, k, NORMAL, (v_a, w_a, v_b, w_b))
             normal = max(0.0, before + row[k, MASS] * lack)
             change = normal - before
             if change != 0.0:
                 row[k, NORMAL_IMPULSE] = normal
                 most = max(most, abs(change) / row[k, MASS])
-                v_a = add(v_a, scale(share_a * change, _three(row, k, 0)))
-                v_b = sub(v_b, scale(share_b * change, _three(row, k, 0)))
-                w_a = add(w_a, scale(change, _three(row, k, TURN_A)))
-                w_b = sub(w_b, scale(change, _three(row, k, TURN_B)))
+                v_a = add(v_a, scale(share_a * change, load_three(row, k, 0)))
+                v_b = sub(v_b, scale(share_b * change, load_three(row, k, 0)))
+                w_a = add(w_a, scale(change, load_three(row, k, TURN_A)))
+                w_b = sub(w_b, scale(change, load_three(row, k, TURN_B)))
             if contacts.friction[k] > 0.0 and (before > 0.0 or normal > 0.0):
                 # Along the sliding, by one number for both tangents: with the exact 2 × 2 solve, what the bound leaves
                 # would not point against the sliding, and a box would slide on by a seventh too far.
                 pair = v_a, w_a, v_b, w_b
-                first = row[k, TANGENT_IMPULSE] - row[k, TANGENT_MASS] * _speed(row, k, TANGENT, pair)
-                second = row[k, SECOND_IMPULSE] - row[k, TANGENT_MASS] * _speed(row, k, SECOND, pair)
+                first = row[k, TANGENT_IMPULSE] - row[k, TANGENT_MASS] * speed_along(row, k, TANGENT, pair)
+                second = row[k, SECOND_IMPULSE] - row[k, TANGENT_MASS] * speed_along(row, k, SECOND, pair)
                 first, second = within_friction_cone(first, second, contacts.friction[k] * normal)
                 s, t = first - row[k, TANGENT_IMPULSE], second - row[k, SECOND_IMPULSE]
                 row[k, TANGENT_IMPULSE], row[k, SECOND_IMPULSE] = first, second
                 most = max(most, (abs(s) + abs(t)) / row[k, TANGENT_MASS])
-                along = add(scale(s, _three(row, k, 3)), scale(t, _three(row, k, 6)))
+                along = add(scale(s, load_three(row, k, 3)), scale(t, load_three(row, k, 6)))
                 v_a, v_b = add(v_a, scale(share_a, along)), sub(v_b, scale(share_b, along))
-                w_a = add(w_a, add(scale(s, _three(row, k, TURN_A + 3)), scale(t, _three(row, k, TURN_A + 6))))
-                w_b = sub(w_b, add(scale(s, _three(row, k, TURN_B + 3)), scale(t, _three(row, k, TURN_B + 6))))
-            k += 1
-        _store_body(motion, a, v_a, w_a)
+                w_a = add(w_a, add(scale(s, load_three(row, k, TURN_A + 3)), scale(t, load_three(row, k, TURN_A + 6))))
+                w_b = sub(w_b, add(scale(s, load_three(row, k, TURN_B + 3)), scale(t, load_three(row, k, TURN_B + 6))))
+        store_body(motion, a, v_a, w_a)
         if b != NOBODY:
-            _store_body(motion, b, v_b, w_b)
+            store_body(motion, b, v_b, w_b)
     return most
-
-
-@jit_lean
-def _store_body(motion: np.ndarray, i: int, v: Vec, w: Vec) -> None:
-    for c in range(3):
-        motion[i, c] = v[c]
-        motion[i, 3 + c] = w[c]
-
-
-@jit_lean
-def _along(row: np.ndarray, k: int, direction: int, p: Vec) -> float:
-    d = 3 * direction
-    return row[k, d] * p[0] + row[k, d + 1] * p[1] + row[k, d + 2] * p[2]
 
 
 @jit_lean
@@ -316,13 +185,17 @@ def solve_positions(contacts: Contacts, bodies: RigidBodies, slop: float, iterat
             count += 1
             row[k, POSITION_IMPULSE] = 0.0
     for _ in range(iterations if count else 0):
+        most = 0.0
         for place in range(count):
             k = deep[place]
             a, b = contacts.box[k, 0], contacts.box[k, 1]
             before = row[k, POSITION_IMPULSE]
-            lack = BAUMGARTE * (contacts.depth[k] - slop) - _speed(row, k, NORMAL, _load_pair(shift, a, b))
+            lack = BAUMGARTE * (contacts.depth[k] - slop) - speed_along(row, k, NORMAL, load_pair(shift, a, b))
             row[k, POSITION_IMPULSE] = max(0.0, before + row[k, MASS] * lack)
             change = row[k, POSITION_IMPULSE] - before
             if change != 0.0:
-                _apply(row, k, NORMAL, change, shift, (a, b))
+                most = max(most, abs(change) / row[k, MASS])
+                apply_impulse(row, k, NORMAL, change, shift, (a, b))
+        if most <= CLOSE * slop:
+            break
     return shift

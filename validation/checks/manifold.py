@@ -11,7 +11,8 @@ from softbody.collision import edge_edge, law, manifold, sat_boxes, sequential_i
 from softbody.collision.contact import new_contacts
 from softbody.collision.impulse import resolve_contact
 from softbody.collision.law import Material
-from softbody.collision.sequential_impulses import prepare_contacts, solve_velocities
+from softbody.collision.sequential_impulses import solve_velocities
+from softbody.collision.solver_row import prepare_contacts
 from softbody.geometry.box import box_inertia
 from softbody.state import RigidBodies
 from validation.cases import BoxPairs, box_separations, random_box_pairs, random_orientations, rotation_matrix
