@@ -4,7 +4,7 @@ How a step is split: a stage alone is done many times over, at the same instant 
 back: motion (springs, gas, integrator); then, where the bodies are after it, the broad phase (bounding spheres, pairs);
 the same and the narrow phase, which lists all contacts of soft bodies; the same with the response. What is left of a
 step is the ground and the contacts of boxes. Everything has landed by that instant, but not all lies still: the torus
-of scene 2 rolls, and balls of the tray still bounce at about 1 m/s.
+of scene 2 rolls, the stack swings, and balls of the tray bounce at 1 to 2 m/s.
 """
 
 from __future__ import annotations
@@ -39,16 +39,16 @@ SCENES = {
 }
 Peer = tuple[Callable[[], Any], float]
 
-SETTLE = 2.0  # [s] before the clock starts: by then everything has landed; balls of the tray still bounce
+LANDING = 2.0  # [s] before the clock starts: by then everything has landed; balls of the tray still bounce
 SLACK = 0.95  # of the stable step, which shrinks a little as bodies stretch
 BODY_STEPS = 1_000  # of a round
 TRAYS = (1, 10, 100, 1_000)
 
 
 def landed(world: World) -> tuple[World, float]:
-    """Return a world that has run for SETTLE, and the step that it takes."""
+    """Return a world that has run for LANDING, and the step that it takes."""
     step = SLACK * world.stable_time_step()
-    world.run(SETTLE, step)
+    world.run(LANDING, step)
     return world, step
 
 

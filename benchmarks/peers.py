@@ -169,7 +169,7 @@ def pybullet_sphere_on_torus(h: float, steps: int) -> Callable[[], None]:
     pybullet.createMultiBody(0.0, ground, basePosition=(0.0, 0.0, -1.0), physicsClientId=client)
     contacts = {"useFaceContact": 1, "collisionMargin": 0.005}
     _pybullet_body(client, torus(1.0, 0.4, 36, 18), 2.0, 400.0, basePosition=(0.0, 0.0, 0.45), **contacts)
-    _pybullet_body(client, icosphere(3, 0.6), 1.0, 300.0, basePosition=(0.0, 0.0, 1.4), **contacts)
+    _pybullet_body(client, icosphere(3, 0.9), 1.0, 300.0, basePosition=(0.0, 0.0, 1.7), **contacts)
     return _pybullet_steps(client, steps)
 
 

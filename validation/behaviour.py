@@ -84,6 +84,7 @@ class Watched:
 
     def __init__(self, world: World) -> None:
         self.world = world
+        world.model.soft_drag[:] = 0.0  # that of the stack, which would hide energy that contacts add
         self.step = STEP * world.stable_time_step()
         self.size = max(np.ptp(SoftBody(world, i).positions, axis=0).max() for i in range(world.model.soft_count))
         # What the weights could do if everything fell to the ground, which is at 0.

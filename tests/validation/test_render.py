@@ -68,3 +68,57 @@ def test_a_faceted_box_shows_flat_faces():
 def test_the_same_scene_gives_the_same_bytes():
     scene = [thing(softbody.torus(), RED), thing(BALL.moved((0.0, 0.0, 1.0)), BLUE)]
     assert render(scene, LEVEL).tobytes() == render(scene, LEVEL).tobytes()
+
+
+DOWN = Camera(eye=(0.0, -4.0, 8.0), target=(0.0, 0.0, 0.0), width=64, height=48)
+PLATE = softbody.box((6.0, 6.0, 1.0))
+GREEN = (0.2, 0.6, 0.2)
+
+
+def test_a_body_casts_a_shadow_on_another():
+    plate, ball = thing(PLATE, GREEN, smooth=False), thing(BALL.moved((-0.5, -0.5, 4.0)), RED)
+    lit = render([plate], DOWN, None).astype(int)
+    shaded = render([plate, ball], DOWN, None).astype(int)
+    green = (shaded[..., 1] > shaded[..., 0] + 20) & (lit[..., 1] > lit[..., 0] + 20)
+    darker = green & (shaded[..., 1] < 0.7 * lit[..., 1])
+    # The light comes from (−0.55, −0.45, 1): 3.5 m under the ball its shadow is 1.9 and 1.6 m further on.
+    rows, columns = np.nonzero(darker)
+    assert len(rows) > 40
+    spot = 31.5 + 24.0 / np.tan(np.radians(17.5)) * 1.4 / 9.0  # 1.4 m to the right, at a distance of 9 m
+    assert abs(columns.mean() - spot) < 2.0
+    assert (rows < 24).mean() > 0.8  # 1.1 m behind the middle
+
+
+def test_a_lit_side_is_not_shaded_by_itself():
+    top = render([thing(PLATE, GREEN, smooth=False)], DOWN, None)[20:30, 20:44].reshape(-1, 3)
+    assert np.ptp(top[:, 2].astype(int)) < 5
+    bright = render([thing(BALL, GREEN)], DOWN, None).astype(int)[..., 0].max()
+    assert bright > 255 * (0.2 + 0.2)  # the highlight is there, too
+
+
+def test_what_lies_on_the_ground_is_not_lit_from_below_it():
+    lying, floating = (
+        render([thing(softbody.box().moved((0.0, 0.0, z)), RED, smooth=False)], DOWN) for z in (0.5, 3.0)
+    )
+    dark = [(np.ptp(p.astype(int), axis=2) < 20) & (p.sum(axis=2) < 550) for p in (lying, floating)]
+    assert dark[0].any()
+    assert dark[1].any()
+    assert abs(dark[0].sum() - dark[1].sum()) < dark[1].sum()
+
+
+def test_stripes_are_paler_and_have_a_sharp_edge():
+    ball = Thing(BALL.vertices, BALL.triangles, RED, stripes=BALL.vertices[:, 0])
+    picture = render([ball], LEVEL, ground=None).astype(int)[24]
+    blue = picture[:, 2]
+    assert (blue[33:38] > 60).all()
+    assert (blue[26:31] < 30).all()
+
+
+def test_stripes_are_straight_on_a_tilted_face():
+    """A stripe is linear in space: seen aslant, half of a side lies in the farther, smaller half of its picture."""
+    plate = softbody.box((6.0, 6.0, 0.01))
+    striped = Thing(plate.vertices, plate.triangles, RED, smooth=False, stripes=plate.vertices[:, 1])
+    camera = Camera(eye=(0.0, -5.0, 3.0), target=(0.0, 0.0, 0.0), width=64, height=48)
+    column = render([striped], camera, None).astype(int)[:, 32]
+    pale = np.nonzero(column[:, 2] > 120)[0]
+    assert pale.max() in (22, 23)  # y = 0 is in the middle

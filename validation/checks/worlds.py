@@ -293,7 +293,7 @@ def _deepest(igl: Any, points: np.ndarray, vertices: np.ndarray, triangles: np.n
 
 @check(
     family=FAMILY,
-    claim="Scenes 1 and 3: after the fall no particle is deeper than 1 % of the body's size inside another body.",
+    claim="Scenes 1 and 4: after the fall no particle is deeper than 1 % of the body's size inside another body.",
     section="9",
     piece="softbody.collision.soft_contacts, softbody.collision.soft_response",
     reference="igl's signed distance (pseudonormals)",
