@@ -85,7 +85,8 @@ def test_a_lively_box_bounces_for_ever_to_the_same_height(ground):
             tops.append(box.position[2] - 0.5)
         last = box.velocity[2]
     assert len(tops) == 9
-    assert tops == pytest.approx([1.0] * 9, abs=1e-5)
+    # The highest of all steps is lower than the top between them by g h² at most; nine bounces lose 3e-7.
+    assert tops == pytest.approx([1.0] * 9, abs=G * 1e-6 + 5e-7)
 
 
 def test_a_fast_box_does_not_pass_through_a_thin_plate():
