@@ -15,9 +15,7 @@ class SweepOrder(NamedTuple):
     """The pairs of boxes, or boxes and the ground, that touch, and how far from the ground each box is."""
 
     pairs: np.ndarray  # (p, 2) first contact of each pair, and the one after its last; the pairs from below
-    level: (
-        np.ndarray
-    )  # (m + 1,) pairs between a body and one that cannot move, m + 1 if none is; the last is the ground
+    level: np.ndarray  # (m + 1,) pairs from a body to one that cannot move, or m + 1; the last is the ground
 
 
 @jit
