@@ -21,14 +21,14 @@ from softbody import World
 from softbody.collision.broad_phase import near_pairs
 from softbody.collision.contact import Contacts, new_contacts
 from softbody.collision.soft_contacts import find_soft_contacts
-from softbody.collision.soft_response import resolve_contacts
+from softbody.collision.soft_response import Bodies, resolve_contacts
 from softbody.collision.substeps import spheres_of_bodies
 from softbody.collision.surface import Surfaces, build_surfaces
 from softbody.dynamics.soft_bodies import motion_of, move_soft_bodies
 from softbody.scenes import boxes_on_torus, rolling_torus, sphere_on_torus, torus_stack, tray
 from softbody.settings import Settings
 from softbody.state import Model, State, boxes_of, particles_of, soft_bodies_of
-from softbody.step import put_back
+from softbody.step import copy_state
 
 SCENES = {
     "Scene 1: sphere on torus": sphere_on_torus.build,
@@ -50,6 +50,9 @@ def landed(world: World) -> tuple[World, float]:
     step = SLACK * world.stable_time_step()
     world.run(LANDING, step)
     return world, step
+
+
+SOME_STEP = 1e-3  # [s], on which no time depends
 
 
 @numba.njit
@@ -84,9 +87,11 @@ def contact_phases(
 ) -> None:
     """Find and resolve the contacts of soft bodies many times, from the same start."""
     for _ in range(times):
-        put_back(start, state)
+        copy_state(start, state)
         contacts = narrow_phases(model, state, surfaces, settings, contacts, 1)
-        resolve_contacts(contacts, particles_of(model, state), boxes_of(model, state), surfaces.weight_sum)
+        now = Bodies(particles_of(model, state), boxes_of(model, state))
+        before = Bodies(particles_of(model, start), boxes_of(model, start))
+        resolve_contacts(contacts, now, before, surfaces.weight_sum, SOME_STEP)
 
 
 def stages_of(world: World, step: float, steps: int, units: float) -> dict[str, Peer]:
@@ -98,7 +103,7 @@ def stages_of(world: World, step: float, steps: int, units: float) -> dict[str, 
         move_soft_bodies(soft_bodies_of(model, world.controls, state), motion, world.settings, step, steps)
 
     def motions() -> None:
-        put_back(start, now)
+        copy_state(start, now)
         move(now, steps)
 
     stages: dict[str, Peer] = {"of which motion": (motions, units)}

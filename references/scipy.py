@@ -90,6 +90,19 @@ def forces(
     return -_Body(edges, rest_length, stiffness, triangles, gas)._gradient(vertices)
 
 
+def energy(
+    vertices: np.ndarray,
+    edges: np.ndarray,
+    rest_length: np.ndarray,
+    stiffness: np.ndarray,
+    triangles: np.ndarray,
+    gas: float,
+) -> float:
+    """Return U [J] of springs and gas, of the gas up to a constant; arguments as of equilibrium."""
+    flat = np.asarray(vertices, float).ravel()
+    return float(_Body(edges, rest_length, stiffness, triangles, gas).energy_and_gradient(flat)[0])
+
+
 def motion(
     vertices: np.ndarray,
     velocity: np.ndarray,

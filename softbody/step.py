@@ -6,18 +6,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softbody.collision.box_contacts import find_box_contacts
+from softbody.collision.box_contacts import find_box_contacts, penetration_slop
 from softbody.collision.contact import Contacts
 from softbody.collision.ground import resolve_ground
 from softbody.collision.manifold import Manifold
+from softbody.collision.sequential_impulses import hold_pushed_boxes
 from softbody.collision.soft_contacts import find_soft_contacts
-from softbody.collision.soft_response import resolve_contacts
+from softbody.collision.soft_response import Bodies, resolve_contacts
 from softbody.collision.substeps import subdivision
 from softbody.collision.surface import Surfaces
 from softbody.dynamics.rigid_boxes import limit_boxes
 from softbody.dynamics.soft_bodies import Motion, move_soft_bodies
 from softbody.jit import jit, jit_inlined
-from softbody.move_boxes import move_boxes, move_boxes_singly
+from softbody.move_boxes import ENOUGH, move_boxes, move_boxes_singly
 from softbody.settings import Settings
 from softbody.state import Controls, Model, State, boxes_of, copied, particles_of, soft_bodies_of
 from softbody.vec import load, store
@@ -29,6 +30,7 @@ class Work(NamedTuple):
     motion: Motion
     surfaces: Surfaces
     manifold: Manifold
+    start: State  # of the step
     grounded: np.ndarray  # (m,) of bool: which boxes touch the ground
 
 
@@ -50,6 +52,7 @@ def step(
     contacts.number[0] = contacts.number[1] = 0
     if not settings.single_contact:
         contacts = find_box_contacts(model, controls, state, work.manifold, contacts, settings, h)
+    copy_state(state, work.start)
     _, fault, body = move_soft_bodies(soft_bodies_of(model, controls, state), work.motion, settings, h, 1)
     if fault:
         return contacts, fault, body
@@ -59,7 +62,11 @@ def step(
         move_boxes(model, controls, state, work.grounded, contacts, settings, h)
     limit_boxes(model, state, settings, work.grounded)
     contacts = find_soft_contacts(model, state, work.surfaces, settings, contacts)
-    resolve_contacts(contacts, particles_of(model, state), boxes_of(model, state), work.surfaces.weight_sum)
+    now = Bodies(particles_of(model, state), boxes_of(model, state))
+    before = Bodies(particles_of(model, work.start), boxes_of(model, work.start))
+    push = resolve_contacts(contacts, now, before, work.surfaces.weight_sum, h)
+    if push.any():
+        hold_pushed_boxes(contacts, now.boxes, push, settings.iterations, ENOUGH * penetration_slop(controls, h) / h)
     resolve_ground(model, state)
     return contacts, 0, -1
 
@@ -86,7 +93,7 @@ def run(
         for _ in range(parts):
             contacts, fault, body = step(model, controls, state, work, contacts, settings, h / parts)
             if fault:
-                put_back(start, state)
+                copy_state(start, state)
                 return contacts, done, fault, body
     return contacts, steps, 0, -1
 
@@ -113,7 +120,7 @@ def run_alone(
 
 
 @jit
-def put_back(start: State, state: State) -> None:
+def copy_state(start: State, state: State) -> None:
     """Overwrite the arrays of `state` with those of `start`."""
     for i in range(state.particle_position.shape[0]):
         store(state.particle_position, i, load(start.particle_position, i))

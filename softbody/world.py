@@ -229,7 +229,7 @@ class World:
         with _team_of(self.threads):
             if self._may_collide():
                 grounded = np.zeros(self.model.box_count, bool)
-                work = Work(self._moving(), self._touching(), self._manifold, grounded)
+                work = Work(self._moving(), self._touching(), self._manifold, self.state.copy(), grounded)
                 what = self.model, self.controls, self.state, work, self.contacts
                 self.contacts, done, fault, body = run(*what, settings, time_step, steps)
             else:

@@ -183,6 +183,8 @@ def with_room(contacts: Contacts, kept: int) -> Contacts:
         longer.depth[k], longer.feature[k] = contacts.depth[k], contacts.feature[k]
         longer.restitution[k], longer.friction[k] = contacts.restitution[k], contacts.friction[k]
         store(longer.impulse, k, load(contacts.impulse, k))
+        for c in range(SOLVER_ROW):
+            longer.row[k, c] = contacts.row[k, c]
     longer.cache.number[0] = contacts.cache.number[0]
     for k in range(contacts.cache.number[0]):
         longer.cache.box[k, 0], longer.cache.box[k, 1] = contacts.cache.box[k, 0], contacts.cache.box[k, 1]

@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from softbody.collision.contact import NOBODY, Contacts
+from softbody.collision.held_boxes import pass_down
 from softbody.collision.law import speed_after, within_friction_cone
 from softbody.collision.solver_row import (
     APPROACH,
@@ -72,6 +73,26 @@ def solve_velocities(contacts: Contacts, bodies: RigidBodies, h: float, iteratio
         # The last one goes down, and leaves what is amiss at the top, where it moves least.
         if _sweep(contacts, order.pairs, left % 2 == 1, motion) <= enough:
             break
+    _finish(contacts, bodies, motion)
+
+
+@jit
+def hold_pushed_boxes(
+    contacts: Contacts, bodies: RigidBodies, push: np.ndarray, iterations: int, enough: float
+) -> None:
+    """Let the contacts that `solve_velocities` has solved hold boxes that were pushed since: `push` (m, 6)."""
+    motion = load_motion(bodies)
+    pass_down(contacts, bodies, push, motion)
+    order = sweep_order(contacts, bodies)
+    for left in range(iterations, 0, -1):
+        if _sweep(contacts, order.pairs, left % 2 == 1, motion) <= enough:
+            break
+    _finish(contacts, bodies, motion)
+
+
+@jit
+def _finish(contacts: Contacts, bodies: RigidBodies, motion: np.ndarray) -> None:
+    """Write the impulses to the contacts, and the motion to the bodies."""
     for k in range(contacts.number[1]):
         store(contacts.impulse, k, _impulse(contacts.row, k))
     store_motion(bodies, motion)

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from softbody.collision.contact import Contacts, Touch, add_contact, box_side, soft_side
 from softbody.collision.edge_box import edge_in_box
-from softbody.collision.edge_mesh import depth_and_direction
 from softbody.collision.law import Material
+from softbody.collision.point_mesh import way_out
 from softbody.collision.sat_boxes import PlacedBox
-from softbody.collision.soft_soft import candidate_edges, half_way
+from softbody.collision.soft_soft import candidate_edges, half_way, point_between
 from softbody.collision.surface import Memory, Solid, Surface
-from softbody.collision.surface_point import at_particle, in_triangle, on_edge
+from softbody.collision.surface_point import at_particle, on_edge
 from softbody.geometry.box import point_in_box
 from softbody.geometry.penetration import INSIDE, Points, find_penetrations
 from softbody.jit import jit_lean
 from softbody.quaternion import rotate_inverse
-from softbody.vec import add, load, scale, sub
+from softbody.vec import load, scale, sub
 
 
 @jit_lean
@@ -53,7 +53,7 @@ def find_contacts_in_box(
         # At an end that is inside it is parted as a particle.
         at_end = (place == 0.0 and outcode[i - first] == INSIDE) or (place == 1.0 and outcode[j - first] == INSIDE)
         if depth > 0.0 and not at_end:
-            point = half_way(add(scale(1.0 - place, p), scale(place, q)), depth, normal)
+            point = half_way(point_between(p, q, place), depth, normal)
             add_contact(contacts, soft_side(on_edge(i, j, place)), b, Touch(point, normal, depth, 0), material)
 
 
@@ -65,11 +65,10 @@ def find_corner_contacts(
 
     Its surface is side a of the contacts, the box side b.
     """
-    (first, _, mesh), tree, found = solid.surface, solid.tree, memory.found
-    for row in range(find_penetrations(corners, mesh, tree, memory.search, found)):
-        triangle, weights, p = found.triangle[row], load(found.weights, row), load(corners.position, found.point[row])
-        depth, out = depth_and_direction(p, mesh.position, tree.triangles, triangle, weights)
+    found = memory.found
+    for row in range(find_penetrations(corners, solid.surface.vertices, solid.tree, memory.search, found)):
+        p = load(corners.position, found.point[row])
+        depth, out, end = way_out(p, solid.surface, found.triangle[row], load(found.weights, row))
         if depth > 0.0:
-            a = soft_side(in_triangle(tree.triangles, triangle, first, weights))
             touch = Touch(half_way(p, depth, out), scale(-1.0, out), depth, 0)
-            add_contact(contacts, a, box_side(box), touch, material)
+            add_contact(contacts, soft_side(end), box_side(box), touch, material)

@@ -29,6 +29,9 @@ from softbody.vec import Vec, load, store
 # Edges are asked of surfaces whose own are not longer: as a part of their mean length, below which they are not.
 COARSE = 0.9
 
+# How deep edges may be across each other, as a part of the shorter mean length: where it is more, particles are inside.
+SHALLOW = 0.5
+
 
 @jit
 def find_soft_contacts(
@@ -117,10 +120,10 @@ def _find_contacts_of(
         before = contacts.number[0]
         if other < soft:
             probe = surface_of(model, state, surfaces, other)
-            # Short edges do not go deep between their ends.
-            edges = with_edges and not model.soft_edge_length[other] < COARSE * model.soft_edge_length[body]
+            length, other_length = model.soft_edge_length[body], model.soft_edge_length[other]
+            deepest = SHALLOW * min(length, other_length) if with_edges and other_length >= COARSE * length else 0.0
             material = combined(material_of_soft(model, body), material_of_soft(model, other))
-            find_soft_soft_contacts(probe, solid, edges, memory, material, contacts)
+            find_soft_soft_contacts(probe, solid, deepest, memory, material, contacts)
         else:
             box = other - soft
             material = combined(material_of_soft(model, body), material_of_box(model, box))

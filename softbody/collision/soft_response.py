@@ -1,10 +1,14 @@
 """What happens to soft bodies and boxes that touch? All contacts at once: none is first, and none comes too late.
 
+They are found at the end of a step, and happened within it: an impulse acts as far back as its contact began, and
+positions change by what it has led to since. A correction of positions alone would do work on springs and gas.
+
 Where several contacts share a particle or a box, each has a part of its mass: of a particle in proportion to the
 contacts' weights on it, of a box in equal parts (mass splitting: Tonge, Benevolenski and Voroshilov 2012). Each contact
 is then solved as if it were alone, by the paper's formulas, and the parts of a body are put together again: its motion
 is their mean. So what holds for one contact holds for all: momentum is kept and no energy is added. Nothing depends on
-the order of contacts, up to the rounding of sums, and mirrored bodies move as mirror images.
+the order of contacts, up to the rounding of sums, and mirrored bodies move as mirror images. Some sweeps leave little
+of what is lost in the mean.
 """
 
 from __future__ import annotations
@@ -14,216 +18,352 @@ from typing import NamedTuple
 import numpy as np
 
 from softbody.collision.contact import NOBODY, Contacts, surface_point
+from softbody.collision.held_boxes import add_push, looseness_of_boxes
 from softbody.collision.impulse import (
     apply_impulse,
     inverse_effective_mass_at,
     velocity_change_at,
     velocity_of_point,
 )
-from softbody.collision.law import friction_impulse, normal_impulse
-from softbody.collision.surface_point import SurfacePoint, add_at, value_at
+from softbody.collision.law import friction_impulse
+from softbody.collision.surface_point import SurfacePoint, add_at, at_particle, inverse_mass_at, value_at
 from softbody.geometry.triangle import area_vector
 from softbody.jit import jit, jit_lean
 from softbody.state import Particles, RigidBodies
 from softbody.vec import Vec, accumulate, add, cross, dot, load, norm, scale, store, sub
 
-# Cosine between an impulse and the normal of a surface below which it is all but along the surface: left to
-# `correct_positions`.
+# Cosine between an impulse and the normal of a triangle below which it is all but along the triangle.
 ALONG_SURFACE = 0.05
 
-SAME_PLACE = 1e-12  # of a triangle's size: closer than this, two points coincide
+# In which two sides part that overlap by more than they have closed in the step, as bodies that start in each other do
+# [s]: so slowly that a tenth of a metre adds no more energy than a fall of 2 mm.
+PARTING_TIME = 0.5
+
+SWEEPS = 4  # over all contacts of a step; with ten nothing rests better
+
+
+class Bodies(NamedTuple):
+    """What the contacts of soft bodies act on."""
+
+    particles: Particles
+    boxes: RigidBodies
 
 
 class WeightSums(NamedTuple):
-    """The sum of the weights of all contacts that act: each has its own weight's part of the mass (mass splitting)."""
+    """The sum of the weights of all contacts that have acted in the step: each has its own weight's part of the mass.
+
+    (Mass splitting. A contact that is at rest again keeps its part: rounding must not decide on parts.)
+    """
 
     particle: np.ndarray  # (n,)
     box: np.ndarray  # (m,) where each contact has weight 1
 
 
+class Replay(NamedTuple):
+    """How each contact of soft bodies went on within the step."""
+
+    velocity: np.ndarray  # (c, 3) of side a, seen from b [m/s]
+    approach: np.ndarray  # (c,) speed at which the sides came nearer when the step began, or 0 [m/s]
+    parting: np.ndarray  # (c,) speed at which they are to part at least, without a bounce [m/s]
+    goal: np.ndarray  # (c,) how far a is to be above b, along the normal [m]
+    acted: np.ndarray  # (c,) bool
+    ago: np.ndarray  # (c,) [s] before the end of the step at which the next impulse acts
+    place: np.ndarray  # (c, 3) on b: weights on a triangle's corners, or from a box's centre [m]; where they touched
+    impulse: np.ndarray  # (c, 3) on a, the next one [N s]
+    impulse_place: np.ndarray  # (c, 3) where on b it acts
+    loose: np.ndarray  # (m,) the part of a push that moves each box, and is not held by what it stands on
+    held: np.ndarray  # (m, 6) impulse [N s] and moment [N m s] on each box that is
+
+
 @jit
-def resolve_contacts(contacts: Contacts, particles: Particles, boxes: RigidBodies, weight_sum: np.ndarray) -> None:
-    """Resolve the contacts of soft bodies: correct positions that overlap, then velocities that approach; §4.2, §4.3.
+def resolve_contacts(contacts: Contacts, bodies: Bodies, start: Bodies, weight_sum: np.ndarray, h: float) -> np.ndarray:
+    """Resolve the contacts of soft bodies that a step of `h` [s] from `start` has led to; §4.2, §4.3.
 
-    Positions and velocities of particles and boxes are changed. `weight_sum` (n,) is zero, and left so.
+    Positions and velocities of particles and boxes are changed. `weight_sum` (n,) is zero, and left so. Returns (m, 6):
+    the pushes on boxes that stand on something, which that is to hold; see `pass_down`.
     """
-    first = contacts.number[1]
-    if contacts.number[0] == first:
-        return
-    correct_positions(contacts, particles, boxes, WeightSums(weight_sum, np.zeros(boxes.inverse_mass.shape[0])))
-    correct_velocities(
-        contacts,
-        particles,
-        boxes,
-        WeightSums(weight_sum, np.zeros(boxes.inverse_mass.shape[0])),
-        np.empty((contacts.number[0], 3)),
+    count, boxes = contacts.number[0], bodies.boxes.inverse_mass.shape[0]
+    if count == contacts.number[1]:
+        return np.zeros((boxes, 6))
+    replay = Replay(
+        np.empty((count, 3)),
+        np.empty(count),
+        np.empty(count),
+        np.empty(count),
+        np.zeros(count, np.bool_),
+        np.zeros(count),
+        np.empty((count, 3)),
+        np.empty((count, 3)),
+        np.empty((count, 3)),
+        np.ones(boxes),
+        np.zeros((boxes, 6)),
     )
+    look_back(contacts, bodies, start, replay, h)
+    replay.loose[:] = looseness_of_boxes(contacts, bodies.boxes, _first_push(contacts, bodies, replay))
+    sums = WeightSums(weight_sum, np.zeros(boxes))
+    for _ in range(SWEEPS):
+        if not exchange_impulses(contacts, bodies, sums, replay, h):
+            break
+    return replay.held
+
+
+@jit
+def _first_push(contacts: Contacts, bodies: Bodies, replay: Replay) -> np.ndarray:
+    """Return (m, 6): the push on each box if all stood still, impulse [N s] and moment about the centre [N m s]."""
+    push = np.zeros((replay.loose.shape[0], 6))
+    for k in range(contacts.number[1], contacts.number[0]):
+        box, a = contacts.box[k, 1], surface_point(contacts, k, 0)
+        if box != NOBODY:
+            place = load(replay.place, k)
+            lack = _lack(contacts, k, replay, _relative_velocity(contacts, k, bodies, place))
+            soft = inverse_mass_at(bodies.particles.inverse_mass, a)
+            if lack > 0.0 and soft > 0.0:
+                add_push(push, box, place, scale(-lack / soft, load(contacts.normal, k)))
+    return push
 
 
 @jit_lean
-def correct_positions(contacts: Contacts, particles: Particles, boxes: RigidBodies, sums: WeightSums) -> None:
-    """Move both sides of each contact apart along its normal, by its depth, in proportion to how easily they move.
+def look_back(contacts: Contacts, bodies: Bodies, start: Bodies, replay: Replay, h: float) -> None:
+    """Find how fast the sides of each contact came, how fast they are to part, and how far a is to come above b.
 
-    (The paper: half each, for equal masses.) Boxes move without turning.
+    As far as they overlap, but no farther than they have closed in this step: so contact does no work on springs and
+    gas. What they overlap besides, they lose slowly.
     """
-    soft = range(contacts.number[1], contacts.number[0])
-    for k in soft:
-        _add_weights(contacts, k, sums)
-    for k in soft:
-        # How far each side gives way: the sum of both inverse masses is that of a kilogramme of shift.
-        box, normal = contacts.box[k, 1], load(contacts.normal, k)
-        a, b = surface_point(contacts, k, 0), surface_point(contacts, k, 1)
-        inverse_mass = _split_inverse_mass(particles.inverse_mass, sums.particle, a)
-        if box == NOBODY:
-            inverse_mass += _split_inverse_mass(particles.inverse_mass, sums.particle, b)
-        else:
-            inverse_mass += boxes.inverse_mass[box] * sums.box[box]
-        if inverse_mass > 0.0:
-            shift = scale(contacts.depth[k] / inverse_mass, normal)
-            back = scale(-1.0, shift)
-            add_at(particles.position, particles.inverse_mass, a, shift)
-            if box == NOBODY:
-                add_at(particles.position, particles.inverse_mass, b, back)
-            else:
-                accumulate(boxes.position, box, scale(boxes.inverse_mass[box], back))
-    for k in soft:
-        _clear_weights(contacts, k, sums.particle)
+    for k in range(contacts.number[1], contacts.number[0]):
+        normal = load(contacts.normal, k)
+        place, place_before = _place_now(contacts, k, bodies), _place_now(contacts, k, start)
+        replay.approach[k] = max(0.0, -dot(_relative_velocity(contacts, k, start, place_before), normal))
+        closed = max(0.0, -dot(_way(contacts, k, bodies, start, h), normal))
+        left = max(0.0, contacts.depth[k] - closed)
+        way = min(contacts.depth[k], closed + h / PARTING_TIME * left)
+        replay.parting[k] = left / PARTING_TIME
+        replay.goal[k] = _height(contacts, k, bodies) + way
+        store(replay.place, k, place)
 
 
 @jit_lean
-def correct_velocities(
-    contacts: Contacts, particles: Particles, boxes: RigidBodies, sums: WeightSums, velocity: np.ndarray
-) -> None:
-    """Where the two sides of a contact approach, let them part with e times that speed, and take off their sliding.
+def _height(contacts: Contacts, k: int, bodies: Bodies) -> float:
+    """Return how far side a is above b along the normal [m]; of a box, above its centre."""
+    a, box = value_at(bodies.particles.position, surface_point(contacts, k, 0)), contacts.box[k, 1]
+    if box != NOBODY:
+        return dot(sub(a, load(bodies.boxes.position, box)), load(contacts.normal, k))
+    b = value_at(bodies.particles.position, surface_point(contacts, k, 1))
+    return dot(sub(a, b), load(contacts.normal, k))
+
+
+@jit_lean
+def _way(contacts: Contacts, k: int, bodies: Bodies, start: Bodies, h: float) -> Vec:
+    """Return how far [m] side a of a contact has moved in a step of `h` [s], seen from b."""
+    a, b = surface_point(contacts, k, 0), surface_point(contacts, k, 1)
+    place = value_at(bodies.particles.position, a)
+    way = sub(place, value_at(start.particles.position, a))
+    if contacts.box[k, 1] != NOBODY:
+        return sub(way, scale(h, velocity_of_point(bodies.boxes, contacts.box[k, 1], place)))
+    return sub(way, sub(value_at(bodies.particles.position, b), value_at(start.particles.position, b)))
+
+
+@jit_lean
+def exchange_impulses(contacts: Contacts, bodies: Bodies, sums: WeightSums, replay: Replay, h: float) -> bool:
+    """Let the sides of contacts that do not part as fast as they must do so, and take off their sliding.
 
     One impulse along the normal and friction against the sliding, by the law of contact. A point on a surface gives way
-    by Σ w²/m, a box by 1/M + n · [(I⁻¹ (r × n)) × r] (the paper bounces from the masses alone). `velocity` is scratch.
+    by Σ w²/m, a box by 1/M + n · [(I⁻¹ (r × n)) × r] (the paper bounces from the masses alone). It acts so long before
+    the end of the step of `h` [s] that, with the velocities, the positions become what they must; a single one changes
+    no angular momentum. (A box does not turn by that.) Returns if any contact acts.
     """
     soft = range(contacts.number[1], contacts.number[0])
-    # Velocities of all contacts before any impulse; those that approach act.
+    # When and where contacts act that part too slowly, and how fast they part there, before any impulse.
+    active = False
     for k in soft:
-        a = surface_point(contacts, k, 0)
-        u = sub(value_at(particles.velocity, a), _velocity_of_second(contacts, k, particles, boxes))
-        store(velocity, k, u)
-        if dot(u, load(contacts.normal, k)) < 0.0:
-            _add_weights(contacts, k, sums)
+        u = _relative_velocity(contacts, k, bodies, load(replay.place, k))
+        lack = _lack(contacts, k, replay, u)
+        if lack > 0.0:
+            replay.ago[k] = min(h, max(0.0, replay.goal[k] - _height(contacts, k, bodies)) / lack)
+            if not replay.acted[k]:  # and stay: where rounding decides if they act once more, nothing may jump
+                place = _place_on_b(contacts, k, bodies, load(contacts.normal, k), replay.ago[k])
+                u = _relative_velocity(contacts, k, bodies, place)
+                store(replay.place, k, place)
+            replay.acted[k] = active = True
+        if replay.acted[k]:
+            _add_weights(contacts, k, sums, load(replay.place, k))
+        store(replay.velocity, k, u)
+    # All impulses before any acts.
     for k in soft:
-        approach = -dot(load(velocity, k), load(contacts.normal, k))
-        if not approach > 0.0:
-            continue
-        a, box = surface_point(contacts, k, 0), contacts.box[k, 1]
-        point = value_at(particles.position, a)
-        acts, impulse = _impulse(contacts, k, particles, boxes, sums, load(velocity, k))
-        if not acts:
-            continue
-        back = scale(-1.0, impulse)
-        # The same impulse on both sides, at one point, so that angular momentum is kept.
-        if box == NOBODY:
-            meets, b = _line_meets_triangle(particles.position, point, impulse, surface_point(contacts, k, 1))
-            if not meets:
-                continue
-            add_at(particles.velocity, particles.inverse_mass, b, back)
-        else:
-            apply_impulse(boxes, box, point, back)
-        add_at(particles.velocity, particles.inverse_mass, a, impulse)
-        store(contacts.impulse, k, impulse)
+        store(replay.impulse, k, (0.0, 0.0, 0.0))
+        if replay.acted[k] and _lack(contacts, k, replay, load(replay.velocity, k)) > 0.0:
+            impulse = _impulse(contacts, k, bodies, sums, replay)
+            store(replay.impulse, k, impulse)
+            store(replay.impulse_place, k, _place_on_b(contacts, k, bodies, impulse, replay.ago[k]))
     for k in soft:
-        _clear_weights(contacts, k, sums.particle)
+        _apply_impulse(contacts, k, bodies, replay)
+        _clear_weights(contacts, k, sums)
+    return active
 
 
 @jit_lean
-def _velocity_of_second(contacts: Contacts, k: int, particles: Particles, boxes: RigidBodies) -> Vec:
-    """Return the velocity [m/s] of side b of a contact, where side a is."""
+def _lack(contacts: Contacts, k: int, replay: Replay, velocity: Vec) -> float:
+    """Return the speed [m/s] that a velocity of side a, seen from b, lacks of that at which they are to part; or ≤ 0.
+
+    That is e times the speed at which they come, as far as they did so when the step began: not of what springs, gas
+    and weight have added since, or what lies pressed against something would hop on it.
+    """
+    speed = dot(velocity, load(contacts.normal, k))
+    if not speed < replay.parting[k]:
+        return 0.0
+    return max(replay.parting[k], contacts.restitution[k] * min(-speed, replay.approach[k])) - speed
+
+
+@jit_lean
+def _apply_impulse(contacts: Contacts, k: int, bodies: Bodies, replay: Replay) -> None:
+    """Apply the impulse of contact `k` to both sides, and what it has led to since."""
+    (particles, boxes), box, ago = bodies, contacts.box[k, 1], replay.ago[k]
+    impulse, place = load(replay.impulse, k), load(replay.impulse_place, k)
+    if impulse[0] == 0.0 and impulse[1] == 0.0 and impulse[2] == 0.0:
+        return
+    back = scale(-1.0, impulse)
+    _push(particles, surface_point(contacts, k, 0), impulse, ago)
+    if box == NOBODY:
+        _push(particles, SurfacePoint(surface_point(contacts, k, 1).particles, place), back, ago)
+    else:
+        # What supports of the box will hold does not move it.
+        normal = load(contacts.normal, k)
+        held = scale((1.0 - replay.loose[box]) * dot(back, normal), normal)
+        add_push(replay.held, box, place, held)
+        back = sub(back, held)
+        apply_impulse(boxes, box, add(load(boxes.position, box), place), back)
+        accumulate(boxes.position, box, scale(ago * boxes.inverse_mass[box], back))
+    store(contacts.impulse, k, add(load(contacts.impulse, k), impulse))
+
+
+@jit_lean
+def _push(particles: Particles, point: SurfacePoint, impulse: Vec, ago: float) -> None:
+    """Change the velocities of a point by an impulse [N s] that acted `ago` [s], and what they have led to since."""
+    add_at(particles.velocity, particles.inverse_mass, point, impulse)
+    add_at(particles.position, particles.inverse_mass, point, scale(ago, impulse))
+
+
+@jit_lean
+def _place(particles: Particles, point: SurfacePoint, ago: float) -> Vec:
+    """Return where a point of a surface was `ago` [s], by its velocity now [m]: no impulse of then changes that."""
+    return sub(value_at(particles.position, point), scale(ago, value_at(particles.velocity, point)))
+
+
+@jit_lean
+def _place_now(contacts: Contacts, k: int, bodies: Bodies) -> Vec:
+    """Return the place on b that contact `k` has now: see `Replay`."""
+    if contacts.box[k, 1] == NOBODY:
+        return surface_point(contacts, k, 1).weights
+    position = value_at(bodies.particles.position, surface_point(contacts, k, 0))
+    return sub(position, load(bodies.boxes.position, contacts.box[k, 1]))
+
+
+@jit_lean
+def _place_on_b(contacts: Contacts, k: int, bodies: Bodies, direction: Vec, ago: float) -> Vec:
+    """Return where on b side a was `ago` [s], seen along a direction: an impulse there has no moment. See `Replay`."""
     box = contacts.box[k, 1]
     if box == NOBODY:
-        return value_at(particles.velocity, surface_point(contacts, k, 1))
-    return velocity_of_point(boxes, box, value_at(particles.position, surface_point(contacts, k, 0)))
+        return _line_meets_triangle(contacts, k, bodies.particles, direction, ago)
+    place = _place(bodies.particles, surface_point(contacts, k, 0), ago)
+    return sub(add(place, scale(ago, load(bodies.boxes.velocity, box))), load(bodies.boxes.position, box))
 
 
 @jit_lean
-def _impulse(
-    contacts: Contacts, k: int, particles: Particles, boxes: RigidBodies, sums: WeightSums, u: Vec
-) -> tuple[bool, Vec]:
-    """Return the impulse [N s] on side a of contact `k`, whose sides meet with velocity `u` [m/s]; if one can move."""
-    box, normal, a = contacts.box[k, 1], load(contacts.normal, k), surface_point(contacts, k, 0)
-    point = value_at(particles.position, a)
-    # The normal impulse, by the inverse effective mass of both sides.
-    soft = _split_inverse_mass(particles.inverse_mass, sums.particle, a)
+def _relative_velocity(contacts: Contacts, k: int, bodies: Bodies, place: Vec) -> Vec:
+    """Return the velocity [m/s] of side a of a contact, seen from a `place` on b: see `Replay`."""
+    velocity, box = value_at(bodies.particles.velocity, surface_point(contacts, k, 0)), contacts.box[k, 1]
     if box == NOBODY:
-        soft += _split_inverse_mass(particles.inverse_mass, sums.particle, surface_point(contacts, k, 1))
+        b = SurfacePoint(surface_point(contacts, k, 1).particles, place)
+        return sub(velocity, value_at(bodies.particles.velocity, b))
+    return sub(velocity, velocity_of_point(bodies.boxes, box, add(load(bodies.boxes.position, box), place)))
+
+
+@jit_lean
+def _impulse(contacts: Contacts, k: int, bodies: Bodies, sums: WeightSums, replay: Replay) -> Vec:
+    """Return the impulse [N s] on side a of contact `k`, whose sides part too slowly; none if neither can move."""
+    particles, boxes = bodies
+    box, normal, place = contacts.box[k, 1], load(contacts.normal, k), load(replay.place, k)
+    u = load(replay.velocity, k)
+    # The normal impulse, by the inverse effective mass of both sides.
+    soft = _split_inverse_mass(particles.inverse_mass, sums.particle, surface_point(contacts, k, 0))
+    if box == NOBODY:
+        b = SurfacePoint(surface_point(contacts, k, 1).particles, place)
+        soft += _split_inverse_mass(particles.inverse_mass, sums.particle, b)
+    else:
+        place = add(load(boxes.position, box), place)
     inverse_mass = soft
     if box != NOBODY:
-        inverse_mass += sums.box[box] * inverse_effective_mass_at(boxes, box, point, normal)
+        inverse_mass += replay.loose[box] * sums.box[box] * inverse_effective_mass_at(boxes, box, place, normal)
     if not inverse_mass > 0.0:
-        return False, (0.0, 0.0, 0.0)
-    j = normal_impulse(-dot(u, normal), inverse_mass, contacts.restitution[k])
+        return (0.0, 0.0, 0.0)
+    j = _lack(contacts, k, replay, u) / inverse_mass
     impulse = scale(j, normal)
     if not contacts.friction[k] > 0.0:
-        return True, impulse
+        return impulse
     # Friction against the sliding that the normal impulse leaves: it may turn a box, and so move its point aside.
     if box != NOBODY:
-        u = add(u, scale(sums.box[box], velocity_change_at(boxes, box, point, impulse)))
+        u = add(u, scale(replay.loose[box] * sums.box[box], velocity_change_at(boxes, box, place, impulse)))
     slide = sub(u, scale(dot(u, normal), normal))
     sliding = norm(slide)
     if not sliding > 0.0:
-        return True, impulse
+        return impulse
     along, inverse_mass = scale(1.0 / sliding, slide), soft
     if box != NOBODY:
-        inverse_mass += sums.box[box] * inverse_effective_mass_at(boxes, box, point, along)
-    return True, sub(impulse, scale(friction_impulse(sliding, inverse_mass, contacts.friction[k] * j), along))
+        inverse_mass += sums.box[box] * inverse_effective_mass_at(boxes, box, place, along)
+    return sub(impulse, scale(friction_impulse(sliding, inverse_mass, contacts.friction[k] * j), along))
 
 
 @jit_lean
-def _add_weights(contacts: Contacts, k: int, sums: WeightSums) -> None:
-    """Add the weights of a contact to the sums of its particles, and 1 to that of its box."""
+def _add_weights(contacts: Contacts, k: int, sums: WeightSums, place: Vec) -> None:
+    """Add the weights of a contact, at a `place` on b, to the sums of its particles, and 1 to that of its box."""
     particles, weights, box = contacts.particles, contacts.weights, contacts.box[k, 1]
     for c in range(3):
         sums.particle[particles[k, 0, c]] += weights[k, 0, c]
-    if box == NOBODY:
-        for c in range(3):
-            sums.particle[particles[k, 1, c]] += weights[k, 1, c]
-    else:
+        if box == NOBODY:
+            sums.particle[particles[k, 1, c]] += abs(place[c])
+    if box != NOBODY:
         sums.box[box] += 1.0
 
 
 @jit_lean
-def _clear_weights(contacts: Contacts, k: int, weight_sum: np.ndarray) -> None:
-    """Make what `_add_weights` has added to particles zero."""
+def _clear_weights(contacts: Contacts, k: int, sums: WeightSums) -> None:
+    """Make what `_add_weights` has added zero."""
     particles, box = contacts.particles, contacts.box[k, 1]
     for c in range(3):
-        weight_sum[particles[k, 0, c]] = 0.0
+        sums.particle[particles[k, 0, c]] = 0.0
         if box == NOBODY:
-            weight_sum[particles[k, 1, c]] = 0.0
+            sums.particle[particles[k, 1, c]] = 0.0
+    if box != NOBODY:
+        sums.box[box] = 0.0
 
 
 @jit_lean
 def _split_inverse_mass(inverse_mass: np.ndarray, weight_sum: np.ndarray, point: SurfacePoint) -> float:
-    """Return Σ w²/m [1/kg] of a point that has the part w / (sum of weights) of the mass of each of its particles."""
+    """Return Σ w²/m [1/kg] of a point that has the part |w| / (sum of weights) of the mass of each of its particles."""
     result = 0.0
     for c in range(3):
         i = point.particles[c]
-        result += point.weights[c] * weight_sum[i] * inverse_mass[i]
+        result += abs(point.weights[c]) * weight_sum[i] * inverse_mass[i]
     return result
 
 
 @jit_lean
-def _line_meets_triangle(
-    position: np.ndarray, point: Vec, impulse: Vec, second: SurfacePoint
-) -> tuple[bool, SurfacePoint]:
-    """Return whether the line of an impulse at `point` [m] meets the plane of a triangle, and the point where it does.
+def _line_meets_triangle(contacts: Contacts, k: int, particles: Particles, direction: Vec, ago: float) -> Vec:
+    """Return the weights of where the line through side a meets the plane of b's triangle, as both were `ago` [s].
 
-    There the reaction has no moment about the impulse. Where the two points of a contact coincide this is the `second`
-    one. An impulse all but along the plane, seen from a point that is not in it, does not meet it.
+    There the reaction to an impulse along the line has no moment about it. b's own, if the line is all but along the
+    plane, or there is none.
     """
-    i, j, k = second.particles
+    point, second = _place(particles, surface_point(contacts, k, 0), ago), surface_point(contacts, k, 1)
+    i, j, m = second.particles
     weights = second.weights
-    a, b, c = load(position, i), load(position, j), load(position, k)
+    a, b = _place(particles, at_particle(i), ago), _place(particles, at_particle(j), ago)
+    c = _place(particles, at_particle(m), ago)
     up = area_vector(a, b, c)
-    square, rise = dot(up, up), dot(impulse, up)
-    gap = sub(value_at(position, second), point)
-    if not abs(rise) > ALONG_SURFACE * np.sqrt(square) * norm(impulse):
-        return dot(gap, gap) <= SAME_PLACE * SAME_PLACE * np.sqrt(square), second
-    aside = sub(scale(dot(gap, up) / rise, impulse), gap)  # from the contact's point, in the plane
+    square, rise = dot(up, up), dot(direction, up)
+    if not abs(rise) > ALONG_SURFACE * np.sqrt(square) * norm(direction):
+        return weights
+    gap = sub(_place(particles, second, ago), point)
+    aside = sub(scale(dot(gap, up) / rise, direction), gap)  # from the contact's point, in the plane
     u = 0.5 * dot(cross(sub(a, c), aside), up) / square
     v = 0.5 * dot(cross(sub(b, a), aside), up) / square
-    return True, SurfacePoint(second.particles, (weights[0] - u - v, weights[1] + u, weights[2] + v))
+    return weights[0] - u - v, weights[1] + u, weights[2] + v

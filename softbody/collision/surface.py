@@ -8,7 +8,7 @@ import numpy as np
 
 from softbody.geometry.bvh import BVH, Search, build_bvh, search_space
 from softbody.geometry.penetration import Penetrations, Points, room_for_penetrations
-from softbody.jit import jit_inlined
+from softbody.jit import jit_inlined, jit_lean
 from softbody.state import Model, State
 from softbody.vec import load
 
@@ -18,6 +18,9 @@ class Surface(NamedTuple):
 
     first: int  # number of its first particle
     edges: np.ndarray  # (e, 2) particles
+    wings: np.ndarray  # (e, 2) triangles on both sides: that with the side (i, j) of an edge, and that with (j, i)
+    triangles: np.ndarray  # (t, 3) vertices
+    sides: np.ndarray  # (t, 3) edge from each corner of a triangle to the next
     vertices: Points
 
 
@@ -34,6 +37,10 @@ class Memory(NamedTuple):
     search: Search
     found: Penetrations
     edge: np.ndarray  # (most edges of a body + 1,) see `candidate_edges`
+    places: np.ndarray  # (most triangles of a body,) see `segment_hits`
+    way_out: (
+        np.ndarray
+    )  # (most vertices of a body, 3) unit vector out of the other body, of those that are inside; or 0
 
 
 class Surfaces(NamedTuple):
@@ -44,6 +51,8 @@ class Surfaces(NamedTuple):
 
     trees: BVH
     start: np.ndarray  # (b + 1, fields of a BVH) first row of each body in each of its arrays
+    wings: np.ndarray  # (e, 2) see `Surface`
+    sides: np.ndarray  # (t, 3) see `Surface`
     low: np.ndarray  # (b, 3) [m] corner of the bounding box of each body
     high: np.ndarray  # (b, 3) [m]
     hint: np.ndarray  # (n,) see `Points`
@@ -59,10 +68,13 @@ def build_surfaces(model: Model, position: np.ndarray) -> Surfaces:
     """Return the surfaces of all soft bodies of a model whose particles are at `position` (n, 3) [m]."""
     # Of the first mesh no row is kept: it tells what arrays look like where there are no bodies.
     meshes = [(np.eye(4, 3), np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]))]
+    neighbours = [(np.empty((0, 2), np.int64), np.empty((0, 3), np.int64))]
     for body in range(model.soft_count):
         first, end = model.soft_particle_start[body : body + 2]
-        triangles = slice(*model.soft_triangle_start[body : body + 2])
-        meshes.append((position[first:end], model.triangle_particles[triangles] - first))
+        rows, edges = slice(*model.soft_triangle_start[body : body + 2]), slice(*model.soft_edge_start[body : body + 2])
+        triangles = model.triangle_particles[rows] - first
+        meshes.append((position[first:end], triangles))
+        neighbours.append(_wings_and_sides(model.edge_particles[edges] - first, triangles))
     trees = [build_bvh(*mesh) for mesh in meshes]
     joined = BVH(*(np.concatenate([rows[0][:0], *rows[1:]]) for rows in zip(*trees, strict=True)))
     lengths = [[len(rows) for rows in tree] for tree in trees]
@@ -72,6 +84,8 @@ def build_surfaces(model: Model, position: np.ndarray) -> Surfaces:
     return Surfaces(
         trees=joined._replace(corners=largest.corners, boxes=largest.boxes, frame=largest.frame),
         start=np.cumsum(lengths, axis=0),
+        wings=np.concatenate([wings for wings, _ in neighbours]),
+        sides=np.concatenate([sides for _, sides in neighbours]),
         low=np.zeros((model.soft_count, 3)),
         high=np.zeros((model.soft_count, 3)),
         hint=np.full(len(position), -1),
@@ -81,6 +95,8 @@ def build_surfaces(model: Model, position: np.ndarray) -> Surfaces:
             search_space(largest),
             room_for_penetrations(most),
             np.zeros(int(np.diff(model.soft_edge_start).max(initial=0)) + 1, np.int64),
+            np.zeros(int(np.diff(model.soft_triangle_start).max(initial=0))),
+            np.zeros((most, 3)),
         ),
         weight_sum=np.zeros(len(position)),
         deepest=np.zeros(1),
@@ -88,13 +104,39 @@ def build_surfaces(model: Model, position: np.ndarray) -> Surfaces:
     )
 
 
+def _wings_and_sides(edges: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return (wings (e, 2), sides (t, 3)) of a closed mesh whose `edges` (e, 2) are as `unique_edges` returns them."""
+    start, end = triangles, np.roll(triangles, -1, axis=1)
+    rows = np.array([triangles.max() + 1, 1])
+    sides = np.searchsorted(edges @ rows, np.stack([np.minimum(start, end), np.maximum(start, end)], axis=-1) @ rows)
+    wings = np.empty_like(edges)
+    wings[sides, (start > end).astype(np.int64)] = np.arange(len(triangles))[:, None]
+    return wings, sides
+
+
 @jit_inlined
 def surface_of(model: Model, state: State, surfaces: Surfaces, body: int) -> Surface:
     """Return one surface, its bounds as they are noted."""
     first, end = model.soft_particle_start[body], model.soft_particle_start[body + 1]
-    edges = model.edge_particles[model.soft_edge_start[body] : model.soft_edge_start[body + 1]]
+    one, last = model.soft_edge_start[body], model.soft_edge_start[body + 1]
+    low, high = model.soft_triangle_start[body], model.soft_triangle_start[body + 1]
     bounds = load(surfaces.low, body), load(surfaces.high, body)
-    return Surface(first, edges, Points(state.particle_position[first:end], bounds, surfaces.hint[first:end]))
+    return Surface(
+        first,
+        model.edge_particles[one:last],
+        surfaces.wings[one:last],
+        surfaces.trees.triangles[low:high],
+        surfaces.sides[low:high],
+        Points(state.particle_position[first:end], bounds, surfaces.hint[first:end]),
+    )
+
+
+@jit_lean
+def third_corner(surface: Surface, edge: int, wing: int) -> int:
+    """Return the vertex that a triangle beside an edge has besides the edge's two."""
+    triangle, first = surface.wings[edge, wing], surface.first
+    corners = surface.triangles[triangle, 0] + surface.triangles[triangle, 1] + surface.triangles[triangle, 2]
+    return corners - (surface.edges[edge, 0] - first) - (surface.edges[edge, 1] - first)
 
 
 @jit_inlined

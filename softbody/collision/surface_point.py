@@ -39,12 +39,6 @@ def on_edge(i: int, j: int, place: float) -> SurfacePoint:
 
 
 @jit_lean
-def in_triangle(triangles: np.ndarray, t: int, first: int, weights: Vec) -> SurfacePoint:
-    """Return the point of triangle `t` with barycentric `weights`; `triangles` (t, 3) are counted from `first`."""
-    return SurfacePoint((first + triangles[t, 0], first + triangles[t, 1], first + triangles[t, 2]), weights)
-
-
-@jit_lean
 def value_at(rows: np.ndarray, point: SurfacePoint) -> Vec:
     """Return Σ w x of `rows` (n, 3): of positions, where the point is [m]; of velocities, its velocity [m/s]."""
     i, j, k = point.particles
@@ -52,6 +46,14 @@ def value_at(rows: np.ndarray, point: SurfacePoint) -> Vec:
     return add(
         scale(weights[0], load(rows, i)), add(scale(weights[1], load(rows, j)), scale(weights[2], load(rows, k)))
     )
+
+
+@jit_lean
+def inverse_mass_at(inverse_mass: np.ndarray, point: SurfacePoint) -> float:
+    """Return Σ w²/m [1/kg]: how easily a point moves."""
+    i, j, k = point.particles
+    a, b, c = point.weights
+    return a * a * inverse_mass[i] + b * b * inverse_mass[j] + c * c * inverse_mass[k]
 
 
 @jit_lean

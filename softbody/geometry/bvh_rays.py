@@ -18,8 +18,6 @@ from softbody.vec import Vec, cross, dot, load, sub
 
 NEVER = np.inf  # where a segment meets nothing
 
-Hits = tuple[float, int, float, int]
-
 
 @jit
 def point_in_bvh(p: Vec, tree: BVH, vertices: np.ndarray, search: Search) -> bool:
@@ -28,7 +26,7 @@ def point_in_bvh(p: Vec, tree: BVH, vertices: np.ndarray, search: Search) -> boo
     The tree must have been fitted to `vertices` (n, 3) [m].
     """
     inside = False
-    for k in range(_list_near(p, (p[0], p[1], np.inf), tree, search)):
+    for k in range(list_near(p, (p[0], p[1], np.inf), tree, search)):
         t = search.listed[k]
         a, b = load(vertices, tree.triangles[t, 0]), load(vertices, tree.triangles[t, 1])
         inside ^= ray_hits_triangle(p, a, b, load(vertices, tree.triangles[t, 2]))
@@ -39,7 +37,7 @@ def point_in_bvh(p: Vec, tree: BVH, vertices: np.ndarray, search: Search) -> boo
 def point_in_bvh_filtered(p: Vec, tree: BVH, vertices: np.ndarray, search: Search) -> int:
     """Return the answer of `point_in_bvh`, 1 or 0, or UNCERTAIN where the floating-point filter fails."""
     odd = 0
-    for k in range(_list_near(p, (p[0], p[1], np.inf), tree, search)):
+    for k in range(list_near(p, (p[0], p[1], np.inf), tree, search)):
         t = search.listed[k]
         a, b = load(vertices, tree.triangles[t, 0]), load(vertices, tree.triangles[t, 1])
         hit = ray_hits_triangle_filtered(p, a, b, load(vertices, tree.triangles[t, 2]))
@@ -51,43 +49,57 @@ def point_in_bvh_filtered(p: Vec, tree: BVH, vertices: np.ndarray, search: Searc
 
 
 @jit_inlined
-def segment_hits(p: Vec, q: Vec, tree: BVH, vertices: np.ndarray, search: Search) -> Hits:
-    """Return where the segment from `p` to `q` [m] first goes through a triangle, and which, and where it next does.
+def segment_hits(p: Vec, q: Vec, tree: BVH, vertices: np.ndarray, search: Search, places: np.ndarray) -> int:
+    """Write into `places` (t,) where the segment from `p` to `q` [m] goes through triangles; return how many it does.
 
-    Places are 0 at p … 1 at q; (NEVER, −1) for a triangle that is not there. Arguments as of `point_in_bvh`.
+    Places are 0 at p … 1 at q, in no order. Other arguments as of `point_in_bvh`.
     """
     low = min(p[0], q[0]), min(p[1], q[1]), min(p[2], q[2])
     high = max(p[0], q[0]), max(p[1], q[1]), max(p[2], q[2])
-    place, first, next_place, second = NEVER, -1, NEVER, -1
-    for k in range(_list_near(low, high, tree, search)):
+    count = 0
+    for k in range(list_near(low, high, tree, search)):
         t = search.listed[k]
         a, b = load(vertices, tree.triangles[t, 0]), load(vertices, tree.triangles[t, 1])
-        here = _place_in_triangle(p, q, a, b, load(vertices, tree.triangles[t, 2]))
-        if here < place or (here == place and t < first):
-            place, first, next_place, second = here, t, place, first
-        elif here < next_place or (here == next_place and t < second):
-            next_place, second = here, t
-    return place, first, next_place, second
+        place = _place_in_triangle(p, q, a, b, load(vertices, tree.triangles[t, 2]))
+        if place < NEVER:
+            places[count] = place
+            count += 1
+    return count
 
 
 @jit_lean
 def _place_in_triangle(p: Vec, q: Vec, a: Vec, b: Vec, c: Vec) -> float:
-    """Return where the segment from `p` to `q` goes through a triangle, 0 at p … 1 at q, or NEVER."""
+    """Return where the segment from `p` to `q` goes through a triangle, 0 at p … 1 at q, or NEVER.
+
+    What passes an edge or a corner of a mesh to the last bit counts as moved aside by next to nothing, along x, then y,
+    then z (simulation of simplicity, Edelsbrunner and Mücke 1990): so it goes in as often as out.
+    """
     n = area_vector(a, b, c)
     before, beyond = dot(sub(p, a), n), dot(sub(q, a), n)
-    if (before > 0.0) == (beyond > 0.0):
+    if _is_positive(before, n) == _is_positive(beyond, n):
         return NEVER
     # Seen along the segment, which side of the three edges is it on?
     along = sub(q, p)
     pa, pb, pc = sub(a, p), sub(b, p), sub(c, p)
-    u, v, w = dot(along, cross(pb, pc)), dot(along, cross(pc, pa)), dot(along, cross(pa, pb))
-    if (u >= 0.0 and v >= 0.0 and w >= 0.0) or (u <= 0.0 and v <= 0.0 and w <= 0.0):
-        return before / (before - beyond)
-    return NEVER
+    u = _is_positive(dot(along, cross(pb, pc)), cross(along, sub(c, b)))
+    v = _is_positive(dot(along, cross(pc, pa)), cross(along, sub(a, c)))
+    w = _is_positive(dot(along, cross(pa, pb)), cross(along, sub(b, a)))
+    if not u == v == w:
+        return NEVER
+    return before / (before - beyond) if before != beyond else 0.0
+
+
+@jit_lean
+def _is_positive(value: float, slope: Vec) -> bool:
+    """Tell whether a value is > 0 or, where it is 0, becomes so with the first move along x, y, z that changes it."""
+    if value != 0.0:
+        return value > 0.0
+    first = slope[0] if slope[0] != 0.0 else slope[1] if slope[1] != 0.0 else slope[2]
+    return first > 0.0
 
 
 @jit_inlined
-def _list_near(low: Vec, high: Vec, tree: BVH, search: Search) -> int:
+def list_near(low: Vec, high: Vec, tree: BVH, search: Search) -> int:
     """List in `search.listed` the triangles whose boxes meet that between two corners [m]; return how many.
 
     None, if a vertex of the mesh or a number of `low` is not finite.

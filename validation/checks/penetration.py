@@ -79,7 +79,7 @@ def rows(points: np.ndarray, mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
         ),
         Fault(
             "the last triangle of each leaf forgotten by rays",
-            bvh_rays._list_near,
+            bvh_rays.list_near,
             "min(WIDTH, left_)",
             "min(WIDTH - 1, left_)",
         ),

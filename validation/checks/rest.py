@@ -161,8 +161,8 @@ def _rest_height(segments: int, part: float, seconds: float) -> float:
         Fault(
             "soft bodies that move boxes out of the way but do not slow them",
             soft_response._impulse,
-            "normal_impulse(approach_, mass_, restitution_)",
-            "0.0 if box != NOBODY else normal_impulse(approach_, mass_, restitution_)",
+            "_lack(contacts_, k_, replay_, u_) / mass_",
+            "0.0 if box != NOBODY else _lack(contacts_, k_, replay_, u_) / mass_",
         ),
     ),
 )

@@ -122,9 +122,9 @@ def bodies_stay_apart(run: Run) -> Comparison:
     faults=(
         Fault(
             "the surface does not feel the particle",
-            soft_response.correct_velocities,
-            "add_at(rows_, inverse_mass_, b, back_)",
-            "add_at(rows_, inverse_mass_, b, scale(0.0, back_))",
+            soft_response._apply_impulse,
+            "_push(particles_, SurfacePoint(p_, place_), back_, ago_)",
+            "_push(particles_, SurfacePoint(p_, place_), scale(0.0, back_), ago_)",
         ),
     ),
 )
@@ -336,8 +336,8 @@ def _soft_body(world: World, rng: np.random.Generator, size: float, position: np
         Fault(
             "overlap turned into speed",
             soft_response._impulse,
-            "normal_impulse(approach_, mass_, restitution_)",
-            "normal_impulse(approach_ + 1e3 * contacts.depth[k], mass_, restitution_ + 2.0)",
+            "_lack(contacts_, k_, replay_, u_) / mass_",
+            "(1e3 * contacts.depth[k] + 3.0 * _lack(contacts_, k_, replay_, u_)) / mass_",
         ),
     ),
 )

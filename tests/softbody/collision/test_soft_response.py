@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from softbody.collision.contact import Touch, add_contact, box_side, new_contacts, soft_side
 from softbody.collision.law import Material
-from softbody.collision.soft_response import resolve_contacts
+from softbody.collision.soft_response import Bodies, resolve_contacts
 from softbody.collision.surface_point import WHOLE, SurfacePoint, at_particle
 from softbody.geometry.box import box_inertia
 from softbody.state import Particles, RigidBodies
@@ -53,18 +53,26 @@ def add_particle(contacts, weights, normal, depth, material):
     add_contact(contacts, soft_side(at_particle(3)), soft_side(triangle), touch(normal, depth), material)
 
 
-def part_particle(weights, normal, depth, material, particles):
+def resolve(contacts, particles, boxes, h=1.0):
+    """Resolve contacts after a step of `h` [s] in which everything has moved as it moves now."""
+    position, velocity = particles.position - h * particles.velocity, particles.velocity.copy()
+    resting = RigidBodies(*(rows.copy() for rows in boxes))
+    before = Bodies(Particles(particles.inverse_mass, position, velocity), resting)
+    resolve_contacts(contacts, Bodies(particles, boxes), before, np.zeros(4), h)
+
+
+def part_particle(weights, normal, depth, material, particles, h=1.0):
     """Part particle 3 from the triangle of the first three."""
     contacts = new_contacts(1)
     add_particle(contacts, weights, normal, depth, material)
-    resolve_contacts(contacts, particles, NO_BODIES, np.zeros(4))
+    resolve(contacts, particles, NO_BODIES, h)
 
 
-def part_box(point, normal, depth, material, particles, box):
+def part_box(point, normal, depth, material, particles, box, h=1.0):
     """Part a point of the surface from the only box."""
     contacts = new_contacts(1)
     add_contact(contacts, soft_side(point), box_side(0), touch(normal, depth), material)
-    resolve_contacts(contacts, particles, box, np.zeros(4))
+    resolve(contacts, particles, box, h)
 
 
 def touching(position, weights, normal, depth):
@@ -75,32 +83,44 @@ def touching(position, weights, normal, depth):
 @given(seeds, fractions, st.sampled_from([0.0, 0.4, 10.0]))
 def test_a_particle_and_a_patch_part_and_keep_both_momenta(seed, restitution, friction):
     random, position, velocity, inverse_mass = surface(seed)
-    weights, normal, depth = random.dirichlet((1.0, 1.0, 1.0)), unit(random.normal(size=3)), 0.1
+    weights, normal = random.dirichlet((1.0, 1.0, 1.0)), unit(random.normal(size=3))
+    face = np.cross(position[1] - position[0], position[2] - position[0])
+    assume(abs(face @ normal) > 0.2 * np.linalg.norm(face))  # not along the triangle
+    approach, h = (weights @ velocity[:3] - velocity[3]) @ normal, 1e-8
+    depth = random.uniform(0.0, 1.0) * max(approach * h, 0.0)  # no more than they have closed
     touching(position, weights, normal, depth)
-    before = momenta(inverse_mass, position, velocity)[0]
-    energy = kinetic(inverse_mass, velocity)
-    approach = (weights @ velocity[:3] - velocity[3]) @ normal
-    start = velocity.copy()
+    before, energy, start = momenta(inverse_mass, position, velocity), kinetic(inverse_mass, velocity), velocity.copy()
     material = Material(restitution, friction)
-    part_particle(tuple(weights), normal, depth, material, Particles(inverse_mass, position, velocity))
-    np.testing.assert_allclose(position[3], weights @ position[:3], atol=1e-12)
-    np.testing.assert_allclose(momenta(inverse_mass, position, velocity)[0], before, atol=1e-12)
-    # The bodies coincide now: the impulses have no moment about each other.
-    spin = momenta(inverse_mass, position, velocity)[1] - momenta(inverse_mass, position, start)[1]
-    np.testing.assert_allclose(spin, 0.0, atol=1e-12)
-    assert kinetic(inverse_mass, velocity) <= energy * (1.0 + 1e-14)
+    part_particle(tuple(weights), normal, depth, material, Particles(inverse_mass, position, velocity), h)
+    for after, once in zip(momenta(inverse_mass, position, velocity), before, strict=True):
+        np.testing.assert_allclose(after, once, atol=1e-11)
+    # In a step the place at which they touch moves by h times their sliding: with that the speed there changes.
+    assert kinetic(inverse_mass, velocity) <= energy * (1.0 + 1e-14) + 10.0 * h
     parting = (velocity[3] - weights @ velocity[:3]) @ normal
     if approach > 0.0:
-        assert parting == pytest.approx(restitution * approach, abs=1e-12)
+        assert (position[3] - weights @ position[:3]) @ normal == pytest.approx(0.0, abs=1e-5 * h)
+        assert parting == pytest.approx(restitution * approach, abs=1e-5)
     else:
         np.testing.assert_array_equal(velocity, start)
 
 
-def test_equal_masses_move_half_the_depth_each():
-    position = np.array([[0.0, 0.0, 0.0]] * 3 + [[0.0, 0.0, -0.2]])
-    particles = Particles(np.ones(4), position, np.zeros((4, 3)))
-    part_particle((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.2, DEAD, particles)
-    np.testing.assert_allclose(position[[0, 3], 2], [-0.1, -0.1])
+def test_what_overlaps_at_rest_parts_slowly_by_half_of_the_speed_each():
+    position, velocity = np.array([[0.0, 0.0, 0.0], [1, 0, 0], [0, 1, 0], [0.0, 0.0, -0.2]]), np.zeros((4, 3))
+    part_particle((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.2, DEAD, Particles(np.ones(4), position, velocity), 0.1)
+    np.testing.assert_allclose(velocity[[0, 3], 2], [-0.2, 0.2])
+    np.testing.assert_allclose(position[[0, 3], 2], [-0.02, -0.18])
+
+
+def test_what_was_pressed_together_does_not_bounce():
+    """It did not close before springs and weight pressed it."""
+    position, velocity = np.array([[0.0, 0.0, 0.0], [1, 0, 0], [0, 1, 0], [0.0, 0.0, -0.1]]), np.zeros((4, 3))
+    velocity[3, 2] = -0.2
+    particles, contacts = Particles(np.ones(4), position, velocity), new_contacts(1)
+    add_particle(contacts, (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.1, Material(1.0, 0.0))
+    before = particles._replace(position=position - 0.5 * velocity, velocity=np.zeros((4, 3)))
+    resolve_contacts(contacts, Bodies(particles, NO_BODIES), Bodies(before, NO_BODIES), np.zeros(4), 1.0)
+    np.testing.assert_allclose(velocity[[0, 3], 2], [-0.1, -0.1])
+    np.testing.assert_allclose(position[[0, 3], 2], [-0.05, -0.05])
 
 
 def test_fixed_particles_do_not_move():
@@ -144,7 +164,7 @@ def test_a_patch_and_a_box_part_and_keep_both_momenta(seed, restitution, frictio
     before, start, approach = totals(), energy(), -parting()
     particles = Particles(inverse_mass, position, velocity)
     point = SurfacePoint((0, 1, 2), tuple(weights))
-    part_box(point, normal, 0.0, Material(restitution, friction), particles, box)
+    part_box(point, normal, 0.0, Material(restitution, friction), particles, box, 1e-13)
     if not static:
         np.testing.assert_allclose(totals()[0], before[0], atol=1e-11)
         np.testing.assert_allclose(totals()[1], before[1], atol=1e-11)
@@ -153,13 +173,13 @@ def test_a_patch_and_a_box_part_and_keep_both_momenta(seed, restitution, frictio
         assert parting() == pytest.approx(restitution * approach, abs=1e-11)
 
 
-def test_a_box_and_a_patch_move_apart_by_their_inverse_masses():
+def test_a_box_and_a_patch_part_by_their_inverse_masses():
     position = np.zeros((4, 3))
     box = RigidBodies(
         np.array([1.0]), np.ones((1, 3)), np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0, 0.0]]), np.zeros((1, 3)),
         np.zeros((1, 3)),
     )  # fmt: skip
-    particles = Particles(np.full(4, 3.0), position, np.zeros((4, 3)))
+    particles = Particles(np.full(4, 3.0), position, np.tile([0.0, 0.0, -0.4], (4, 1)))
     part_box(at_particle(2), (0.0, 0.0, 1.0), 0.4, DEAD, particles, box)
     assert position[2, 2] == pytest.approx(0.3)
     assert box.position[0, 2] == pytest.approx(-0.1)
@@ -174,7 +194,7 @@ def test_contacts_of_one_particle_are_as_good_as_one():
         contacts = new_contacts(count)
         for _ in range(count):
             add_particle(contacts, (0.5, 0.25, 0.25), (0.0, 0.0, 1.0), 0.2, Material(0.5, 0.3))
-        resolve_contacts(contacts, Particles(np.ones(4), position, velocity), NO_BODIES, np.zeros(4))
+        resolve(contacts, Particles(np.ones(4), position, velocity), NO_BODIES)
         if count == 1:
             alone = position, velocity
     np.testing.assert_allclose(position, alone[0], atol=1e-15)
@@ -191,6 +211,6 @@ def test_the_order_of_contacts_does_not_matter():
         for row in order:
             weights, normal = rows[row]
             add_particle(contacts, tuple(weights), normal, 0.1, Material(0.5, 0.3))
-        resolve_contacts(contacts, Particles(inverse_mass, position, velocity), NO_BODIES, np.zeros(4))
+        resolve(contacts, Particles(inverse_mass, position, velocity), NO_BODIES)
         ends.append((position, velocity))
     np.testing.assert_allclose(ends[0], ends[1], atol=1e-12)

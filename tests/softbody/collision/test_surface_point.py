@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from softbody.collision.surface_point import SurfacePoint, add_at, at_particle, in_triangle, on_edge, value_at
+from softbody.collision.surface_point import SurfacePoint, add_at, at_particle, on_edge, value_at
 
 
 @given(st.integers(0, 10**6))
@@ -32,10 +32,7 @@ def test_an_impulse_at_a_point_is_the_same_impulse_on_its_corners_and_moves_it_b
     np.testing.assert_allclose(gained, (weights**2 @ inverse_mass[:3]) * push, atol=1e-12)
 
 
-def test_a_point_is_named_by_its_particle_its_place_on_an_edge_or_its_triangle():
+def test_a_point_is_named_by_its_particle_or_its_place_on_an_edge():
     rows = np.random.default_rng(0).normal(size=(9, 3))
     assert value_at(rows, at_particle(4)) == pytest.approx(rows[4], abs=1e-15)
     assert value_at(rows, on_edge(4, 6, 0.25)) == pytest.approx(0.75 * rows[4] + 0.25 * rows[6], abs=1e-15)
-    triangles = np.array([[0, 1, 2], [3, 1, 0]])
-    expected = 0.5 * rows[8] + 0.3 * rows[6] + 0.2 * rows[5]
-    assert value_at(rows, in_triangle(triangles, 1, 5, (0.5, 0.3, 0.2))) == pytest.approx(expected, abs=1e-15)

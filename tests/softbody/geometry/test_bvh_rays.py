@@ -17,19 +17,44 @@ numbers = st.floats(-2.0, 2.0).map(lambda x: round(x, 3) + 0.0003)
 points = st.tuples(numbers, numbers, numbers)
 
 
+def hits_of(p, q, vertices=CUBE.vertices, triangles=CUBE.triangles):
+    """Return where the segment from p to q goes through a cube, in order."""
+    places = np.empty(len(triangles))
+    return np.sort(places[: segment_hits(p, q, build_bvh(vertices, triangles), vertices, SEARCH, places)])
+
+
 @given(points, points)
 def test_hits_are_where_a_segment_goes_in_and_out(p, q):
-    enter, one, leave, other = segment_hits(p, q, TREE, CUBE.vertices, SEARCH)
+    hits = hits_of(p, q)
     t = np.linspace(0.0, 1.0, 2001)[1:-1, None]
     inside = (np.abs((1.0 - t) * np.array(p) + t * np.array(q)) < 1.0).all(axis=1)
-    sides = inside.astype(int) + 0
-    changes = int(np.abs(np.diff(sides)).sum())
-    assert changes <= (one >= 0) + (other >= 0)
-    assert enter <= leave
-    for place, triangle in ((enter, one), (leave, other)):
-        if triangle >= 0:
-            x = (1.0 - place) * np.array(p) + place * np.array(q)
-            assert np.abs(x).max() == pytest.approx(1.0, abs=1e-9)
+    assert int(np.abs(np.diff(inside.astype(int))).sum()) <= len(hits) <= 2
+    for place in hits:
+        x = (1.0 - place) * np.array(p) + place * np.array(q)
+        assert np.abs(x).max() == pytest.approx(1.0, abs=1e-9)
+
+
+# To the last bit through diagonals of faces, through an edge, past one that it only touches, and through corners.
+@pytest.mark.parametrize(
+    ("p", "q", "inside"),
+    [
+        ((0.25, 0.25, -2.0), (0.25, 0.25, 2.0), 2),
+        ((-0.25, 0.25, -2.0), (-0.25, 0.25, 2.0), 2),
+        ((0.25, 0.25, -2.0), (0.25, 0.25, 0.0), 1),
+        ((-2.0, 0.25, -2.0), (0.0, 0.25, 0.0), 1),
+        ((2.0, 0.5, -2.0), (0.0, 0.5, 0.0), 1),
+        ((-2.0, 0.25, 0.0), (0.0, 0.25, -2.0), 0),
+        ((-2.0, -2.0, -2.0), (0.25, 0.25, 0.25), 1),
+        ((-2.0, -2.0, -2.0), (2.0, 2.0, 2.0), 2),
+        ((2.0, 0.0, 1.0), (0.0, 2.0, 1.0), 0),
+    ],
+)
+def test_what_goes_through_an_edge_to_the_last_bit_goes_in_as_often_as_out(p, q, inside):
+    rng = np.random.default_rng(0)
+    for _ in range(10):
+        order = rng.permutation(8)
+        turned = [np.roll(np.argsort(order)[t], rng.integers(3)) for t in rng.permutation(CUBE.triangles)]
+        assert len(hits_of(p, q, CUBE.vertices[order], np.array(turned))) % 2 == inside % 2
 
 
 @given(points)
