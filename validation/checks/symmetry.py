@@ -182,7 +182,7 @@ SCENES = {
             "edges of the body that was added first alone",
             soft_contacts._find_contacts_of,
             "with_edges_ and other_length_ >= COARSE * length_",
-            "with_edges_ and other_ < body_",
+            "with_edges_ and other < body",
         ),
         Fault(
             "a way that is measured from where the world is, not from the other body",
