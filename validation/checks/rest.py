@@ -159,10 +159,10 @@ def _rest_height(segments: int, part: float, seconds: float) -> float:
     detects="a depth left in proportion to the step; a support by corners that depends on where they are",
     faults=(
         Fault(
-            "soft bodies that move boxes out of the way but do not slow them",
-            soft_response._impulse,
-            "_lack(contacts_, k_, replay_, u_) / mass_",
-            "0.0 if box != NOBODY else _lack(contacts_, k_, replay_, u_) / mass_",
+            "ways that bodies have come too far, and that are not undone",
+            soft_response.look_back,
+            "_height(contacts_, k_, bodies_) + way_",
+            "_height(contacts_, k_, bodies_)",
         ),
     ),
 )
