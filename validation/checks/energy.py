@@ -96,7 +96,7 @@ def judged_energy(case: Collision) -> float:
         Fault(
             "contacts that each have all of a particle's mass",
             soft_response._split_inverse_mass,
-            "abs(weight_) * sum_[i_] * inverse_mass_[i_]",
+            "weight_ * sum_[i_] * inverse_mass_[i_]",
             "weight_ * weight_ * inverse_mass_[i_]",
         ),
     ),
