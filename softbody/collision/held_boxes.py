@@ -40,7 +40,7 @@ def looseness_of_boxes(contacts: Contacts, bodies: RigidBodies, push: np.ndarray
     """
     count = bodies.inverse_mass.shape[0]
     loose = np.ones(count)
-    if contacts.number[1] == 0:
+    if contacts.number[1] == 0 or not push.any():
         return loose
     supports = _supports(contacts, bodies)
     for box in range(count):
@@ -55,19 +55,21 @@ def looseness_of_boxes(contacts: Contacts, bodies: RigidBodies, push: np.ndarray
 
 @jit
 def pass_down(contacts: Contacts, bodies: RigidBodies, push: np.ndarray, motion: np.ndarray) -> None:
-    """Let supports hold boxes that are pushed, from above down to what cannot move; `push` (m, 6) is used up.
+    """Let supports hold boxes that are pushed, by `push` (m, 6), from above down to what cannot move.
 
-    Adds to the normal impulses of contacts what they carry, and to `motion` (m + 1, 6) what is not held.
+    Adds to the pushes on boxes below, to the normal impulses of contacts, and to `motion` (m + 1, 6) what is not held.
     """
     count = bodies.inverse_mass.shape[0]
     supports = _supports(contacts, bodies)
-    for height in range(count, -1, -1):
+    highest = 0
+    for box in range(count):
+        if supports.level[box] <= count:  # what stands on nothing is not held, and has no such push
+            highest = max(highest, supports.level[box])
+    for height in range(highest, 0, -1):
         for box in range(count):
-            # Of those that stand on nothing, which come first, no push is left to others.
-            here = supports.level[box] == height or (height == count and supports.level[box] > count)
-            if bodies.inverse_mass[box] == 0.0 or not here or not push[box].any():
+            if supports.level[box] != height or not push[box].any():
                 continue
-            number = _list_supports(contacts, box, supports) if height <= count else 0
+            number = _list_supports(contacts, box, supports)
             v, w = _held_motion(contacts, bodies, box, supports, number, _motion_alone(bodies, box, push[box]))
             for c in range(3):
                 motion[box, c] += v[c]
