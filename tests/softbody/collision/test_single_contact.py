@@ -7,7 +7,7 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from softbody.collision.sat_boxes import PlacedBox
+from softbody.collision.sat_boxes import PlacedBox, box_box_separation
 from softbody.collision.single_contact import box_box_contact
 from softbody.quaternion import product, rotate, rotate_inverse
 from softbody.vec import add, scale, sub
@@ -140,8 +140,10 @@ def test_the_point_moves_and_turns_with_the_boxes(a, b, turn, offset):
     def moved(box):
         return PlacedBox(box.size, add(rotate(turn, box.position), offset), product(turn, box.orientation))
 
+    # Where axes tie, rounding picks one; boxes with faces on each other have one normal from either's face.
+    assume(box_box_separation(a, b)[2] == box_box_separation(moved(a), moved(b))[2])
     depth, point, normal = box_box_contact(a, b)
     depth_moved, point_moved, normal_moved = box_box_contact(moved(a), moved(b))
-    assume(np.dot(rotate(turn, normal), normal_moved) > 1.0 - 1e-9)  # no tie between two axes
+    assume(np.dot(rotate(turn, normal), normal_moved) > 1.0 - 1e-9)  # a tie of edges gives one axis two signs
     assert depth_moved == pytest.approx(depth, rel=3e-9, abs=1e-12)
     assert point_moved == pytest.approx(add(rotate(turn, point), offset), abs=1e-6)
