@@ -48,11 +48,19 @@ class BulletWorld:
         self._add((2 * half_width, 2 * half_width, 2.0), 0.0, (0.0, 0.0, -1.0), (1.0, 0.0, 0.0, 0.0), 1.0, 1.0)
 
     def add_box(
-        self, size: ArrayLike, mass: float, position: ArrayLike, orientation: ArrayLike = (1.0, 0.0, 0.0, 0.0)
+        self,
+        size: ArrayLike,
+        mass: float,
+        position: ArrayLike,
+        orientation: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+        velocity: ArrayLike = (0.0, 0.0, 0.0),
+        spin: ArrayLike = (0.0, 0.0, 0.0),
     ) -> None:
-        """Add a box of full extent `size` (3,) [m]."""
+        """Add a box of full extent `size` (3,) [m]; a mass of 0 holds it."""
         # √μ and √e on every box, so that two boxes have the product μ, e.
-        self.boxes.append(self._add(size, mass, position, orientation, self.restitution**0.5, self.friction**0.5))
+        box = self._add(size, mass, position, orientation, self.restitution**0.5, self.friction**0.5)
+        pybullet.resetBaseVelocity(box, velocity, spin, physicsClientId=self.client)
+        self.boxes.append(box)
 
     def _add(
         self,
@@ -107,6 +115,32 @@ class BulletWorld:
     def close(self) -> None:
         """Disconnect."""
         pybullet.disconnect(self.client)
+
+
+def velocities_after(
+    size: ArrayLike,
+    mass: ArrayLike,
+    position: ArrayLike,
+    orientation: ArrayLike,
+    velocity: ArrayLike,
+    spin: ArrayLike,
+    step: float,
+    steps: int,
+    restitution: float = 0.0,
+) -> np.ndarray:
+    """Return v and ω (m, 6) of m smooth boxes without weight after so many steps; arguments of references.rapier's.
+
+    Bullet's boxes touch when they overlap at the end of a step, and not before.
+    """
+    arrays = [np.asarray(x, float) for x in (size, mass, position, orientation, velocity, spin)]
+    world = BulletWorld(step, 50, restitution, friction=0.0, gravity=0.0)
+    try:
+        for box_size, kilogram, *motion in zip(*arrays):
+            world.add_box(box_size, 0.0 if np.isinf(kilogram) else kilogram, *motion)
+        world.step(steps)
+        return world.velocities()
+    finally:
+        world.close()
 
 
 def closest(

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from itertools import groupby
+from operator import itemgetter
+from types import ModuleType
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,6 +25,15 @@ PACES = [
 ]
 APART = 400.0  # [m] from pair to pair
 MOST_IN_A_WORLD = 100
+FINE = 2e-3  # [m] that a box goes in a step of an engine, and [s], for it goes at 1 m/s
+
+
+class Pace(NamedTuple):
+    """How fast a comes, in which steps, and whether both fall on their way."""
+
+    speed: float  # [m/s]
+    step: float  # [s]
+    falls: bool
 
 
 class Passing(NamedTuple):
@@ -66,55 +78,107 @@ def passing(rng: np.random.Generator, air: float | None, turns: bool = False) ->
     return Passing(size, orientation, offset + way * ((b @ way).min() - (a @ way).max()), way, spin, hull)
 
 
-def flown(cases: list[Passing], rng: np.random.Generator) -> tuple[list[bool], list[bool]]:
-    """Let all fly, a hundred at one pace; return whether any velocity changed, and whether it should have.
+def paces(count: int) -> list[Pace]:
+    """Return the pace of each of so many cases; neighbours share one, and a world, up to a hundred of them.
 
-    In two worlds of three both boxes fall alike, so that they pass each other as straight as without gravity. Where
-    boxes fall, an overlap of less than two ways that gravity moves a box in a step is neither a hit nor a miss.
+    In two worlds of three both boxes fall alike, so that they pass each other as straight as without gravity.
     """
+    together = min(MOST_IN_A_WORLD, -(-count // len(PACES)))
+    turns = [k // together for k in range(count)]
+    return [Pace(*PACES[turn % len(PACES)], falls=turn % 3 != 0) for turn in turns]
+
+
+def add_pair(world: World, case: Passing, middle: np.ndarray, pace: Pace, rng: np.random.Generator) -> None:
+    """Add a, up to three steps before it is beside b, and b, at `middle` [m], which may be held, or both may drift."""
+    held = rng.random() < 0.5 and not pace.falls
+    frame = np.zeros(3) if held else 0.3 * pace.speed * rng.normal(size=3)  # in which b rests
+    position = middle + case.offset - rng.uniform(0.5, 3.0) * pace.speed * pace.step * case.way
+    bounce, rub = rng.random(2), rng.uniform(0.0, 1.0, 2)
+    world.add_box(
+        case.size[0], np.exp(rng.uniform(-2.0, 2.0)), position, case.orientation[0], frame + pace.speed * case.way,
+        case.spin, restitution=bounce[0], friction=rub[0],
+    )  # fmt: skip
+    world.add_box(
+        case.size[1], None if held else np.exp(rng.uniform(-2.0, 2.0)), middle, case.orientation[1], frame,
+        restitution=bounce[1], friction=rub[1],
+    )  # fmt: skip
+
+
+def flown(cases: list[Passing], rng: np.random.Generator) -> np.ndarray:
+    """Let each fly past the other in our World, at its pace; return whether (n,) any velocity changed."""
+    changed: list[np.ndarray] = []
+    for pace, group in groupby(zip(paces(len(cases)), cases), key=itemgetter(0)):
+        world = World(gravity=(0.0, 0.0, -9.81 * pace.falls))
+        for place, (_, case) in enumerate(group):
+            add_pair(world, case, APART * np.array([place % 10, place // 10, 0.0]), pace, rng)
+        velocity, spin = world.state.box_velocity.copy(), world.state.box_angular_velocity.copy()
+        steps = int(8.0 / (pace.speed * pace.step)) + 5
+        world.step(pace.step, steps)
+        velocity += np.multiply(world.controls.gravity, pace.step * steps)
+        rounding = pace.falls * steps * 1e-15 * (pace.speed + 9.81 * pace.step * steps)
+        pushed = (np.abs(world.state.box_velocity - velocity) > rounding).any(axis=1)
+        turned = (world.state.box_angular_velocity != spin).any(axis=1)
+        changed.append((pushed | turned).reshape(-1, 2).any(axis=1))
+    return np.concatenate(changed)
+
+
+def overlap_of(cases: list[Passing]) -> np.ndarray:
+    """Return by how much (n,) [m] the outlines overlap, by a closed form: negative where boxes pass."""
     from references.analytic import passing_overlap
 
-    changed: list[bool] = []
-    doubt: list[float] = []
-    for turn, start in enumerate(range(0, len(cases), MOST_IN_A_WORLD)):
-        speed, h = PACES[turn % len(PACES)]
-        falls = turn % 3 != 0
-        world, given = World() if falls else World(gravity=(0.0, 0.0, 0.0)), []
-        for place, case in enumerate(cases[start : start + MOST_IN_A_WORLD]):
-            middle = APART * np.array([place % 10, place // 10, 0.0])
-            held = rng.random() < 0.5 and not falls
-            frame = np.zeros(3) if held else 0.3 * speed * rng.normal(size=3)  # in which b rests
-            lead = rng.uniform(0.5, 3.0) * speed * h
-            position = middle + case.offset - lead * case.way
-            velocity = frame + speed * case.way
-            bounce, rub = rng.random(2), rng.uniform(0.0, 1.0, 2)
-            a = world.add_box(
-                case.size[0], np.exp(rng.uniform(-2.0, 2.0)), position, case.orientation[0], velocity, case.spin,
-                restitution=bounce[0], friction=rub[0],
-            )  # fmt: skip
-            b = world.add_box(
-                case.size[1], None if held else np.exp(rng.uniform(-2.0, 2.0)), middle, case.orientation[1], frame,
-                restitution=bounce[1], friction=rub[1],
-            )  # fmt: skip
-            given.append(((a, velocity, case.spin), (b, frame, np.zeros(3))))
-        steps = int(8.0 / (speed * h)) + 5
-        world.step(h, steps)
-        fall = np.array([0.0, 0.0, -9.81 if falls else 0.0]) * h * steps
-        changed += [
-            any(
-                (np.abs(box.velocity - fall - velocity) > steps * 1e-15 * (speed - fall[2]) * falls).any()
-                or (box.angular_velocity != spin).any()
-                for box, velocity, spin in pair
-            )
-            for pair in given
-        ]
-        doubt += [2.0 * 9.81 * h * h * falls + 1e-9] * len(given)
-    size, q = np.array([case.hull[0] for case in cases]), np.array([case.hull[1] for case in cases])
-    size_b, q_b = np.array([case.size[1] for case in cases]), np.array([case.orientation[1] for case in cases])
+    hull = [np.array([case.hull[k] for case in cases]) for k in range(2)]
+    size, orientation = np.array([case.size[1] for case in cases]), np.array([case.orientation[1] for case in cases])
     offset, way = np.array([case.offset for case in cases]), np.array([case.way for case in cases])
-    overlap = passing_overlap(size, q, size_b, q_b, offset, way)
+    return passing_overlap(*hull, size, orientation, offset, way)
+
+
+def beside_outlines(cases: list[Passing], rng: np.random.Generator) -> Comparison:
+    """Compare who is struck with whose outlines overlap.
+
+    Where boxes fall, an overlap of less than two ways that gravity moves a box in a step is neither a hit nor a miss.
+    """
+    changed, overlap = flown(cases, rng), overlap_of(cases)
+    doubt = np.array([2.0 * 9.81 * pace.step**2 * pace.falls + 1e-9 for pace in paces(len(cases))])
     clear = (overlap < -1e-9) | (overlap > doubt)  # else rounding would decide
-    return [bool(c) for c in np.array(changed)[clear]], [bool(c) for c in overlap[clear] > 0.0]
+    return Comparison(changed[clear], overlap[clear] > 0.0)
+
+
+def touched(engine: ModuleType, cases: list[Passing]) -> np.ndarray:
+    """Let each fly past the other in an engine; return whether (n,) a velocity changed.
+
+    There b rests (every other one is held), and a comes along x at 1 m/s, in steps of 2 mm, turned on its way as far as
+    in our World. Whether they meet depends neither on the frame nor on the masses.
+    """
+    changed: list[np.ndarray] = []
+    for start in range(0, len(cases), MOST_IN_A_WORLD):
+        group = list(zip(paces(len(cases)), cases))[start : start + MOST_IN_A_WORLD]
+        boxes = [box for k, (pace, case) in enumerate(group) for box in _in_frame(case, pace.speed, k)]
+        size, mass, position, orientation, velocity, spin = (np.array(column) for column in zip(*boxes))
+        steps = round(max(_way_past(case) for _, case in group) / FINE) + 10
+        after = engine.velocities_after(size, mass, position, orientation, velocity, spin, FINE, steps)
+        moved = np.abs(after[:, :3] - velocity).max(axis=1) > 1e-4
+        changed.append(moved.reshape(-1, 2).any(axis=1))
+    return np.concatenate(changed)
+
+
+def _way_past(case: Passing) -> float:
+    """Return how far [m] a flies while it is beside b."""
+    return float(sum(np.ptp(corners(*box) @ case.way) for box in (case.hull, (case.size[1], case.orientation[1]))))
+
+
+def _in_frame(case: Passing, speed: float, place: int) -> list[tuple[Any, ...]]:
+    """Return size, mass, place, orientation, velocity and spin of a and b where a flies along x, 1 cm before b."""
+    from scipy.spatial.transform import Rotation
+
+    frame = Rotation.align_vectors([(1.0, 0.0, 0.0)], [case.way])[0]
+    orientation = (frame * Rotation.from_quat(np.roll(case.orientation, -1, axis=1))).as_quat()
+    middle = 20.0 * np.array([0.0, place % 10 - 4.5, place // 10 - 4.5])
+    a, b = np.roll(orientation, 1, axis=1)
+    start = frame.apply(case.offset - 0.01 * case.way)
+    return [
+        (case.size[0], 1.0, middle + start, a, (1.0, 0.0, 0.0), frame.apply(case.spin / speed)),
+        (case.size[1], 1.0 if place % 2 else np.inf, middle, b, np.zeros(3), np.zeros(3)),
+    ]
 
 
 @check(
@@ -154,7 +218,7 @@ def near_misses(run: Run) -> Comparison:
     rng = run.fresh_rng()
     count = run.count(1600, 10_000, 40_000)
     air = [float(10.0 ** rng.uniform(-3.0, -1.0)) for _ in range(count)]
-    return Comparison(*flown([passing(rng, gap, turns=k % 4 == 3) for k, gap in enumerate(air)], rng))
+    return beside_outlines([passing(rng, gap, turns=k % 4 == 3) for k, gap in enumerate(air)], rng)
 
 
 @check(
@@ -181,7 +245,7 @@ def near_misses(run: Run) -> Comparison:
 def hits(run: Run) -> Comparison:
     rng = run.fresh_rng()
     cases = [passing(rng, None) for _ in range(run.count(600, 4000, 20_000))]
-    return Comparison(*flown(cases, rng))
+    return beside_outlines(cases, rng)
 
 
 @check(
