@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from references.pybullet_world import BulletWorld, closest
+from references.pybullet_world import BulletWorld, closest, velocities_after
 
 
 def test_a_box_falls_as_semi_implicit_euler_says_and_lands():
@@ -31,3 +31,13 @@ def test_deepest_tells_boxes_from_the_ground():
     world.step()
     assert world.deepest() == pytest.approx((0.03, 0.02), abs=2e-3)
     world.close()
+
+
+@pytest.mark.parametrize(("aside", "struck"), [(0.999, True), (1.001, False)])
+def test_cubes_that_pass_are_struck_if_they_overlap(aside, struck):
+    velocity, spin = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 0.0]]), np.zeros((2, 3))
+    upright = [[1.0, 0.0, 0.0, 0.0]] * 2
+    place = [[-1.5, aside, 0.0], [0.0, 0.0, 0.0]]
+    after = velocities_after(np.ones((2, 3)), [1.0, np.inf], place, upright, velocity, spin, 1e-3, 3000)
+    assert (np.abs(after[:, :3] - velocity).max() > 1e-4) == struck
+    assert np.array_equal(after[1], np.zeros(6))
