@@ -200,11 +200,11 @@ def beside_engines(cases: list[Passing], rng: np.random.Generator, clear: np.nda
 
 
 def turning(case: Passing, pace: Pace, rng: np.random.Generator) -> Passing:
-    """Return the case with a spin about an axis of a's own, which every engine keeps, of 1 to 30 mrad a step."""
+    """Return the case with a spin about an axis of a's own, which every engine keeps, of 1 to 100 mrad a step."""
     from scipy.spatial.transform import Rotation
 
     axis = Rotation.from_quat(np.roll(case.orientation[0], -1)).apply(np.eye(3)[rng.integers(3)])
-    return case._replace(spin=10.0 ** rng.uniform(-3.0, -1.5) / pace.step * axis)
+    return case._replace(spin=10.0 ** rng.uniform(-3.0, -1.0) / pace.step * axis)
 
 
 def swollen(case: Passing, by: float) -> Passing:
@@ -337,7 +337,7 @@ def hits_by_engines(run: Run) -> Comparison:
 
 @check(
     family=FAMILY,
-    claim="Boxes that turn about an axis of their own, by up to 0.03 rad a step, are struck on their way if, and only "
+    claim="Boxes that turn about an axis of their own, by up to 0.1 rad a step, are struck on their way if, and only "
     "if, Bullet and Rapier let them meet; but those for whom 1 mm more or less of one box (2 g h² where they fall) "
     "would decide.",
     section="4.5",
@@ -346,17 +346,9 @@ def hits_by_engines(run: Run) -> Comparison:
     engines=("pybullet", "rapier3d", "scipy"),
     unit=DISAGREEMENTS,
     tolerance=0.0,
-    because="no disagreement in 1 600; of 1 200 that turn by 0.03 to 0.3 rad a step, the core misses three grazes",
+    because="no disagreement in 4 000; of 1 200 hits with 0.1 to 1 rad a step one is missed",
     detects="one hit of 300 that is missed",
-    faults=(
-        THROUGH,
-        Fault(
-            "boxes looked for as they lay when the step began",
-            swept_boxes._later,
-            "normalize_quaternion(turned_)",
-            "box.orientation",
-        ),
-    ),
+    faults=(BALLS, NO_EDGES),
 )
 def turning_hits_by_engines(run: Run) -> Comparison:
     from references import rapier
