@@ -11,7 +11,7 @@ from softbody.collision.impulse import resolve_contact
 from softbody.collision.law import combined, material_of_box
 from softbody.collision.sat_boxes import PlacedBoxes, placed_box
 from softbody.collision.sequential_impulses import solve_positions, solve_velocities
-from softbody.collision.single_contact import box_box_contact
+from softbody.collision.single_contact import paper_contact
 from softbody.collision.solver_row import prepare_contacts
 from softbody.collision.warm_start import cache_impulses, warm_start
 from softbody.dynamics.rigid_boxes import accelerate_boxes, advance_boxes, shift_boxes
@@ -78,7 +78,7 @@ def collide_boxes(model: Model, state: State, boxes: RigidBodies, settings: Sett
     pairs = near_boxes(model, state, np.zeros(model.box_count), settings.exhaustive_pairs)
     for k in range(pairs.shape[0]):
         a, b = pairs[k, 0], pairs[k, 1]
-        depth, point, normal = box_box_contact(placed_box(placed, a), placed_box(placed, b), settings.paper_axes)
+        depth, point, normal = paper_contact(placed_box(placed, a), placed_box(placed, b), settings.paper_axes)
         if depth > 0.0:
             material = combined(material_of_box(model, a), material_of_box(model, b))
             resolve_contact(boxes, (a, b), point, normal, material)

@@ -19,7 +19,8 @@ class Settings(NamedTuple):
     substeps: int = 1  # equal parts in which soft bodies take a step, which contacts take as one
     paper_axes: bool = False  # of the separating-axis test of boxes: face normals only
     single_contact: bool = False  # of boxes: the paper's one impulse a pair, instead of manifolds solved together
-    exhaustive_pairs: bool = False  # try all pairs, as in the paper, instead of a grid
+    single_soft_contact: bool = False  # of soft bodies: one after the other, as in the paper, instead of all together
+    exhaustive_pairs: bool = False  # try all pairs, and soft ones by face normals, as in the paper, instead of a grid
     iterations: int = 30  # sweeps of the contact solver, a step
     edge_contacts: bool = True  # of soft bodies, and not only contacts of vertices, as in the paper
     split_steps: bool = True  # where bodies would jump through each other
@@ -36,6 +37,7 @@ class Choices(TypedDict, total=False):
     integrator: str
     axes: str
     contact: str
+    soft_contact: str
     pairs: str
     iterations: int
     edge_contacts: bool
@@ -52,6 +54,7 @@ WORDS: dict[str, tuple[str, dict[str, Any]]] = {
     "integrator": ("integrator", INTEGRATORS),
     "axes": ("paper_axes", {"complete": False, "paper": True}),
     "contact": ("single_contact", {"manifold": False, "single": True}),
+    "soft_contact": ("single_soft_contact", {"together": False, "single": True}),
     "pairs": ("exhaustive_pairs", {"grid": False, "exhaustive": True}),
 }
 
@@ -61,6 +64,7 @@ PAPER: Choices = {
     "integrator": "rk4_velocity",
     "axes": "paper",
     "contact": "single",
+    "soft_contact": "single",
     "pairs": "exhaustive",
     "edge_contacts": False,
     "split_steps": False,

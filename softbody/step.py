@@ -10,6 +10,7 @@ from softbody.collision.box_contacts import find_box_contacts, penetration_slop
 from softbody.collision.contact import Contacts
 from softbody.collision.ground import resolve_ground
 from softbody.collision.manifold import Manifold
+from softbody.collision.paper_response import resolve_in_turn
 from softbody.collision.sequential_impulses import hold_pushed_boxes
 from softbody.collision.soft_contacts import find_soft_contacts
 from softbody.collision.soft_response import Bodies, resolve_contacts
@@ -64,9 +65,13 @@ def step(
     contacts = find_soft_contacts(model, state, work.surfaces, settings, contacts)
     now = Bodies(particles_of(model, state), boxes_of(model, state))
     before = Bodies(particles_of(model, work.start), boxes_of(model, work.start))
-    push = resolve_contacts(contacts, now, before, work.surfaces.weight_sum, h)
-    if push.any():
-        hold_pushed_boxes(contacts, now.boxes, push, settings.iterations, ENOUGH * penetration_slop(controls, h) / h)
+    if settings.single_soft_contact:
+        resolve_in_turn(contacts, now)
+    else:
+        push = resolve_contacts(contacts, now, before, work.surfaces.weight_sum, h)
+        if push.any():
+            enough = ENOUGH * penetration_slop(controls, h) / h
+            hold_pushed_boxes(contacts, now.boxes, push, settings.iterations, enough)
     resolve_ground(model, state)
     return contacts, 0, -1
 

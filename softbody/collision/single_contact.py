@@ -1,4 +1,4 @@
-"""Where do two boxes touch, if it is to be one point? The paper's contact, §4.4."""
+"""Where do two boxes touch, if it is to be one point? On their surfaces; or, as in the paper, between the two; §4.4."""
 
 from __future__ import annotations
 
@@ -17,6 +17,17 @@ FLAT = 1e-9
 
 
 @jit
+def paper_contact(a: PlacedBox, b: PlacedBox, paper_axes: bool = False) -> tuple[float, Vec, Vec]:
+    """Return (depth [m], point [m], normal) of the paper's contact of two boxes; §4.4, E18.
+
+    That of `box_box_contact` where a corner or edges touch. Where one box lies on the other with a face or an edge, it
+    is half-way between the two centres, as the paper has it for stacks: a box that lies off-centre is turned by it.
+    """
+    depth, point, normal, touching = _contact(a, b, paper_axes)
+    return depth, (point if touching == 1 else scale(0.5, add(a.position, b.position))), normal
+
+
+@jit
 def box_box_contact(a: PlacedBox, b: PlacedBox, paper_axes: bool = False) -> tuple[float, Vec, Vec]:
     """Return (depth [m], point [m], normal) of the contact of two boxes; paper §4.4, §4.5.
 
@@ -24,23 +35,32 @@ def box_box_contact(a: PlacedBox, b: PlacedBox, paper_axes: bool = False) -> tup
     along it parts the boxes. `point` is half-way between the surfaces: at the deepest corner (the mean of the
     deepest ones where a face or an edge lies flat) or between the two edges that cross.
     """
+    depth, point, normal, _ = _contact(a, b, paper_axes)
+    return depth, point, normal
+
+
+@jit
+def _contact(a: PlacedBox, b: PlacedBox, paper_axes: bool) -> tuple[float, Vec, Vec, int]:
+    """Return (depth [m], point [m] half-way between the surfaces, normal, how many corners or crossings touch)."""
     separation, normal, axis = box_box_separation(a, b, paper_axes)
     depth = -separation
     back = scale(-1.0, normal)
     if axis < 3:
-        point = _deepest_point(b, normal, a)
-        return depth, sub(point, scale(0.5 * depth, normal)), normal
+        point, touching = _deepest_point(b, normal, a)
+        return depth, sub(point, scale(0.5 * depth, normal)), normal, touching
     if axis < 6:
-        point = _deepest_point(a, back, b)
-        return depth, add(point, scale(0.5 * depth, normal)), normal
+        point, touching = _deepest_point(a, back, b)
+        return depth, add(point, scale(0.5 * depth, normal)), normal, touching
     edge_a, along_a = _foremost_edge(a, back, (axis - 6) // 3)
     edge_b, along_b = _foremost_edge(b, normal, (axis - 6) % 3)
-    return depth, midpoint_of_lines(edge_a, along_a, edge_b, along_b), normal
+    return depth, midpoint_of_lines(edge_a, along_a, edge_b, along_b), normal, 1
 
 
 @jit
-def _deepest_point(box: PlacedBox, direction: Vec, other: PlacedBox) -> Vec:
-    """Return the mean of the corners that lie farthest along `direction`, each moved over the face of the other box.
+def _deepest_point(box: PlacedBox, direction: Vec, other: PlacedBox) -> tuple[Vec, int]:
+    """Return (point [m], count): the mean of those corners that lie farthest along `direction`, and how many.
+
+    Each is moved over the face of the other box.
 
     The corners of a wide box lie outside the face of a narrow one that rests on it: without the move the point
     would be the middle of the wide face, and the narrow box would be struck where it is not. For faces that lie
@@ -61,7 +81,7 @@ def _deepest_point(box: PlacedBox, direction: Vec, other: PlacedBox) -> Vec:
             aside = sub(over, scale(dot(over, direction), direction))
             total = add(total, add(arm, aside))
             count += 1
-    return add(position, scale(1.0 / count, total))
+    return add(position, scale(1.0 / count, total)), count
 
 
 @jit

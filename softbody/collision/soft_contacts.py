@@ -12,6 +12,7 @@ from softbody.collision.broad_phase import near_pairs, near_pairs_exhaustive
 from softbody.collision.contact import Contacts, fit, with_room
 from softbody.collision.law import combined, material_of_box, material_of_soft
 from softbody.collision.sat_boxes import PlacedBox
+from softbody.collision.sat_meshes import faces_part
 from softbody.collision.soft_box import find_contacts_in_box, find_corner_contacts
 from softbody.collision.soft_soft import find_soft_soft_contacts
 from softbody.collision.substeps import spheres_of_bodies
@@ -76,6 +77,9 @@ def _near_bodies(model: Model, state: State, surfaces: Surfaces, exhaustive: boo
         if b < soft:
             bounds = load(surfaces.low, a), load(surfaces.high, a)
             meet = boxes_meet(bounds, (load(surfaces.low, b), load(surfaces.high, b)))
+            if meet and exhaustive:
+                one, other = surface_of(model, state, surfaces, a), surface_of(model, state, surfaces, b)
+                meet = not faces_part(one.vertices.position, one.triangles, other.vertices.position, other.triangles)
         else:
             meet = _sphere_may_meet_box(model, state, (load(centre, a), radius[a]), b - soft)
         if meet:

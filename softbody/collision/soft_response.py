@@ -137,12 +137,12 @@ def look_back(contacts: Contacts, bodies: Bodies, start: Bodies, replay: Replay,
         left = max(0.0, contacts.depth[k] - closed)
         way = min(contacts.depth[k], closed + h / PARTING_TIME * left)
         replay.parting[k] = left / PARTING_TIME
-        replay.goal[k] = _height(contacts, k, bodies) + way
+        replay.goal[k] = height(contacts, k, bodies) + way
         store(replay.place, k, place)
 
 
 @jit_lean
-def _height(contacts: Contacts, k: int, bodies: Bodies) -> float:
+def height(contacts: Contacts, k: int, bodies: Bodies) -> float:
     """Return how far side a is above b along the normal [m]; of a box, above its centre."""
     a, box = value_at(bodies.particles.position, surface_point(contacts, k, 0)), contacts.box[k, 1]
     if box != NOBODY:
@@ -178,7 +178,7 @@ def exchange_impulses(contacts: Contacts, bodies: Bodies, sums: WeightSums, repl
         u = _relative_velocity(contacts, k, bodies, load(replay.place, k))
         lack = _lack(contacts, k, replay, u)
         if lack > 0.0:
-            replay.ago[k] = min(h, max(0.0, replay.goal[k] - _height(contacts, k, bodies)) / lack)
+            replay.ago[k] = min(h, max(0.0, replay.goal[k] - height(contacts, k, bodies)) / lack)
             if not replay.acted[k]:  # and stay: where rounding decides if they act once more, nothing may jump
                 place = _place_on_b(contacts, k, bodies, load(contacts.normal, k), replay.ago[k])
                 u = _relative_velocity(contacts, k, bodies, place)

@@ -27,7 +27,7 @@ def output(code, where, **variables):
     environment = {k: v for k, v in os.environ.items() if not k.startswith("NUMBA_")}
     environment |= {"PYTHONPATH": str(where), "PYTHONDONTWRITEBYTECODE": "1", **variables}
     done = subprocess.run(
-        [sys.executable, "-c", code], cwd=where, env=environment, capture_output=True, text=True, timeout=300
+        [sys.executable, "-c", code], cwd=where, env=environment, capture_output=True, text=True, timeout=900
     )
     assert done.returncode == 0, done.stderr
     return done.stdout.strip()

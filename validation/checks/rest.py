@@ -161,8 +161,8 @@ def _rest_height(segments: int, part: float, seconds: float) -> float:
         Fault(
             "ways that bodies have come too far, and that are not undone",
             soft_response.look_back,
-            "_height(contacts_, k_, bodies_) + way_",
-            "_height(contacts_, k_, bodies_)",
+            "height(contacts_, k_, bodies_) + way_",
+            "height(contacts_, k_, bodies_)",
         ),
     ),
 )

@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from softbody.collision.sat_boxes import PlacedBox, box_box_separation
-from softbody.collision.single_contact import box_box_contact
+from softbody.collision.single_contact import box_box_contact, paper_contact
 from softbody.quaternion import product, rotate, rotate_inverse
 from softbody.vec import add, scale, sub
 
@@ -52,6 +52,25 @@ def test_a_cube_that_overhangs_is_touched_in_the_middle_of_the_common_part(swap)
     upper, lower = cube((0.6, 0.2, 0.99)), CUBE
     _, point, _ = box_box_contact(lower, upper) if swap else box_box_contact(upper, lower)
     assert point == pytest.approx((0.3, 0.1, 0.495), abs=1e-14)
+
+
+@pytest.mark.parametrize("swap", [False, True])
+def test_a_box_that_lies_on_another_is_touched_half_way_between_the_two_as_in_the_paper(swap):
+    upper, lower = cube((0.6, 0.2, 0.99)), CUBE
+    depth, point, normal = paper_contact(lower, upper) if swap else paper_contact(upper, lower)
+    assert depth == pytest.approx(0.01, abs=1e-14)
+    assert normal == (0.0, 0.0, -1.0 if swap else 1.0)
+    assert point == pytest.approx((0.3, 0.1, 0.495), abs=1e-15)
+    assert paper_contact(PlacedBox((9.0, 9.0, 1.0), ORIGIN, REST), cube((3.0, 2.0, 0.99)))[1] == (1.5, 1.0, 0.495)
+
+
+def test_elsewhere_the_papers_contact_is_on_the_surfaces():
+    rng = np.random.default_rng(0)
+    for _ in range(200):
+        size, place, turn = rng.uniform(0.5, 2.0, (2, 3)), rng.uniform(-0.5, 0.5, (2, 3)), rng.normal(size=(2, 4))
+        turn /= np.linalg.norm(turn, axis=1)[:, None]
+        a, b = (PlacedBox(*(tuple(row[k].tolist()) for row in (size, place, turn))) for k in range(2))
+        assert paper_contact(a, b) == box_box_contact(a, b)
 
 
 def test_a_corner_touches_at_the_corner():

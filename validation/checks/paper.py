@@ -1,0 +1,506 @@
+"""The paper's own rules, as `World.paper()` has them, end to end: do its worlds move as the paper says?"""
+
+from __future__ import annotations
+
+import warnings
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+import softbody
+from softbody import Mesh, OverlapWarning, World, move_boxes, step
+from softbody.collision import law, paper_response, sat_meshes, single_contact, soft_contacts
+from softbody.dynamics import rigid_boxes
+from validation.behaviour import corners_of
+from validation.cases import dented_sphere, random_box_pairs, random_orientations, rotated, rotation_matrix
+from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.checks.impulse import OVERLAP, Impacts, mass_ratio, random_impacts
+from validation.fault import Fault
+
+if TYPE_CHECKING:
+    from references.paper_contact import Block, Skin
+
+FAMILY = "the paper's own rules"
+LANE = "worlds"  # claims that share the kernels of a whole world, and a process
+
+STEP = 1e-3  # [s]
+GRAVITY = 9.81  # [m/s²]
+CEILING = 10.0  # [m/s] and [rad/s], of World.paper()
+FLOOR = 0.2  # [rad/s], of World.paper()
+
+
+def _cut(rows: np.ndarray) -> np.ndarray:
+    """Return vectors (m, 3) cut to the length CEILING."""
+    return rows * np.minimum(1.0, CEILING / np.maximum(np.linalg.norm(rows, axis=1), 1e-300))[:, None]
+
+
+def _fly_and_strike(impacts: Impacts, i: int, axes: str) -> np.ndarray:
+    """Return velocities (12,) and positions (6,) [m] of two boxes that a step brings to the pose of an impact."""
+    from scipy.spatial.transform import Rotation
+
+    world = World.paper(gravity=(0.0, 0.0, 0.0), axes=axes)
+    p = impacts.pairs
+    boxes = []
+    for k, pose in enumerate([(p.size_a, p.position_a, p.orientation_a), (p.size_b, p.position_b, p.orientation_b)]):
+        size, position, orientation = (rows[i] for rows in pose)
+        mass = (impacts.mass_a, impacts.mass_b)[k][i]
+        v, w = impacts.velocity[k, i], impacts.angular_velocity[k, i]
+        turn = (Rotation.from_rotvec(-STEP * w) * Rotation.from_quat(orientation[[1, 2, 3, 0]])).as_quat()[[3, 0, 1, 2]]
+        bounce = impacts.restitution[i] if k == i % 2 else 0.0  # the livelier one decides
+        heavy = None if np.isinf(mass) else mass
+        boxes.append(world.add_box(size, heavy, position - STEP * v, turn, v, w, restitution=bounce, friction=0.5))
+    world.step(STEP)
+    velocities = [np.concatenate([box.velocity, box.angular_velocity]) for box in boxes]
+    return np.concatenate([*velocities, *(box.position for box in boxes)])
+
+
+@check(
+    family=FAMILY,
+    claim="In World.paper() two boxes that fly and spin until they meet, at a corner, or across edges with all axes,"
+    " bounce as Bullet makes them, cut to the paper's ceilings, and are parted as their masses demand.",
+    section="4.1, 4.4, 6",
+    piece="softbody.move_boxes.move_boxes_singly",
+    reference="Bullet: the velocities after; closed form: the way back, by inverse mass along Bullet's normal",
+    engines=("pybullet", "scipy"),
+    unit="of the speed; of the size",
+    tolerance=1e-11,
+    because="Bullet's own rounding: as for one impact of two boxes",
+    detects="one percent of one impulse in 10⁹; friction where the paper has none; a one-sided way back",
+    faults=(
+        Fault("restitution off by 1e-9", law.normal_impulse, "1.0 + restitution_", "1.000000001 + restitution_"),
+        Fault(
+            "one box alone moved back",
+            move_boxes.correct_pair,
+            "scale(-boxes.inverse_mass[b], shift)",
+            "scale(0.0, shift)",
+        ),
+    ),
+)
+def boxes_bounce(run: Run) -> Comparison:
+    from references import pybullet
+
+    impacts = random_impacts(run.fresh_rng(), run.count(60, 400, 4_000))
+    # No faster than the paper's ceilings before they meet.
+    impacts.velocity[:] = _cut(impacts.velocity.reshape(-1, 3)).reshape(impacts.velocity.shape)
+    impacts.angular_velocity[:] = _cut(impacts.angular_velocity.reshape(-1, 3)).reshape(impacts.velocity.shape)
+    judged = pybullet.one_impact(*impacts.bodies(), restitution=impacts.restitution)
+    single = judged.count == 1
+    impacts, p, normal = impacts.select(single), impacts.select(single).pairs, judged.normal[single]
+    judged_velocities = judged.velocity_a, judged.angular_velocity_a, judged.velocity_b, judged.angular_velocity_b
+    after = np.concatenate([_cut(rows[single]) for rows in judged_velocities], axis=1)
+    light = 1.0 / np.stack([impacts.mass_a, impacts.mass_b], axis=1)
+    share = OVERLAP * light / light.sum(axis=1, keepdims=True)
+    expected = [after, p.position_a + share[:, :1] * normal, p.position_b - share[:, 1:] * normal]
+    axes = ["complete" if kind.startswith("edge") else "paper" for kind in impacts.kinds]
+    measured = [_fly_and_strike(impacts, i, axes[i]) for i in range(len(axes))]
+    speed = np.linalg.norm([*impacts.velocity, *impacts.angular_velocity], axis=2).max(axis=0) * mass_ratio(impacts)
+    scale = np.concatenate([np.repeat(speed[:, None], 12, axis=1), np.repeat(p.extent[:, None], 6, axis=1)], axis=1)
+    return Comparison(measured / scale, np.concatenate(expected, axis=1) / scale, groups=impacts.kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="In World.paper() a box that lies on another, off-centre, is turned by it: its one contact is half-way"
+    " between the two boxes, as printed.",
+    section="4.4",
+    piece="softbody.collision.single_contact.paper_contact",
+    reference="the paper's formula as printed: one impulse half-way between the centres",
+    unit="of the speed that one step of weight gives",
+    tolerance=2e-14,
+    because="rounding",
+    detects="a contact on the surfaces, where it should be",
+    faults=(
+        Fault(
+            "a contact on the surfaces",
+            single_contact.paper_contact,
+            "point_ if touching == 1 else middle_",
+            "point_",
+        ),
+    ),
+)
+def stacks_are_turned(run: Run) -> Comparison:
+    from references import printed
+
+    rng = run.fresh_rng()
+    measured, expected = [], []
+    for _ in range(run.count(20, 100, 1_000)):
+        lower, upper = np.append(rng.uniform(1.5, 3.0, 2), 0.5), rng.uniform(0.4, 1.0, 3)
+        mass, aside = float(rng.uniform(0.5, 5.0)), rng.uniform(-0.4, 0.4, 2)
+        height, fall = 0.5 * (lower[2] + upper[2]), GRAVITY * STEP
+        world = World.paper(gravity=(0.0, 0.0, -GRAVITY))
+        world.add_box(lower, None)
+        box = world.add_box(upper, mass, (*aside, height))
+        world.step(STEP)
+        place = *aside, height - fall * STEP
+        turned = printed.support_half_way(upper, mass, place, (0.0, 0.0, -fall), (0.0, 0.0, 0.0))
+        measured.append(np.concatenate([box.velocity, box.angular_velocity]) / fall)
+        expected.append(np.concatenate(turned) / fall)
+    return Comparison(measured, expected)
+
+
+def _convex_mesh(rng: np.random.Generator) -> Mesh:
+    """Return a convex mesh, about half a metre in radius, in a random orientation."""
+    meshes = (
+        softbody.icosphere(int(rng.integers(1, 3)), 0.5),
+        softbody.tetrahedron(0.6),
+        softbody.octahedron(0.6),
+        softbody.box(rng.uniform(0.5, 1.0, 3), int(rng.integers(1, 4))),
+    )
+    return rotated(meshes[rng.integers(len(meshes))], rng)
+
+
+def _overlapping(points: np.ndarray, other_points: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Return how far to move the other points (3,) [m], so that both overlap by 1 to 20 cm along a random direction."""
+    way = rng.normal(size=3)
+    way /= np.linalg.norm(way)
+    return ((points @ way).max() - (other_points @ way).min() - rng.uniform(0.01, 0.2)) * way
+
+
+@check(
+    family=FAMILY,
+    claim="In World.paper() soft bodies that meet each other or a box, free or fixed, move on as the paper's rules make"
+    " them: one contact after the other, half of the depth to each side, one impulse of restitution e each.",
+    section="4.2, 4.3",
+    piece="softbody.collision.paper_response",
+    reference="the paper's rules in plain NumPy; libigl: what is inside what, and which triangle is closest",
+    engines=("igl",),
+    unit="of the speed; of the size",
+    tolerance=1e-12,
+    because="rounding, over some hundred contacts in turn, and of the judge's weights, by least squares: 6e-14",
+    detects="shares by mass, contacts at once, depths as they were before, a restitution of the wrong body",
+    faults=(
+        Fault(
+            "all of the depth to side a", paper_response._part, "0.5 if a_ and b_ else 1.0", "1.0 if a_moves else 0.5"
+        ),
+        Fault(
+            "one corner of a triangle moved",
+            paper_response._move,
+            "particles_.inverse_mass[i] > 0.0 and not same_",
+            "c == 0",
+        ),
+        Fault("contacts all at once", step.step, "settings.single_soft_contact", "False"),
+        Fault("restitution off by 1e-9", law.normal_impulse, "1.0 + restitution_", "1.000000001 + restitution_"),
+    ),
+)
+def soft_contacts_in_turn(run: Run) -> Comparison:
+    from references.paper_contact import collide
+
+    rng = run.fresh_rng()
+    measured, expected, kinds, contacts = [], [], [], 0
+    for trial in range(run.count(24, 120, 1_000)):
+        world = World.paper(gravity=(0.0, 0.0, 0.0))
+        e, mass, mesh = rng.random(2), np.exp(rng.uniform(-2.0, 2.0, 2)), _convex_mesh(rng)
+        skin = _fly(world, mesh, mass[0], np.zeros(3), 3.0 * rng.normal(size=3), e[0])
+        kind = ("soft–soft", "soft–box", "soft–box, fixed")[trial % 3]
+        if kind == "soft–soft":
+            other = _convex_mesh(rng)
+            place = _overlapping(mesh.vertices, other.vertices, rng)
+            partner = _fly(world, other, mass[1], place, 3.0 * rng.normal(size=3), e[1])
+            contacts += collide(skin, partner, float(e.max()))
+            judged = [skin.velocity, partner.velocity, skin.position, partner.position]
+        else:
+            block = _fly_box(world, mesh, mass[1] if kind == "soft–box" else None, e[1], rng)
+            contacts += collide(skin, block, float(e.max()))
+            cut = _cut(np.array([block.velocity, block.angular_velocity]))
+            judged = [skin.velocity, cut, skin.position, block.position[None]]
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", OverlapWarning)
+            world.step(STEP)
+        state = world.state
+        spun = state.box_velocity, state.box_angular_velocity
+        rows = state.particle_velocity, *spun, state.particle_position, state.box_position
+        measured.append(np.concatenate(rows))
+        expected.append(np.concatenate(judged))
+        kinds += [kind] * len(measured[-1])
+    return Comparison(
+        np.concatenate(measured),
+        np.concatenate(expected),
+        3.0,
+        kinds,
+        notes=[f"{contacts} contacts of {trial + 1} pairs"],
+    )
+
+
+def _fly(world: World, mesh: Mesh, mass: float, place: np.ndarray, velocity: np.ndarray, restitution: float) -> Skin:
+    """Throw a soft body without springs and gas, whose particles fly straight on; return where a step takes it."""
+    from references.paper_contact import Skin
+
+    world.add_soft_body(mesh, mass, 0.0, 0.0, place, velocity, restitution=restitution)
+    count = len(mesh.vertices)
+    arrived = mesh.vertices + place + STEP * velocity
+    return Skin(arrived, np.tile(velocity, (count, 1)), np.full(count, mass / count), mesh.triangles)
+
+
+def _fly_box(world: World, mesh: Mesh, mass: float | None, restitution: float, rng: np.random.Generator) -> Block:
+    """Throw a box that overlaps a mesh, or hold it if it has no mass; return where a step takes it."""
+    from references.paper_contact import Block
+
+    size, turn = rng.uniform(0.3, 1.0, 3), random_orientations(rng, 1)[0]
+    place = _overlapping(mesh.vertices, corners_of(size) @ rotation_matrix(turn).T, rng)
+    velocity = np.zeros(3) if mass is None else 3.0 * rng.normal(size=3)
+    world.add_box(size, mass, place, turn, velocity, restitution=restitution)
+    return Block(size, mass or np.inf, place + STEP * velocity, turn, velocity, np.zeros(3))
+
+
+@check(
+    family=FAMILY,
+    claim="In World.paper() boxes move apart if, and only if, no face normal parts them, as the paper's six axes have"
+    ' it; with contact="single" alone if, and only if, they overlap for FCL.',
+    section="4.5",
+    piece="softbody.collision.single_contact.paper_contact",
+    reference="six axes as printed, in NumPy; FCL for all axes",
+    engines=("fcl",),
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="random poses are never within rounding of a touch",
+    detects="axes other than those that were chosen",
+    faults=(
+        Fault(
+            "all axes tried",
+            single_contact._contact,
+            "box_box_separation(a, b, paper_axes)",
+            "box_box_separation(a, b, False)",
+        ),
+        Fault(
+            "faces only",
+            single_contact._contact,
+            "box_box_separation(a, b, paper_axes)",
+            "box_box_separation(a, b, True)",
+        ),
+    ),
+)
+def axes_are_those_chosen(run: Run) -> Comparison:
+    from references import fcl, printed
+
+    pairs = random_box_pairs(run.fresh_rng(), run.count(300, 1_000, 10_000))
+    by_faces, by_fcl = printed.boxes_overlap_by_faces(*pairs), fcl.boxes_overlap(*pairs)
+    measured = []
+    for make in (World.paper, lambda **settings: World(contact="single", **settings)):
+        for row in zip(*pairs):
+            world = make(gravity=(0.0, 0.0, 0.0))
+            boxes = [world.add_box(row[k], 1.0, row[k + 1], row[k + 2]) for k in (0, 3)]
+            world.step(STEP)
+            measured.append(any((box.position != row[3 * k + 1]).any() for k, box in enumerate(boxes)))
+    kinds = ["the paper's axes"] * len(by_faces) + ["all axes"] * len(by_fcl)
+    return Comparison(np.array(measured), np.concatenate([by_faces, by_fcl]), groups=kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="In World.paper() no box flies faster than 10 m/s or spins faster than 10 rad/s: what is faster keeps its"
+    " direction, what is slower all of its velocity, and a falling box goes on at 10 m/s.",
+    section="6",
+    piece="softbody.dynamics.rigid_boxes.limit_boxes",
+    reference="closed form: v · min(1, 10/|v|), after every step",
+    unit="of the ceiling",
+    tolerance=1e-14,
+    because="rounding",
+    detects="a ceiling that is not held, or of each component alone",
+    faults=(
+        Fault("no ceiling on speeds", rigid_boxes.limit_boxes, "norm(v) > settings.speed_ceiling", "False"),
+        Fault("no ceiling on spins", rigid_boxes.limit_boxes, "norm(w) > settings.angular_speed_ceiling", "False"),
+    ),
+)
+def ceilings_hold(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    count = run.count(20, 200, 2_000)
+    velocity, spin = rng.normal(size=(count, 3)) * 8.0, rng.normal(size=(count, 3)) * 8.0
+    world = World.paper()
+    for i in range(count):
+        world.add_box(rng.uniform(0.1, 1.0, 3), 1.0, (30.0 * i, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), velocity[i], spin[i])
+    measured, expected = [], []
+    for _ in range(5):
+        world.step(0.1)
+        velocity = _cut(velocity + [0.0, 0.0, -0.1 * GRAVITY])
+        measured += [*world.state.box_velocity.copy(), *world.state.box_angular_velocity.copy()]
+        expected += [*velocity, *_cut(spin)]
+    return Comparison(measured, expected, CEILING)
+
+
+@check(
+    family=FAMILY,
+    claim="In World.paper() a box that touches the ground and turns more slowly than 0.2 rad/s stops and snaps to the"
+    " nearest of the 24 right-angled orientations; one that is in the air, or turns faster, turns on.",
+    section="6",
+    piece="softbody.dynamics.rigid_boxes.nearest_right_angles",
+    reference="SciPy: the nearest element of the octahedral group; closed form: ω t",
+    engines=("scipy",),
+    unit="rad; of the floor",
+    tolerance=1e-14,
+    because="rounding",
+    detects="another corner of the group; a snap in the air",
+    faults=(
+        Fault("boxes that snap in the air", rigid_boxes.limit_boxes, "grounded[i] and snaps_", "snaps_"),
+        Fault(
+            "corners of the group forgotten",
+            rigid_boxes.nearest_right_angles,
+            "0.5 * (sizes[0] + sizes[1] + sizes[2] + sizes[3])",
+            "0.0",
+        ),
+    ),
+)
+def slow_boxes_snap(run: Run) -> Comparison:
+    from scipy.spatial.transform import Rotation
+
+    rng = run.fresh_rng()
+    group = Rotation.create_group("O")
+    off, kinds = [], []
+    for trial in range(run.count(60, 300, 3_000)):
+        kind = ("slow, on the ground", "slow, in the air", "fast, on the ground")[trial % 3]
+        spin = rng.normal(size=3)
+        spin *= (rng.uniform(0.3, 2.0) if kind.startswith("fast") else rng.uniform(0.0, 0.15)) / np.linalg.norm(spin)
+        turn = Rotation.from_quat(random_orientations(rng, 1)[0])
+        lowest = np.abs(turn.as_matrix()[2]).sum() * 0.5
+        # The ground holds nothing here: it is slippery, and no weight presses the box on it.
+        world = World.paper(gravity=(0.0, 0.0, 0.0))
+        world.add_ground()
+        height = lowest + (1.0 if kind.endswith("air") else -1e-3)
+        velocity = (0.0, 0.0, 5.0) if kind.endswith("ground") else (0.0, 0.0, 0.0)  # it parts, and is not struck
+        box = world.add_box(
+            (1.0, 1.0, 1.0), 1.0, (0.0, 0.0, height - STEP * velocity[2]), turn.as_quat()[[3, 0, 1, 2]], velocity, spin
+        )
+        world.step(STEP)
+        now = Rotation.from_quat(box.orientation[[1, 2, 3, 0]])
+        flown = Rotation.from_rotvec(STEP * spin) * turn
+        if kind == "slow, on the ground":
+            nearest = group[int(np.argmin((group * flown.inv()).magnitude()))]
+            off.append([(now * nearest.inv()).magnitude(), np.linalg.norm(box.angular_velocity) / FLOOR])
+        else:
+            off.append([(now * flown.inv()).magnitude(), np.linalg.norm(box.angular_velocity - spin) / FLOOR])
+        kinds.append(kind)
+    return Comparison(off, np.zeros((len(off), 2)), groups=kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="In World.paper() nothing rubs, whatever friction it was given: a box on the ground and soft bodies on the"
+    " ground and on a box slide on at their speeds for half a second.",
+    section="3, 4",
+    piece="softbody.world.World.paper",
+    reference="closed form: v(t) = v(0)",
+    unit="of the speed",
+    tolerance=1e-13,
+    because="rounding over some hundred steps",
+    detects="friction in the paper's world",
+    faults=(
+        Fault(
+            "friction all the same",
+            World._properties,
+            "properties | (none_ if self.settings.frictionless else {})",
+            "properties",
+        ),
+    ),
+)
+def nothing_rubs(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    for _ in range(run.count(4, 20, 100)):
+        world, (mu, e) = World.paper(), rng.random(2)
+        world.add_ground(friction=0.5 + mu)
+        speeds = rng.uniform(-3.0, 3.0, (3, 2))
+        size = rng.uniform(0.3, 1.0, 3)
+        world.add_box(size, 1.0, (0.0, 0.0, 0.5 * size[2]), velocity=(*speeds[0], 0.0), friction=0.9)
+        world.add_box((4.0, 4.0, 0.3), None, (9.0, 0.0, 0.15), friction=0.9)
+        mesh = rotated(softbody.icosphere(2, 0.5), rng)
+        balls = [
+            world.add_soft_body(mesh, 1.0, 300.0, 20.0, place, (*speed, 0.0), friction=0.9, restitution=e)
+            for place, speed in (((-9.0, 0.0, 0.6), speeds[1]), ((9.0, 0.0, 0.9), speeds[2]))
+        ]
+        world.run(0.5, 0.5 * world.stable_time_step())
+        measured += [world.state.box_velocity[0, :2].copy(), *(ball.velocities.mean(axis=0)[:2] for ball in balls)]
+        expected += [*speeds]
+        kinds += ["box on the ground", "soft body on the ground", "soft body on a box"]
+    return Comparison(measured, expected, 1.0, kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="Trying all pairs of bodies, and the normals of all their faces, as in the paper, changes no bit of a world:"
+    " soft spheres, dented ones, tori and boxes that fall on each other.",
+    section="4, 4.3, 4.5",
+    piece="softbody.collision.sat_meshes.faces_part",
+    reference='the same world with pairs="grid"',
+    unit="m",
+    tolerance=0.0,
+    because="a test that only saves work changes nothing",
+    detects="bodies parted by the face normal of a dent",
+    faults=(
+        Fault(
+            "bodies parted by any face that all of the other lies before",
+            sat_meshes._is_beyond,
+            "farthest < nearest_",
+            "True",
+        ),
+    ),
+)
+def early_outs_change_nothing(run: Run) -> Comparison:
+    measured: list[np.ndarray] = []
+    expected: list[np.ndarray] = []
+    for _ in range(run.count(2, 8, 40)):
+        rng_seed = int(run.fresh_rng().integers(1 << 30)) + len(measured)
+        for rows, pairs in ((measured, "exhaustive"), (expected, "grid")):
+            rng = np.random.default_rng(rng_seed)
+            world = World.paper(pairs=pairs)
+            world.add_ground()
+            for i in range(5):
+                mesh = (softbody.icosphere(1, 0.5), softbody.torus(0.6, 0.2, 12, 8), dented_sphere(2, 0.6))[i % 3]
+                place = (*rng.uniform(-0.3, 0.3, 2), 1.0 + 1.9 * i)
+                world.add_soft_body(rotated(mesh, rng), 1.0, 300.0, 20.0, place, (0.0, 0.0, -3.0 * i))
+            world.add_box(rng.uniform(0.3, 0.6, 3), 2.0, (0.0, 0.0, 10.5), velocity=(0.0, 0.0, -9.0))
+            world.run(0.8, 2e-3)
+            rows.append(np.concatenate([world.state.particle_position.ravel(), world.state.box_position.ravel()]))
+    return Comparison(measured, expected)
+
+
+@check(
+    family=FAMILY,
+    claim="What the paper does not look for, World.paper() does not see: an edge of a soft body across an edge of a box"
+    " or of another soft body, and a ball that leaps over a plate within a step, fly on.",
+    section="4.2, 4.3, 6",
+    piece="softbody.settings.PAPER",
+    reference="closed form: free flight",
+    unit="of the speed",
+    tolerance=1e-14,
+    because="rounding",
+    detects="contacts of edges, or steps that are split, where the paper has none",
+    faults=(
+        Fault("contacts of edges", soft_contacts.find_soft_contacts, "settings.edge_contacts", "True"),
+        Fault(
+            "steps that are split",
+            step.run,
+            "subdivision(model, state, h) if settings.split_steps else 1",
+            "subdivision(model, state, h)",
+        ),
+    ),
+)
+def unseen_by_the_paper(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    for trial in range(run.count(12, 60, 600)):
+        kind = ("edge across a box's edge", "edge across an edge", "leap over a plate")[trial % 3]
+        world = World.paper(gravity=(0.0, 0.0, 0.0))
+        thin, long = rng.uniform(0.1, 0.3, 2), rng.uniform(1.0, 2.0, 2)
+        speed = rng.uniform(0.1, 2.0)
+        # A bar along x, standing on an edge, comes down on a bar along y that does, too.
+        bar = softbody.box((long[0], thin[0], thin[0]), 1)
+        turn = rotation_matrix(np.array([np.cos(np.pi / 8), np.sin(np.pi / 8), 0.0, 0.0]))
+        height = np.sqrt(0.5) * thin.sum() - rng.uniform(0.1, 0.5) * thin.min()
+        if kind == "leap over a plate":
+            speed, height = rng.uniform(50.0, 100.0), 0.02 + thin[0]
+            world.add_box((2.0, 2.0, 0.02), None)
+        elif kind == "edge across an edge":
+            lower = softbody.box((thin[1], long[1], thin[1]), 1)
+            other = rotation_matrix(np.array([np.cos(np.pi / 8), 0.0, np.sin(np.pi / 8), 0.0]))
+            world.add_soft_body(Mesh(lower.vertices @ other.T, lower.triangles), 1.0, 0.0, 0.0)
+        else:
+            world.add_box(
+                (thin[1], long[1], thin[1]), 1.0, (0.0, 0.0, 0.0), (np.cos(np.pi / 8), 0.0, np.sin(np.pi / 8), 0.0)
+            )
+        body = world.add_soft_body(
+            Mesh(bar.vertices @ turn.T, bar.triangles), 1.0, 0.0, 0.0, (0.0, 0.0, height), (0.0, 0.0, -speed)
+        )
+        world.step(1e-2 if kind == "leap over a plate" else STEP)
+        measured += [*body.velocities / speed]
+        expected += [(0.0, 0.0, -1.0)] * len(body.velocities)
+        kinds += [kind] * len(body.velocities)
+    return Comparison(measured, expected, groups=kinds)
