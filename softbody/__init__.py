@@ -7,7 +7,7 @@ same machine: same bits.
 """
 
 from softbody.bodies import Box, SoftBody
-from softbody.errors import MeshError, OverlapWarning, ParameterError, SimulationError, SoftbodyError
+from softbody.errors import MassRatioWarning, MeshError, OverlapWarning, ParameterError, SimulationError, SoftbodyError
 from softbody.mesh import Mesh, box, icosahedron, icosphere, octahedron, tetrahedron, torus
 from softbody.state import Controls, Model, State
 from softbody.world import World
@@ -19,6 +19,7 @@ __version__ = "0.1.0"
 __all__ = [
     "Box",
     "Controls",
+    "MassRatioWarning",
     "Mesh",
     "MeshError",
     "Model",

@@ -19,6 +19,10 @@ class OverlapWarning(UserWarning):
     """Bodies that start inside each other: they are pushed apart, from deep inside not all the way."""
 
 
+class MassRatioWarning(UserWarning):
+    """A box that carries a body so much heavier than itself that it may be pressed through what it stands on."""
+
+
 class SimulationError(SoftbodyError, RuntimeError):
     """A simulation that diverged or a body that collapsed; the state is the last good one.
 

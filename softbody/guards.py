@@ -7,15 +7,18 @@ from math import ceil, inf, isfinite
 
 import numpy as np
 
+from softbody.collision.contact import NOBODY, Contacts
 from softbody.collision.surface import Surfaces
 from softbody.dynamics.integrators import STABILITY_LIMIT
 from softbody.dynamics.soft_bodies import COLLAPSED
 from softbody.dynamics.stability import highest_damping, highest_frequency, longest_stable_step
-from softbody.errors import OverlapWarning, ParameterError, SimulationError
+from softbody.errors import MassRatioWarning, OverlapWarning, ParameterError, SimulationError
 from softbody.settings import Settings, integrator_name
 from softbody.state import Controls, Model, State
 
 STABLE_FOR = 100  # steps for which an estimate of the stable step is trusted; making one costs about a step
+MOST_CARRIED = {"soft body": 1e4, "box": 1e6}  # times its own mass by a box; with more, it may be pressed through
+TINY = np.finfo(float).tiny
 DEEP = 0.1  # of the thickness of the thinner of two bodies, from which an overlap at the start is worth a warning
 
 
@@ -89,16 +92,57 @@ class StableStep:
 
 def warn_of_overlap(model: Model, surfaces: Surfaces) -> None:
     """Warn of bodies whose deepest contact, of those noted, is a DEEP one."""
-    soft, pair, depth = model.soft_count, surfaces.deepest_pair, float(surfaces.deepest[0])
+    pair, depth = surfaces.deepest_pair, float(surfaces.deepest[0])
     thickness = np.append(model.soft_thickness, model.box_size.min(axis=1))
     if depth > DEEP * thickness[pair].min():
-        a, b = (f"soft body {k}" if k < soft else f"box {k - soft}" for k in pair)
+        a, b = (name_of(model, int(k)) for k in pair)
         warnings.warn(
             f"{a} and {b} start {depth:.3g} m inside each other: they are pushed apart, from deep inside not all "
             "the way; move one of them first",
             OverlapWarning,
             stacklevel=4,
         )
+
+
+def warn_of_mass_ratios(model: Model, controls: Controls, contacts: Contacts) -> None:
+    """Warn of the box that, in the last step, carried most of those that carry more than MOST_CARRIED."""
+    soft, count = model.soft_count, int(contacts.number[0])
+    mass = masses(model)
+    least = min(MOST_CARRIED.values())
+    if not mass[mass < inf].max(initial=0.0) > least * mass[soft:].min(initial=inf):
+        return
+    # Who is above whom, of all contacts of a box with something that is not the ground.
+    rows = np.flatnonzero(contacts.box[:count, 1] != NOBODY)
+    of_soft = np.searchsorted(model.soft_particle_start, contacts.particles[rows, 0, 0], side="right") - 1
+    a = np.where(contacts.box[rows, 0] == NOBODY, of_soft, soft + contacts.box[rows, 0])
+    b = soft + contacts.box[rows, 1]
+    steepness = contacts.normal[rows] @ -controls.gravity / max(float(np.linalg.norm(controls.gravity)), TINY)
+    upper, lower = np.where(steepness > 0.0, [a, b], [b, a])
+    most = np.where(upper < soft, MOST_CARRIED["soft body"], MOST_CARRIED["box"])
+    carried = np.where(
+        (np.abs(steepness) > 0.5) & (lower >= soft) & (mass[upper] < inf), mass[upper] / mass[lower], 0.0
+    )
+    if (carried > most).any():
+        k = int(np.argmax(carried / most))
+        warnings.warn(
+            f"box {lower[k] - soft} carries {name_of(model, int(upper[k]))}, {carried[k]:.3g} times its own mass, and "
+            f"may be pressed through what it stands on; up to {most[k]:.0e} times are held: make it heavier, or static",
+            MassRatioWarning,
+            stacklevel=3,
+        )
+
+
+def masses(model: Model) -> np.ndarray:
+    """Return the mass [kg] of each soft body, then of each box; inf for what is fixed."""
+    starts = model.soft_particle_start
+    inverse = np.maximum.reduceat(model.particle_inverse_mass, starts[:-1]) if model.soft_count else np.zeros(0)
+    with np.errstate(divide="ignore"):
+        return 1.0 / np.append(inverse / np.diff(starts), model.box_inverse_mass)
+
+
+def name_of(model: Model, body: int) -> str:
+    """Return what messages call a body, boxes numbered after soft bodies."""
+    return f"soft body {body}" if body < model.soft_count else f"box {body - model.soft_count}"
 
 
 def fault_of(fault: int, body: int, model: Model, part: float, stable: float, steps: int) -> SimulationError:

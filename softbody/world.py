@@ -20,7 +20,7 @@ from softbody.dynamics.energy import angular_momentum, linear_momentum, total_en
 from softbody.dynamics.soft_bodies import Motion, motion_of
 from softbody.dynamics.vertex_rings import in_precision
 from softbody.errors import ParameterError, SimulationError
-from softbody.guards import StableStep, check_finite, fault_of, stable_time_step, warn_of_overlap
+from softbody.guards import StableStep, check_finite, fault_of, stable_time_step, warn_of_mass_ratios, warn_of_overlap
 from softbody.mesh import Mesh
 from softbody.parameters import check_range, check_whole, vector
 from softbody.settings import INTEGRATORS, PAPER, Choices, check_name, integrator_name, settings_of
@@ -213,6 +213,8 @@ class World:
         if fault:
             part, stable = time_step / substeps, self.stable_time_step()
             raise fault_of(fault, body, self.model, part, stable, self.steps)
+        if self.model.box_count:
+            warn_of_mass_ratios(self.model, self.controls, self.contacts)
 
     def _first_step(self, time_step: float, substeps: int) -> tuple[int, int]:
         """Do the first step after bodies were added, and warn of those that overlap; return (fault, soft body)."""

@@ -1,10 +1,13 @@
 """Is a world stopped before it goes wrong, or where it does, and is the culprit named?"""
 
+import re
+import warnings
+
 import numpy as np
 import pytest
 
 import softbody
-from softbody import OverlapWarning, ParameterError, SimulationError, World
+from softbody import MassRatioWarning, OverlapWarning, ParameterError, SimulationError, World
 from softbody.guards import STABLE_FOR
 from softbody.settings import INTEGRATORS
 
@@ -175,3 +178,36 @@ def test_bodies_that_start_deep_inside_each_other_are_named():
     world.add_box((0.3, 0.3, 0.3), 1.0, (-0.7, 0.0, 0.0))
     with pytest.warns(OverlapWarning, match=r"soft body 0 and box 0 start 0\.\d+ m inside each other"):
         world.step(1e-3)
+
+
+def carrying(mass, times, kind):
+    """Let a box of `mass` [kg] on the ground carry a body of so many times its mass for a step."""
+    world = World()
+    world.add_ground()
+    world.add_box((1.0, 1.0, 0.2), mass, (0.0, 0.0, 0.1))
+    if kind == "soft body":
+        world.add_soft_body(softbody.box((0.5, 0.5, 0.5), 2), mass * times, 300.0, 20.0, (0.0, 0.0, 0.4499))
+    else:
+        world.add_box((0.5, 0.5, 0.5), mass * times, (0.0, 0.0, 0.45))
+    world.step(1e-3)
+
+
+@pytest.mark.parametrize(("kind", "most"), [("soft body", 1e4), ("box", 1e6)])
+def test_a_box_that_carries_too_much_is_named_with_its_load(kind, most):
+    name = f"box 0 carries {'soft body 0' if kind == 'soft body' else 'box 1'}, {1.1 * most:.3g} times its own mass"
+    with pytest.warns(MassRatioWarning, match=re.escape(name)):
+        carrying(1e-3, 1.1 * most, kind)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        carrying(1e-3, 0.9 * most, kind)
+
+
+def test_what_lies_on_a_heavier_body_or_only_beside_it_is_not_warned_of():
+    world = World()
+    world.add_ground()
+    world.add_soft_body(softbody.box((1.0, 1.0, 0.5), 2), 1.0, 300.0, 20.0, (0.0, 0.0, 0.25))
+    world.add_box((0.2, 0.2, 0.2), 1e-6, (0.0, 0.0, 0.5999))
+    world.add_box((0.2, 0.2, 0.2), 1e-6, (0.5999, 0.0, 0.25))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        world.step(1e-4)
