@@ -25,7 +25,7 @@ lint: .venv/ready  ## formatting, lint, types and the walls between the packages
 	.venv/bin/lint-imports
 	.venv/bin/mypy
 
-PIN := pip compile --quiet --generate-hashes --no-header --no-annotate --python-version 3.11 --all-extras \
+PIN := pip compile --quiet --generate-hashes --no-header --no-annotate --universal --python-version 3.11 --all-extras \
 	pyproject.toml --output-file requirements.lock
 
 lock: .venv/ready  ## pin what is new in pyproject.toml; other pins stay

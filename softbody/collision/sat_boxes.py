@@ -28,6 +28,9 @@ ROUNDING = 4e-15
 
 AFTER = (1, 2, 0, 1)  # the axes after axis i, round and round: AFTER[i] and AFTER[i + 1]
 
+# Cosine of 1e-3 rad: so much a face may be tilted that lies, or comes down, flat on another.
+SAME_COSINE = 1.0 - 5e-7
+
 
 class PlacedBox(NamedTuple):
     """A box where it is."""
@@ -262,7 +265,7 @@ def _best_edge_pair(
             v = axes[a, i, 2] * axes[b, j, 0] - axes[a, i, 0] * axes[b, j, 2]
             w = axes[a, i, 0] * axes[b, j, 1] - axes[a, i, 1] * axes[b, j, 0]
             sine = sqrt(u * u + v * v + w * w)
-            if sine < PARALLEL_SINE:
+            if sine < PARALLEL_SINE or (best_axis < 6 and axes_are_one(best_axis, 6 + 3 * i + j, sine, memory)):
                 continue
             separation = gap / sine
             if separation > limits.margin:
@@ -274,6 +277,21 @@ def _best_edge_pair(
                 sign = 1.0 / sine if t >= 0.0 else -1.0 / sine
                 normal[0], normal[1], normal[2] = sign * u, sign * v, sign * w
     return best, best_axis
+
+
+@jit_lean
+def axes_are_one(face: int, edges: int, sine: float, memory: SatMemory) -> bool:
+    """Tell whether the axis of two edges is all but the normal of a face: then the points of the faces are what meets.
+
+    Edges of faces that lie or come flat on each other, but for rounding, would part the boxes by a rounding more, or
+    come a rounding later, and hold them at one point.
+    """
+    i, j = (edges - 6) // 3, (edges - 6) % 3
+    if face < 3:
+        along = memory.cosine[3 - i - face, j] if face != i else 0.0
+    else:
+        along = memory.cosine[i, 6 - j - face] if face - 3 != j else 0.0
+    return abs(along) > SAME_COSINE * sine
 
 
 @jit

@@ -50,6 +50,11 @@ BAUMGARTE = 0.2
 # What a round of the trees of supports costs, in sweeps: it takes their place, as long as half of them are left.
 SWEEPS_A_ROUND = 5
 
+# Sweeps are ROUGH that change a speed by so many times what is worth another one, as where an impact is on its way
+# through a pile, or friction drags one along. Then they go on, up to so many times `iterations` MORE.
+ROUGH = 1e3
+MORE = 3
+
 # The part of the depth that is allowed below which a correction of a displacement is not worth another sweep.
 CLOSE = 1e-3
 
@@ -61,17 +66,20 @@ def solve_velocities(contacts: Contacts, bodies: RigidBodies, h: float, iteratio
     A contact that closes within `h` [s] must part with e times the speed that it closed at *before* this step's
     gravity and forces: so what rests does not hop, and a ball of e = 1 keeps its energy to the last bit. A gap that
     stays open may close, but no further. Friction is bounded by μ times the normal impulse, in every direction alike.
-    Ends after `iterations` sweeps, or what takes as long, or after one that changed no speed at a contact by more than
-    `enough` [m/s].
+    Ends after a sweep that changed no speed at a contact by more than `enough` [m/s]; or after `iterations` sweeps, or
+    what takes as long, unless they still are ROUGH.
     """
     motion = load_motion(bodies)
     _set_targets(contacts, motion, h)
     _start_from_cache(contacts, motion)
     order = sweep_order(contacts, bodies)
     rounds = solve_trees(contacts, bodies, order, motion, enough)
-    for left in range(max(iterations - SWEEPS_A_ROUND * rounds, (iterations + 1) // 2), 0, -1):
+    sweeps = max(iterations - SWEEPS_A_ROUND * rounds, (iterations + 1) // 2)
+    for left in range(sweeps + MORE * iterations, 0, -1):
         # The last one goes down, and leaves what is amiss at the top, where it moves least.
-        if _sweep(contacts, order.pairs, left % 2 == 1, motion) <= enough:
+        changed = _sweep(contacts, order.pairs, left % 2 == 1, motion)
+        sweeps -= 1
+        if changed <= enough or (sweeps <= 0 and left % 2 == 1 and changed <= ROUGH * enough):
             break
     _finish(contacts, bodies, motion)
 

@@ -22,6 +22,7 @@ from softbody.collision.sat_boxes import (
     PlacedBox,
     PlacedBoxes,
     SatMemory,
+    axes_are_one,
     box_box_separation,
     placed_box,
     rounding_of,
@@ -116,6 +117,8 @@ def meeting_of(boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, limits: Li
             preference = rounding
         if preference > 0.0 and best.separation <= touching:
             preference += limits.slop
+        if 0 <= best.axis < 6 <= k and axes_are_one(best.axis, k, sine, memory):
+            preference = np.inf
         if entry == latest:
             better = separation > best.separation + preference
         elif entry < np.inf and latest < np.inf:

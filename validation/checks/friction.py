@@ -218,8 +218,8 @@ def flat_box_as_in_dart(run: Run) -> Comparison:
     reference=f"DART, as above: {STATE} after 0.2 s",
     engines=("dartpy",),
     unit="m, m/s, rad/s",
-    tolerance=3e-3,
-    because="30 sweeps leave up to 9e-4 where the upper one sticks to one that slides; 120 would leave 1e-6",
+    tolerance=3e-4,
+    because="what the sweeps leave where the upper one sticks to one that slides: 5e-5",
     detects="the wrong pair's coefficient; a lower box that does not feel what slides on it",
     faults=(LESS, LARGER, DEAF_BELOW),
 )
@@ -330,14 +330,14 @@ def pulled_box_breaks_loose(run: Run) -> Comparison:
 
 @check(
     family=FAMILY,
-    claim="Of two boxes on each other the lower one, no lighter, is pulled: they go together as long as friction can"
-    " make them, else each by what is left for it.",
+    claim="Of two boxes on each other, the upper one up to eight times as heavy, the lower one is pulled: they go"
+    " together as long as friction can make them, else each by what is left for it.",
     section="10.13",
     piece="softbody.collision.sequential_impulses.solve_velocities",
     reference="closed form: Newton's law with Coulomb's bound at both faces",
     unit="of the speed",
     tolerance=3e-3,
-    because="30 sweeps leave up to 1e-3; more with a heavier box on a lighter one, by tenths at 8 : 1",
+    because="what the sweeps leave: up to 1e-3",
     detects="the wrong pair's coefficient; a lower box that does not feel its load's friction",
     faults=(
         LESS,
@@ -350,7 +350,7 @@ def pulled_from_under(run: Run) -> Comparison:
     measured, expected, kinds = [], [], []
     for trial in range(run.count(6, 30, 200)):
         lower = rng.uniform(0.5, 4.0)
-        upper = rng.uniform(0.2, 1.0) * lower
+        upper = float(np.exp(rng.uniform(np.log(0.2), np.log(8.0)))) * lower
         rub, way, slips = rng.uniform(0.2, 0.9, 3), some_direction(rng), trial % 2
         under, between = np.sqrt(rub[0] * rub[1]), np.sqrt(rub[1] * rub[2])
         # Together they can gain as much as friction gives the upper one.

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from softbody import World
-from softbody.collision import manifold, swept_boxes
+from softbody.collision import manifold, sat_boxes, swept_boxes
 from softbody.geometry.box import box_corners
 from validation.cases import random_orientations
 from validation.check import DISAGREEMENTS, Comparison, Run, check
@@ -406,3 +406,52 @@ def flush_tiles(run: Run) -> Comparison:
         measured.append([*box.velocity / speed, *box.angular_velocity * size.max() / speed])
         expected.append([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     return Comparison(measured, expected)
+
+
+@check(
+    family=FAMILY,
+    claim="A box that comes down flat on another, but for a tilt of 1e-12 to 1e-5 rad, turned and anywhere on it, with"
+    " weight and without, is stopped in a step: it gets no kick sideways, and no spin.",
+    section="4.4, 4.5",
+    piece="softbody.collision.swept_boxes.meeting_of",
+    reference="closed form: v = 0 across, ω = 0, and what falls comes no nearer",
+    unit="of the speed",
+    tolerance=1e-5,
+    because="what a tilt of 1e-5 rad, and the sweeps, leave of the speed: 1e-6",
+    detects="faces all but parallel taken for edges that cross",
+    faults=(
+        Fault(
+            "faces that are all but parallel meet as edges",
+            swept_boxes.meeting_of,
+            "axes_are_one(face_, k_, sine_, memory_)",
+            "False",
+        ),
+        Fault(
+            "faces that are all but parallel lie on each other with their edges",
+            sat_boxes._best_edge_pair,
+            "axes_are_one(face_, edges_, sine_, memory_)",
+            "False",
+        ),
+    ),
+)
+def flat_landings(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    off, kinds = [], []
+    for k in range(run.count(60, 400, 4_000)):
+        heavy, tilt = k % 2 == 0, 10.0 ** rng.uniform(-12.0, -5.0)
+        world = World() if heavy else World(gravity=(0.0, 0.0, 0.0))
+        yaws = rng.uniform(-np.pi, np.pi, 2) if k % 3 else rng.uniform(-1e-9, 1e-9, 2)
+        h, speed = float(rng.choice([1.0 / 60.0, 1.0 / 240.0, 1e-3])), rng.uniform(1.0, 5.0)
+        sizes = rng.uniform(0.5, 1.5, (2, 3))
+        below = (np.cos(0.5 * yaws[0]), 0.0, 0.0, np.sin(0.5 * yaws[0]))
+        world.add_box(sizes[0], None, (0.0, 0.0, -0.5 * sizes[0][2]), below)
+        lean = rng.normal(size=2)
+        lean *= 0.5 * tilt / np.linalg.norm(lean)
+        turn = np.array([np.cos(0.5 * yaws[1]), *lean, np.sin(0.5 * yaws[1])])
+        place = (*rng.uniform(-0.15, 0.15, 2), 0.5 * sizes[1][2] + rng.uniform(0.05, 0.95) * speed * h)
+        box = world.add_box(sizes[1], 1.0, place, turn / np.linalg.norm(turn), (0.0, 0.0, -speed))
+        world.step(h, 2)
+        aside = [*box.velocity[:2], max(0.0, -box.velocity[2]), *(box.angular_velocity * sizes[1].max())]
+        off.append(np.array(aside) / speed)
+        kinds.append("with weight" if heavy else "without")
+    return Comparison(off, np.zeros((len(off), 6)), groups=kinds)
