@@ -437,7 +437,7 @@ def flush_tiles(run: Run) -> Comparison:
 def flat_landings(run: Run) -> Comparison:
     rng = run.fresh_rng()
     off, kinds = [], []
-    for k in range(run.count(60, 400, 4_000)):
+    for k in range(run.count(200, 400, 4_000)):
         heavy, tilt = k % 2 == 0, 10.0 ** rng.uniform(-12.0, -5.0)
         world = World() if heavy else World(gravity=(0.0, 0.0, 0.0))
         yaws = rng.uniform(-np.pi, np.pi, 2) if k % 3 else rng.uniform(-1e-9, 1e-9, 2)
