@@ -10,7 +10,7 @@ import numpy as np
 from references import igl, pybullet_world
 from softbody import SoftBody, World
 from softbody.scenes import boxes_on_torus, rolling_torus, sphere_on_torus, torus_stack
-from validation.cases import rotation_matrix
+from validation.cases import corners_of, rotation_matrix
 from validation.checks.fast import FLIGHT, TARGETS, shoot
 from validation.record import Behaviour
 
@@ -144,12 +144,6 @@ def depths(world: World) -> Iterator[float]:
     if len(i):
         distance, _ = pybullet_world.closest(sizes[i], places[i], turns[i], sizes[j], places[j], turns[j])
         yield max(0.0, -np.nanmin(distance, initial=0.0))
-
-
-def corners_of(size: np.ndarray) -> np.ndarray:
-    """Return the corners (8, 3) [m] of a box about the origin."""
-    signs = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
-    return signs * size
 
 
 def depth_in_mesh(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> float:

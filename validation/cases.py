@@ -29,6 +29,12 @@ def rotation_matrix(q: np.ndarray) -> np.ndarray:
     )
 
 
+def corners_of(size: np.ndarray) -> np.ndarray:
+    """Return the corners (8, 3) [m] of a box about the origin."""
+    signs = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+    return signs * size
+
+
 def rotated(mesh: Mesh, rng: np.random.Generator) -> Mesh:
     """Return the mesh in a random orientation about the origin."""
     matrix = rotation_matrix(random_orientations(rng, 1)[0])

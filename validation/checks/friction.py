@@ -15,7 +15,7 @@ import numpy as np
 import softbody
 from softbody import SoftBody, World
 from softbody.collision import ground, law, sequential_impulses, soft_response
-from validation.cases import random_orientations, rotated, rotation_matrix
+from validation.cases import corners_of, random_orientations, rotated, rotation_matrix
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
 
@@ -82,10 +82,9 @@ def yawed(angle: float) -> np.ndarray:
     return np.array([np.cos(0.5 * angle), 0.0, 0.0, np.sin(0.5 * angle)])
 
 
-def corners_of(size: np.ndarray, q: np.ndarray) -> np.ndarray:
+def turned_corners(size: np.ndarray, q: np.ndarray) -> np.ndarray:
     """Return the corners (8, 3) [m] of a turned box, from its centre."""
-    signs = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
-    return (signs * size) @ rotation_matrix(q).T
+    return corners_of(size) @ rotation_matrix(q).T
 
 
 def some_direction(rng: np.random.Generator) -> np.ndarray:
@@ -130,7 +129,7 @@ def leaning_box(kind: str, rng: np.random.Generator) -> list[Start]:
         size, lowest = np.full(3, rng.uniform(0.4, 1.0)), np.zeros(2)
         while lowest[1] - lowest[0] < 0.35 * size[0]:  # so that no other corner comes down
             q = random_orientations(rng, 1)[0]
-            lowest = np.sort(corners_of(size, q)[:, 2])
+            lowest = np.sort(turned_corners(size, q)[:, 2])
         velocity, spin = rng.uniform(-1.0, 1.0, 3), rng.uniform(-1.5, 1.5, 3)
     else:
         size, lean = rng.uniform(0.4, 1.0, 3), 0.5 * rng.uniform(0.4, 1.1)
@@ -143,7 +142,7 @@ def leaning_box(kind: str, rng: np.random.Generator) -> list[Start]:
             below.append(
                 Start(plate, rng.uniform(1.0, 3.0), place, turn, rng.uniform(-1.0, 1.0) * way, np.zeros(3), 0.3)
             )
-    corners = corners_of(size, q)
+    corners = turned_corners(size, q)
     lowest_corner = corners[np.argmin(corners[:, 2])]
     velocity[2] = -np.cross(spin, lowest_corner)[2]  # it neither leaves the ground nor strikes it
     place = np.array([0.0, 0.0, -lowest_corner[2] - DEEP + (0.2 - DEEP if below else 0.0)])
@@ -389,7 +388,7 @@ def laws_at_every_corner(run: Run) -> Comparison:
         kind = ("slides and spins", "tumbles")[trial % 2]
         size, rub, mass = rng.uniform([0.6, 0.6, 0.2], [1.2, 1.2, 0.5]), rng.uniform(0.1, 0.9, 2), rng.uniform(0.5, 3.0)
         q = yawed(rng.uniform(0.0, 6.0)) if trial % 2 == 0 else random_orientations(rng, 1)[0]
-        place = np.array([0.0, 0.0, -corners_of(size, q)[:, 2].min()])
+        place = np.array([0.0, 0.0, -turned_corners(size, q)[:, 2].min()])
         world = World()
         world.add_ground(friction=rub[0])
         velocity, spin = rng.uniform(1.0, 2.0) * some_direction(rng), np.array([0.0, 0.0, rng.uniform(2.0, 5.0)])

@@ -11,8 +11,7 @@ import softbody
 from softbody import Mesh, OverlapWarning, World, move_boxes, step
 from softbody.collision import law, paper_response, sat_meshes, single_contact, soft_contacts
 from softbody.dynamics import rigid_boxes
-from validation.behaviour import corners_of
-from validation.cases import dented_sphere, random_box_pairs, random_orientations, rotated, rotation_matrix
+from validation.cases import corners_of, dented_sphere, random_box_pairs, random_orientations, rotated, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.checks.impulse import OVERLAP, Impacts, mass_ratio, random_impacts
 from validation.fault import Fault
