@@ -202,6 +202,14 @@ def box_separation_by_faces(*boxes: ArrayLike) -> np.ndarray:
     return np.max(np.maximum(low_a - high_b, low_b - high_a)[:, :6], axis=1)
 
 
+def box_separations_by_axis(*boxes: ArrayLike) -> np.ndarray:
+    """Return the separation (m, 15) [m] along each axis, and not only the largest; −∞ for edges that are parallel."""
+    axes, low_a, high_a, low_b, high_b = _intervals(*boxes)
+    length = np.linalg.norm(axes, axis=-1)
+    gap = np.maximum(low_a - high_b, low_b - high_a)
+    return np.where(length < PARALLEL, -np.inf, gap / np.maximum(length, PARALLEL))
+
+
 def boxes_overlap_one_way(*boxes: ArrayLike) -> np.ndarray:
     """E12: on each of the fifteen axes, does an end of a lie between the ends of b? (m,) of bool; arguments as above.
 

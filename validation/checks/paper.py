@@ -26,6 +26,7 @@ STEP = 1e-3  # [s]
 GRAVITY = 9.81  # [m/s²]
 CEILING = 10.0  # [m/s] and [rad/s], of World.paper()
 FLOOR = 0.2  # [rad/s], of World.paper()
+CLEARLY = 1e-3  # [m] by which one axis parts boxes more than any other
 
 
 def _cut(rows: np.ndarray) -> np.ndarray:
@@ -63,7 +64,7 @@ def _fly_and_strike(impacts: Impacts, i: int, axes: str) -> np.ndarray:
     engines=("pybullet", "scipy"),
     unit="of the speed; of the size",
     tolerance=1e-11,
-    because="Bullet's own rounding: as for one impact of two boxes",
+    because="Bullet's own rounding, larger for light boxes struck by heavy ones: 4e-12",
     detects="one percent of one impulse in 10⁹; friction where the paper has none; a one-sided way back",
     faults=(
         Fault("restitution off by 1e-9", law.normal_impulse, "1.0 + restitution_", "1.000000001 + restitution_"),
@@ -76,14 +77,16 @@ def _fly_and_strike(impacts: Impacts, i: int, axes: str) -> np.ndarray:
     ),
 )
 def boxes_bounce(run: Run) -> Comparison:
-    from references import pybullet
+    from references import printed, pybullet
 
     impacts = random_impacts(run.fresh_rng(), run.count(60, 400, 4_000))
     # No faster than the paper's ceilings before they meet.
     impacts.velocity[:] = _cut(impacts.velocity.reshape(-1, 3)).reshape(impacts.velocity.shape)
     impacts.angular_velocity[:] = _cut(impacts.angular_velocity.reshape(-1, 3)).reshape(impacts.velocity.shape)
     judged = pybullet.one_impact(*impacts.bodies(), restitution=impacts.restitution)
-    single = judged.count == 1
+    # Where two axes part boxes almost equally, Bullet may take the other: it adds 1e-5 to cosines, and prefers faces.
+    depths = np.sort(-printed.box_separations_by_axis(*impacts.pairs), axis=1)
+    single = (judged.count == 1) & (depths[:, 1] > CLEARLY)
     impacts, p, normal = impacts.select(single), impacts.select(single).pairs, judged.normal[single]
     judged_velocities = judged.velocity_a, judged.angular_velocity_a, judged.velocity_b, judged.angular_velocity_b
     after = np.concatenate([_cut(rows[single]) for rows in judged_velocities], axis=1)
@@ -94,7 +97,8 @@ def boxes_bounce(run: Run) -> Comparison:
     measured = [_fly_and_strike(impacts, i, axes[i]) for i in range(len(axes))]
     speed = np.linalg.norm([*impacts.velocity, *impacts.angular_velocity], axis=2).max(axis=0) * mass_ratio(impacts)
     scale = np.concatenate([np.repeat(speed[:, None], 12, axis=1), np.repeat(p.extent[:, None], 6, axis=1)], axis=1)
-    return Comparison(measured / scale, np.concatenate(expected, axis=1) / scale, groups=impacts.kinds)
+    notes = [f"{int((~single).sum())} of {len(single)} impacts at several points, or of two axes within 1 mm, left out"]
+    return Comparison(measured / scale, np.concatenate(expected, axis=1) / scale, groups=impacts.kinds, notes=notes)
 
 
 @check(
