@@ -30,7 +30,7 @@ from softbody.geometry import (
     rebuild_parity_grid,
     refit_bvh,
 )
-from softbody.geometry.closest_point import no_answers
+from softbody.geometry.closest_point import Closest, no_answers
 
 Arrays = tuple[np.ndarray, np.ndarray]
 
@@ -159,9 +159,10 @@ def bench_closest_triangle(race, request, size: tuple[int, int], points_are: str
     points = DISTRIBUTIONS[points_are](vertices, size[1])
     tree, answers = build_bvh(vertices, triangles), no_answers(len(points))
 
-    def ours() -> None:
+    def ours() -> Closest:
         refit_bvh(tree, vertices)
         closest_all_in_bvh(points, tree, vertices, answers, (0, len(points)))
+        return answers
 
     few = cut(points, PAIRS[level] / 4, triangles)
     ray = points[:1_000]
@@ -216,4 +217,5 @@ def bench_threads(race, request) -> None:
         of="triangles",
         per="point",
         peers={"1 thread": (frame(1), len(points))},
+        threads=threads,
     )
