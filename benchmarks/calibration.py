@@ -13,10 +13,13 @@ from dataclasses import asdict, dataclass, fields, replace
 from datetime import datetime, timezone
 from typing import Any
 
+import click
+
 from benchmarks.compare import SESSION, Plan, Said, dueling
 from benchmarks.duel import UnableError
 from benchmarks.planted import SLOWED, slower
 from benchmarks.verdicts import LOOKS, NO_DIFFERENCE, SLOWER, sequential_verdict
+from benchmarks.worker import WorkerError
 
 PERCENT = (0, 3, 10)  # slow-downs; 0 for false alarms
 # What is run against itself: short rounds, ready at once, and one of each kind of kernel.
@@ -92,8 +95,8 @@ def calibrate(plan: Plan, said: Said) -> Calibration:
             other = slower(side, percent) if percent else side
             part = replace(plan, sides=(side, other), budget=share * plan.budget, seed=plan.seed + percent)
             _record(part, SLOWED if percent else SAME, series.setdefault(str(percent), {}), said)
-    except KeyboardInterrupt:
-        said("interrupted: what was recorded is counted")
+    except (KeyboardInterrupt, WorkerError) as error:  # what was recorded is counted
+        click.echo(f"cut short: {error or 'interrupted'}", err=True)
     return Calibration(started, side.revision, load, time.monotonic() - start, series)
 
 

@@ -84,13 +84,16 @@ def run(
     from benchmarks.running import run_suite
     from benchmarks.tables import timing_tables
 
-    document = run_suite(level, pattern, files)
+    document, interrupted = run_suite(level, pattern, files)
     show(*timing_tables(document))
     if json_path:
         write_whole(json_path, json.dumps(document))
     if not no_history:
         History(history_path).add([run_record(document)])
         click.echo(f"stored in {history_path}")
+    if interrupted:
+        click.echo("interrupted: what was measured is kept", err=True)
+        sys.exit(INTERRUPTED)
 
 
 @main.command()
@@ -247,14 +250,11 @@ def report(plan: Plan, results: dict[str, Result], calibration: Calibration | No
     for result in results.values():
         if result.why:
             click.echo(f"{result.name}: not compared, {result.why}")
-        elif not result.openings:
-            click.echo(f"{result.name}: not compared, the budget was spent before; give more by --budget")
-        elif not result.verdict.clear:
-            click.echo(
-                f"{result.name}: not clear yet when the budget was spent; give more by --budget, or go on by --resume"
-            )
         if result.answers_differ is not None:
             click.echo(f"{result.name}: answers differ by {result.answers_differ:.2g} of their size")
+    unclear = sum(not result.why and not result.verdict.clear for result in results.values())
+    if unclear:
+        click.echo(f"{unclear} of {len(results)} not clear yet (*): give more by --budget, or go on by --resume")
     click.echo(
         str(calibration)
         if calibration

@@ -11,7 +11,7 @@ import json
 import sqlite3
 import zlib
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from pathlib import Path
@@ -93,20 +93,37 @@ class History:
 
     @contextmanager
     def _opened(self) -> Iterator[sqlite3.Connection]:
-        """Open the database; what is none is put aside first."""
+        """Open the database, which is sound then."""
+        if not self._is_sound():
+            self._begin_anew()
+        with closing(self._connect()) as database:
+            yield database
+
+    def _is_sound(self) -> bool:
         try:
             with closing(self._connect()) as database:
                 database.execute(TABLE)
-        except sqlite3.DatabaseError as error:
-            if isinstance(error, sqlite3.OperationalError):  # locked, full, no permission: not damage
-                raise
-            aside = self.path.with_name(f"{self.path.name}.damaged-{datetime.now(timezone.utc):%Y%m%dT%H%M%S%f}")
-            self.path.replace(aside)
-            self.said(f"{self.path} is damaged ({error}): it is put aside as {aside.name}, and a new history begun")
-            with closing(self._connect()) as database:
-                database.execute(TABLE)
+                return bool(database.execute("PRAGMA quick_check").fetchone()[0] == "ok")
+        except sqlite3.OperationalError:  # locked, full, no permission: not damage
+            raise
+        except sqlite3.DatabaseError:
+            return False
+
+    def _begin_anew(self) -> None:
+        """Put a damaged file aside, and begin a new one with the rows that can still be read."""
+        rows = list(self._readable())
+        aside = self.path.with_name(f"{self.path.name}.damaged-{datetime.now(timezone.utc):%Y%m%dT%H%M%S%f}")
+        self.path.replace(aside)
         with closing(self._connect()) as database:
-            yield database
+            database.execute(TABLE)
+            database.executemany("INSERT OR IGNORE INTO record VALUES (?, ?, ?, ?, ?)", rows)
+        self.said(
+            f"{self.path} is damaged: it is put aside as {aside.name}; {len(rows)} records could be read and are kept"
+        )
+
+    def _readable(self) -> Iterator[tuple[Any, ...]]:
+        with suppress(sqlite3.DatabaseError), closing(self._connect()) as database:
+            yield from database.execute("SELECT digest, kind, started, machine, document FROM record NOT INDEXED")
 
     def _connect(self) -> sqlite3.Connection:
         return sqlite3.connect(self.path, timeout=PATIENCE, isolation_level=None)

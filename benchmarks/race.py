@@ -11,6 +11,12 @@ import numpy as np
 Peer = tuple[Callable[[], Any], float]  # what to call, and how many units of work one call does
 
 
+def short_name(nodeid: str) -> str:
+    """Return pytest's name of a benchmark without the folders: bench_step.py::bench_step[1]."""
+    file, colons, rest = nodeid.partition("::")
+    return file.rpartition("/")[2] + colons + rest
+
+
 def nothing() -> None:
     """Do nothing: a call that changes nothing needs no putting back."""
 

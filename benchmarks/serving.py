@@ -19,7 +19,7 @@ from typing import Any
 import pytest
 from _pytest.runner import runtestprotocol
 
-from benchmarks.race import Race, nothing
+from benchmarks.race import Race, nothing, short_name
 
 PIPE = "SOFTBODY_BENCHMARKS_PIPE"  # the environment variable with the number of the pipe's end that is the worker's
 MOST_PADDING = 1024  # pages of memory by which places are moved
@@ -106,14 +106,14 @@ class Serving:
     def pytest_collectreport(self, report: pytest.CollectReport) -> None:
         """Note which file cannot be read, such as one that imports what this core has not."""
         if report.failed:
-            self.server.broken[report.nodeid.split("/")[-1]] = last_line(report.longreprtext)
+            self.server.broken[short_name(report.nodeid)] = last_line(report.longreprtext)
 
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
         """Say which benchmarks there are; then open one after another as told, in place of running them all."""
         from softbody import core_digest
 
         pipe, cores = self.server.pipe, cores_here()
-        items = {item.nodeid.split("/")[-1]: item for item in session.items}
+        items = {short_name(item.nodeid): item for item in session.items}
         pipe.send({"benchmarks": list(items), "broken": self.server.broken, "core": core_digest.__file__})
         while (asked := pipe.recv()) is not None:
             name, self.server.core, seed = asked

@@ -61,9 +61,9 @@ def verdict_table(results: Iterable[Result], names: tuple[str, str]) -> Table:
         seconds = np.median([opening.seconds for opening in result.openings], axis=0)
         table.add_row(
             escape(result.name),
-            found.verdict,
+            found.verdict + ("" if found.clear else " *"),
             f"× {found.ratio:.3f}",
-            f"{found.low:.3f} … {found.high:.3f}",
+            f"{found.low:.3f} … {found.high:.3f}" if found.high < np.inf else "–",
             f"{100.0 * found.noise:.1f} %",
             str(found.openings),
             *(f"{1e3 * one:.3g} ms" for one in seconds),

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.history import Record
+from benchmarks.race import short_name
 from benchmarks.steps import steps_in
 from benchmarks.tables import competitors, significant
 
@@ -45,7 +46,7 @@ def trends_of(records: list[Record]) -> list[Trend]:
         for race in record.document["benchmarks"]:
             if "table" in race["extra_info"]:
                 row = record.started, revision, race["extra_info"]["per"], competitors(race)
-                rows.setdefault(race["fullname"].split("/")[-1], []).append(row)
+                rows.setdefault(short_name(race["fullname"]), []).append(row)
     return [_trend(name, row) for name, row in rows.items()]
 
 

@@ -83,6 +83,19 @@ def test_a_damaged_file_is_put_aside_and_a_new_one_begun(history, make_document)
     assert aside.read_bytes().startswith(b"this was a history once")
 
 
+def test_of_a_file_that_is_damaged_in_part_the_rest_is_kept(history, make_document):
+    history.add(days(make_document, *range(1, 29)))
+    content = bytearray(history.path.read_bytes())
+    content[-4096:] = bytes(4096)  # a page of rows
+    history.path.write_bytes(content)
+    kept = history.records()
+    assert 10 < len(kept) < 28
+    assert "put aside" in history.heard[0]
+    history.heard.clear()
+    assert history.records() == kept
+    assert history.heard == []
+
+
 class FullDisk:
     """A database that takes one row, and then says that the disk is full."""
 
