@@ -1,7 +1,7 @@
 """How often do verdicts err on this machine? A core against itself, and against itself with a slow-down planted.
 
-Openings are recorded one after the other, as a comparison makes them, and cut into comparisons: each begins where the
-one before it has come to its verdict. None shares an opening with another; what is left over at the end is not counted.
+Openings are recorded as a comparison makes them, and comparisons drawn from the record. So there are hundreds of them
+in the time of some dozen; but they are not independent of each other, as those would be.
 """
 
 from __future__ import annotations
@@ -14,14 +14,17 @@ from datetime import datetime, timezone
 from typing import Any
 
 import click
+import numpy as np
 
 from benchmarks.compare import SESSION, Plan, Said, dueling
 from benchmarks.duel import UnableError
 from benchmarks.planted import SLOWED, slower
-from benchmarks.verdicts import LOOKS, NO_DIFFERENCE, SLOWER, sequential_verdict
+from benchmarks.verdicts import NO_DIFFERENCE, SLOWER, sequential_verdict
 from benchmarks.worker import WorkerError
 
 PERCENT = (0, 3, 10)  # slow-downs; 0 for false alarms
+SHARE = (0.65, 0.25, 0.1)  # of the budget for each
+DRAWN = 60  # comparisons of each benchmark: 600 of equal sides
 # What is run against itself: short rounds, ready at once, and one of each kind of kernel.
 SAME = (
     *SLOWED,
@@ -47,11 +50,11 @@ class Rate:
     percent: int  # slow-down that was planted; 0: none
     comparisons: int = 0
     found: int = 0  # slower; at 0 %, faster or slower: false alarms
-    openings: int = 0  # that they took
+    openings: int = 0  # from which they are drawn
 
     def __str__(self) -> str:
-        share = f"{self.found} of {self.comparisons} ({100.0 * self.found / max(1, self.comparisons):.1f} %)"
-        return f"false alarms: {share}" if self.percent == 0 else f"{self.percent} % slow-down found: {share}"
+        share = f"{100.0 * self.found / max(1, self.comparisons):.1f} % of {self.comparisons}"
+        return f"false alarms in {share}" if self.percent == 0 else f"slow-downs by {self.percent} % found in {share}"
 
 
 @dataclass
@@ -67,7 +70,7 @@ class Calibration:
     @property
     def rates(self) -> list[Rate]:
         """How verdicts, as they are come to now, do on what was recorded."""
-        return [rate_of(int(percent), by_name) for percent, by_name in self.series.items()]
+        return [rate_of(percent, self.series[str(percent)]) for percent in sorted(map(int, self.series))]
 
     def document(self) -> dict[str, Any]:
         """Return it as JSON has it."""
@@ -75,7 +78,9 @@ class Calibration:
 
     def __str__(self) -> str:
         load = "" if self.load is None else f", load {self.load:.1f}"
-        return f"calibrated here on {self.started[:10]}{load}: " + "; ".join(str(rate) for rate in self.rates)
+        rates = "; ".join(str(rate) for rate in self.rates)
+        openings = sum(rate.openings for rate in self.rates)
+        return f"calibrated here on {self.started[:10]}{load}: {rates} (drawn from {openings} openings)"
 
 
 def from_document(document: dict[str, Any]) -> Calibration:
@@ -91,7 +96,7 @@ def calibrate(plan: Plan, said: Said) -> Calibration:
     series: dict[str, dict[str, list[list[float]]]] = {}
     side = plan.sides[0]
     try:
-        for percent, share in zip(PERCENT, (0.65, 0.25, 0.1)):
+        for percent, share in zip(PERCENT, SHARE):
             other = slower(side, percent) if percent else side
             part = replace(plan, sides=(side, other), budget=share * plan.budget, seed=plan.seed + percent)
             _record(part, SLOWED if percent else SAME, series.setdefault(str(percent), {}), said)
@@ -123,17 +128,18 @@ def _record(plan: Plan, patterns: tuple[str, ...], series: dict[str, list[list[f
 
 
 def rate_of(percent: int, by_name: dict[str, list[list[float]]]) -> Rate:
-    """Return how the comparisons end that recorded openings make, one after the other."""
-    rate = Rate(percent)
+    """Return how comparisons end that are drawn from recorded sessions.
+
+    Sessions come whole, for what two processes have by chance stays with them, in random order, none twice in a
+    comparison. Without a slow-down the sides are equal, so that each is turned round as a coin falls.
+    """
+    rate, rng = Rate(percent), np.random.default_rng(percent)
     for sessions in by_name.values():
-        logs, start = [one for session in sessions for one in session], 0
-        while True:
-            window = logs[start : start + LOOKS[-1]]
-            verdict = sequential_verdict(window)
-            if not verdict.clear:
-                break
-            start += verdict.openings
+        for _ in range(DRAWN if sessions else 0):
+            order = rng.permutation(len(sessions))
+            signs = rng.choice([-1.0, 1.0], len(sessions)) if percent == 0 else np.ones(len(sessions))
+            verdict = sequential_verdict([signs[k] * one for k in order for one in sessions[k]]).verdict
             rate.comparisons += 1
-            rate.openings += verdict.openings
-            rate.found += verdict.verdict == SLOWER if percent else verdict.verdict != NO_DIFFERENCE
+            rate.found += verdict == SLOWER if percent else verdict != NO_DIFFERENCE
+    rate.openings = sum(len(session) for sessions in by_name.values() for session in sessions)
     return rate

@@ -148,7 +148,7 @@ def calibrate(history_path: Path, budget: float) -> None:
     with show_progress() as said:
         found = calibration.calibrate(plan, said)
     click.echo(str(found))
-    click.echo(f"{sum(rate.openings for rate in found.rates)} openings, {found.seconds / 60.0:.0f} minutes")
+    click.echo(f"it took {found.seconds / 60.0:.0f} minutes")
     History(history_path).add([Record("calibration", found.started, machine_here(), found.document())])
 
 
@@ -223,7 +223,7 @@ def plan_of(
 
 
 def compared(plan: Plan, results: dict[str, Result]) -> bool:
-    """Compare; return whether Ctrl-C cut it short. What is measured is in the results all the same."""
+    """Compare; return whether it was cut short. What is measured is in the results all the same."""
     from benchmarks import compare
     from benchmarks.worker import WorkerError
 
@@ -234,7 +234,10 @@ def compared(plan: Plan, results: dict[str, Result]) -> bool:
         click.echo("interrupted: what is measured is kept; --resume goes on", err=True)
         return True
     except WorkerError as error:
-        raise click.ClickException(f"the benchmarks do not start: {error}") from error
+        if not any(result.openings for result in results.values()):
+            raise click.ClickException(f"the benchmarks do not start: {error}") from error
+        click.echo(f"cut short: {error}; what is measured is kept, and --resume goes on", err=True)
+        return True
     if not results:
         raise click.UsageError(f"no benchmark matches {', '.join(plan.patterns)!r}")
     return False

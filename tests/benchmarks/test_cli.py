@@ -109,6 +109,12 @@ def test_a_side_that_does_not_start_is_named_with_the_reason(bench):
     assert "broken cannot run it: SyntaxError" in done.output
 
 
+def test_a_plan_that_cannot_begin_is_an_error(bench):
+    done = bench("compare", "first", "commented", "-k", "no such benchmark")
+    assert done.exit_code == 2
+    assert "no benchmark matches 'no such benchmark'" in done.output
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
