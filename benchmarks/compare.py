@@ -121,7 +121,7 @@ def _try(duel: Duel, result: Result) -> Opening | None:
         result.why = str(unable)
         return None
     except WorkerError as error:
-        result.why = f"its process died: {error}"
+        result.why = str(error)
         raise
     if differ is not None:
         result.answers_differ = max(differ, result.answers_differ or 0.0)

@@ -57,8 +57,11 @@ class Duel:
     def open(self, name: str) -> tuple[Opening, float | None]:
         """Open a benchmark in both; return what was measured, and how far the answers differ (None: not a bit).
 
-        Raises UnableError.
+        Raises UnableError, or WorkerError where the workers cannot go on.
         """
+        for worker, offer in zip(self.workers, self.offers):
+            if name not in offer["benchmarks"]:
+                raise UnableError(f"{worker.side.name} has no such benchmark")
         core = self.rng.choice(sorted(cores_here()))
         self._tell_both((name, core, self.rng.getrandbits(30)))
         ready = self._hear_both()
@@ -74,9 +77,10 @@ class Duel:
         repeats = max(1, round(ROUND / seconds))
         pairs = [self._pair(repeats, kind, first) for first in self._orders(FEW_PAIRS if seconds > LONG else PAIRS)]
         self._tell_both(None)
-        for worker, reply, last in zip(self.workers, ready, self._hear_both()):
+        for worker, reply in zip(self.workers, ready):
+            last = self._hear(worker)
             if difference(reply["answer"], last["answer"]) is not None:
-                raise UnableError(f"{worker.side.name} answers differently when asked again: give race(…, restore=…)")
+                raise WorkerError(f"{worker.side.name} answers differently when asked again: give race(…, restore=…)")
         self._hear_both()
         a, b = np.median(pairs, axis=0) / repeats
         return Opening(opening_ratio(pairs), (float(a), float(b))), difference(*(reply["answer"] for reply in ready))
@@ -91,8 +95,15 @@ class Duel:
         times = [0.0, 0.0]
         for k in (first, 1 - first):
             self.workers[k].tell(repeats)
-            times[k] = self.workers[k].hear()[kind]
+            times[k] = self._hear(self.workers[k])[kind]
         return times[0], times[1]
+
+    def _hear(self, worker: Worker) -> Any:
+        """Return what an open benchmark says; raises WorkerError if it has failed: the other one is still open."""
+        reply = worker.hear()
+        if "why" in reply:
+            raise WorkerError(f"{worker.side.name} fails: {reply['why']}")
+        return reply
 
     def _tell_both(self, message: Any) -> None:
         for worker in self.workers:

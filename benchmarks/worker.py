@@ -26,25 +26,10 @@ class Worker:
         self.side = side
         self.pipe, theirs = Pipe()
         self.said = tempfile.TemporaryFile("w+")  # noqa: SIM115  # closed at the exit
-        command = [
-            sys.executable,
-            "-m",
-            "pytest",
-            "-p",
-            "benchmarks.serving",
-            "-p",
-            "no:xdist",
-            "-p",
-            "no:cacheprovider",
-        ]
-        command += [
-            "-o",
-            "pythonpath=",
-            f"--rootdir={root}",
-            f"--level={level}",
-            "-q",
-            "--continue-on-collection-errors",
-        ]
+        options = (
+            "-q -p benchmarks.serving -p no:xdist -p no:cacheprovider -o pythonpath= --continue-on-collection-errors"
+        )
+        command = [sys.executable, "-m", "pytest", *options.split(), f"--rootdir={root}", f"--level={level}"]
         command += [str(root / file) for file in files]
         # The side's folder first, which has a `softbody` and nothing else; all the rest from the working tree.
         paths = os.pathsep.join([str(side.folder), str(root)])
