@@ -91,6 +91,7 @@ def bench_near_pairs(race, request: pytest.FixtureRequest, count: int) -> None:
         of="boxes",
         per="box",
         peers=peers,
+        own=["all pairs"],
     )
 
 

@@ -149,6 +149,7 @@ def bench_point_in_mesh(race, request, size: tuple[int, int], points_are: str) -
         of="triangles",
         per="point",
         peers=containment_peers(points, vertices, triangles, level),
+        own=["all pairs"],
     )
 
 
@@ -191,6 +192,7 @@ def bench_closest_triangle(race, request, size: tuple[int, int], points_are: str
         of="triangles",
         per="point",
         peers=peers,
+        own=["all pairs"],
     )
 
 
@@ -218,4 +220,5 @@ def bench_threads(race, request) -> None:
         per="point",
         peers={"1 thread": (frame(1), len(points))},
         threads=threads,
+        own=["1 thread"],
     )

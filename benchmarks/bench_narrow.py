@@ -110,6 +110,7 @@ def bench_soft_against_soft(race, request, subdivisions: int) -> None:
         of="particles a body",
         per="particle",
         peers=peers,
+        own=["every particle against every triangle"],
     )
 
 

@@ -57,5 +57,6 @@ def bench_work_precision(race, steps: int) -> None:
         of="steps",
         per="particle and simulated second",
         peers={name: (call, particles * SECONDS) for name, (call, _) in list(calls.items())[1:]},
+        own=list(calls)[1:],
         errors={name: error for name, (_, error) in calls.items()},
     )

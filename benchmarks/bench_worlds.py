@@ -44,6 +44,12 @@ SCENES: dict[str, Callable[[], World]] = {
 LANDING = 2.0  # [s] before the clock starts: by then everything has landed; balls of the tray still bounce
 SLACK = 0.95  # of the stable step, which shrinks a little as bodies stretch
 BODY_STEPS = 1_000  # of a round
+STAGES = (
+    "of which motion",
+    "of which broad phase",
+    "of which broad and narrow phase",
+    "of which all contacts of soft bodies, with response",
+)
 TRAYS = (1, 10, 100, 1_000)
 
 
@@ -118,17 +124,14 @@ def stages_of(world: World, step: float, steps: int, units: float) -> dict[str, 
         copy_state(start, now)
         move(now, steps)
 
-    stages: dict[str, Peer] = {"of which motion": (motions, units)}
+    stages: dict[str, Peer] = {STAGES[0]: (motions, units)}
     if model.soft_count + model.box_count > 1:
         move(kept, 1)
         surfaces, contacts = build_surfaces(model, kept.particle_position), new_contacts(len(world.contacts.depth))
         finding = surfaces, world.settings, contacts, steps
-        stages["of which broad phase"] = (lambda: broad_phases(model, kept, steps), units)
-        stages["of which broad and narrow phase"] = (lambda: narrow_phases(model, kept, *finding), units)
-        stages["of which all contacts of soft bodies, with response"] = (
-            lambda: contact_phases(model, kept, now, *finding),
-            units,
-        )
+        stages[STAGES[1]] = (lambda: broad_phases(model, kept, steps), units)
+        stages[STAGES[2]] = (lambda: narrow_phases(model, kept, *finding), units)
+        stages[STAGES[3]] = (lambda: contact_phases(model, kept, now, *finding), units)
     return stages
 
 
@@ -155,6 +158,7 @@ def bench_scene(race, scene: str) -> None:
         of="particles",
         per="simulated second",
         peers=rivals,
+        own=STAGES,
         restore=putting_back(world),
         answer=lambda: world.state,
     )
@@ -176,6 +180,7 @@ def bench_tray(race, request: pytest.FixtureRequest, bodies: int) -> None:
         of="bodies",
         per="body and step",
         peers=lambda: stages_of(world, step, steps, bodies * steps),
+        own=STAGES,
         restore=putting_back(world),
         answer=lambda: world.state,
     )

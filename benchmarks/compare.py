@@ -76,6 +76,8 @@ def compare(plan: Plan, results: dict[str, Result], said: Said) -> None:
                 if not results:
                     results.update(chosen(duel, plan.patterns or USUAL))
                     left = [result for result in results.values() if not result.why]
+                    if not left:
+                        return
                 if end is None:
                     _compile(duel, left, said)
                     end = time.monotonic() + plan.budget

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -37,6 +37,7 @@ class Race:
     restore: Callable[[], None] = nothing
     answer: Callable[[], Any] | None = None
     threads: int = 1
+    own: Collection[str] = ()
 
     def rivals(self) -> dict[str, Peer]:
         """Return the peers; those that take long to make are made only now."""

@@ -45,7 +45,9 @@ def trends_of(records: list[Record]) -> list[Trend]:
         revision = _revision(record)
         for race in record.document["benchmarks"]:
             if "table" in race["extra_info"]:
-                row = record.started, revision, race["extra_info"]["per"], competitors(race)
+                own = race["extra_info"].get("own", ())
+                times = {name: times for name, times in competitors(race).items() if name not in own}
+                row = record.started, revision, race["extra_info"]["per"], times
                 rows.setdefault(short_name(race["fullname"]), []).append(row)
     return [_trend(name, row) for name, row in rows.items()]
 

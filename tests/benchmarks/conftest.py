@@ -6,7 +6,7 @@ import pytest
 
 
 def document(
-    started="2030-01-01T00:00:00", ours=(1e-3, 2e-3, 1.5e-3), peer=(2e-3, 4e-3, 3e-3), brand="Some CPU", **more
+    started="2030-01-01T00:00:00", ours=(1e-3, 2e-3, 1.5e-3), peer=(2e-3, 4e-3, 3e-3), brand="Some CPU", own=(), **more
 ):
     info = {
         "table": "Steps",
@@ -16,6 +16,7 @@ def document(
         "per": "step",
         "units": 10,
         "errors": {},
+        "own": list(own),
     }
     info["peers"] = {"a peer": {"units": 10, "seconds": list(peer)}} if peer else {}
     race = {"fullname": "benchmarks/bench_x.py::bench_x[42]", "extra_info": info, "stats": {"data": list(ours)}}

@@ -49,6 +49,11 @@ def test_without_a_peer_there_are_nanoseconds(make_document):
     assert trend.steps == [RUNS // 2]
 
 
+def test_what_is_the_core_itself_is_no_yardstick(make_document):
+    (trend,) = trends_of([run_record(make_document(own=["a peer"]))])
+    assert trend.peer is None
+
+
 def test_trends_are_drawn_whole(make_document, tmp_path):
     for ending in ("png", "svg"):
         draw(trends_of(records(make_document, slow_core=1.1)), tmp_path / f"trends.{ending}")
