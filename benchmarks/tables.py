@@ -53,7 +53,8 @@ def verdict_table(results: Iterable[Result], names: tuple[str, str]) -> Table:
     """Return a row for each benchmark that was compared."""
     table = Table(title=f"{names[1]} compared with {names[0]}", title_justify="left", title_style="bold")
     for heading in ("benchmark", "verdict", "time", "99 % interval", "noise", "openings", f"{names[0]}", f"{names[1]}"):
-        table.add_column(heading, justify="left" if heading in ("benchmark", "verdict") else "right")
+        is_text = heading in ("benchmark", "verdict")
+        table.add_column(heading, justify="left" if is_text else "right", overflow="fold")
     for result in results:
         if not result.openings:
             continue

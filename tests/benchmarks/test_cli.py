@@ -69,6 +69,7 @@ def bench(repository, tmp_path, monkeypatch):
     """Return a function that runs a command on the repository."""
     monkeypatch.setattr(cli, "ROOT", repository)
     monkeypatch.setattr(cli, "STORE", tmp_path)
+    monkeypatch.setenv("COLUMNS", "140")
 
     def bench(*arguments):
         return CliRunner().invoke(cli.main, [*arguments, "--history", str(tmp_path / "history.sqlite")])
