@@ -5,13 +5,16 @@ UV_VERSION := 0.13.8
 UV := $(shell command -v uv 2>/dev/null || echo .uv/bin/uv)
 RUN := .venv/bin/python
 
-.PHONY: report test faults matrix lint lock upgrade clean
+.PHONY: report test bench faults matrix lint lock upgrade clean
 
 report: .venv/ready  ## judge every claim, time the step, make build/report/index.html
 	$(RUN) -m validation $(ARGS)
 
 test: .venv/ready  ## run the project's own tests
 	$(RUN) -m pytest -n auto --dist worksteal $(ARGS)
+
+bench: .venv/ready  ## time the pieces beside their peers, and keep the figures
+	$(RUN) -m benchmarks run $(ARGS)
 
 faults: .venv/ready  ## damage the core under every claim, and see that it turns red
 	$(RUN) -m validation.faults $(ARGS)

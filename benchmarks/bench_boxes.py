@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from benchmarks.worlds import putting_back
 from references.pybullet_world import BulletWorld
 from softbody import World
 from softbody.collision.broad_phase import near_pairs, near_pairs_exhaustive
@@ -49,6 +50,12 @@ def bench_pile(race, request: pytest.FixtureRequest, count: int) -> None:
         pytest.skip("larger piles are for higher levels")
     world, bullet = pile(count)
     steps = max(1, 2_000 // count)
+    put_back, landed = putting_back(world), bullet.save()
+
+    def restore() -> None:
+        put_back()
+        bullet.restore(landed)
+
     race(
         lambda: world.step(STEP, steps),
         count * steps,
@@ -58,6 +65,8 @@ def bench_pile(race, request: pytest.FixtureRequest, count: int) -> None:
         of="boxes",
         per="box and step",
         peers={"pybullet": (lambda: bullet.step(steps), count * steps)},
+        restore=restore,
+        answer=lambda: world.state,
     )
     bullet.close()
 
@@ -82,6 +91,7 @@ def bench_near_pairs(race, request: pytest.FixtureRequest, count: int) -> None:
         of="boxes",
         per="box",
         peers=peers,
+        own=["all pairs"],
     )
 
 

@@ -30,7 +30,7 @@ from softbody.geometry import (
     rebuild_parity_grid,
     refit_bvh,
 )
-from softbody.geometry.closest_point import no_answers
+from softbody.geometry.closest_point import Closest, no_answers
 
 Arrays = tuple[np.ndarray, np.ndarray]
 
@@ -149,6 +149,7 @@ def bench_point_in_mesh(race, request, size: tuple[int, int], points_are: str) -
         of="triangles",
         per="point",
         peers=containment_peers(points, vertices, triangles, level),
+        own=["all pairs"],
     )
 
 
@@ -159,9 +160,10 @@ def bench_closest_triangle(race, request, size: tuple[int, int], points_are: str
     points = DISTRIBUTIONS[points_are](vertices, size[1])
     tree, answers = build_bvh(vertices, triangles), no_answers(len(points))
 
-    def ours() -> None:
+    def ours() -> Closest:
         refit_bvh(tree, vertices)
         closest_all_in_bvh(points, tree, vertices, answers, (0, len(points)))
+        return answers
 
     few = cut(points, PAIRS[level] / 4, triangles)
     ray = points[:1_000]
@@ -190,6 +192,7 @@ def bench_closest_triangle(race, request, size: tuple[int, int], points_are: str
         of="triangles",
         per="point",
         peers=peers,
+        own=["all pairs"],
     )
 
 
@@ -216,4 +219,6 @@ def bench_threads(race, request) -> None:
         of="triangles",
         per="point",
         peers={"1 thread": (frame(1), len(points))},
+        threads=threads,
+        own=["1 thread"],
     )

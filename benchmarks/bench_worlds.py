@@ -9,14 +9,15 @@ of scene 2 rolls, the stack swings, and balls of the tray bounce at 1 to 2 m/s.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
-from typing import Any
 
-import numba
 import numpy as np
 import pytest
 
 from benchmarks import peers
+from benchmarks.race import Peer
+from benchmarks.worlds import putting_back
 from softbody import World
 from softbody.collision.broad_phase import near_pairs
 from softbody.collision.contact import Contacts, new_contacts
@@ -25,43 +26,60 @@ from softbody.collision.soft_response import Bodies, resolve_contacts
 from softbody.collision.substeps import spheres_of_bodies
 from softbody.collision.surface import Surfaces, build_surfaces
 from softbody.dynamics.soft_bodies import motion_of, move_soft_bodies
+from softbody.jit import jit
 from softbody.scenes import boxes_on_torus, rolling_torus, sphere_on_torus, torus_stack, tray
 from softbody.settings import Settings
+from softbody.snapshot import Snapshot
 from softbody.state import Model, State, boxes_of, particles_of, soft_bodies_of
 from softbody.step import copy_state
 
-SCENES = {
+SCENES: dict[str, Callable[[], World]] = {
     "Scene 1: sphere on torus": sphere_on_torus.build,
     "Scene 2: rolling torus": rolling_torus.build,
     "Scene 3: boxes on torus": boxes_on_torus.build,
     "Scene 4: stack of tori": torus_stack.build,
     "100 balls in a tray": lambda: tray.build(100),
 }
-Peer = tuple[Callable[[], Any], float]
 
 LANDING = 2.0  # [s] before the clock starts: by then everything has landed; balls of the tray still bounce
 SLACK = 0.95  # of the stable step, which shrinks a little as bodies stretch
 BODY_STEPS = 1_000  # of a round
+STAGES = (
+    "of which motion",
+    "of which broad phase",
+    "of which broad and narrow phase",
+    "of which all contacts of soft bodies, with response",
+)
 TRAYS = (1, 10, 100, 1_000)
 
 
-def landed(world: World) -> tuple[World, float]:
-    """Return a world that has run for LANDING, and the step that it takes."""
+@functools.cache
+def landing(build: Callable[..., World], *arguments: int) -> tuple[Snapshot, float]:
+    """Return what a world is when it has run for LANDING, and the step that it takes; it is run once a process."""
+    world = build(*arguments)
     step = SLACK * world.stable_time_step()
     world.run(LANDING, step)
+    return world.snapshot(), step
+
+
+def landed(build: Callable[..., World], *arguments: int) -> tuple[World, float]:
+    """Return a new world that is where it is after LANDING, and the step that it takes."""
+    snapshot, step = landing(build, *arguments)
+    world = build(*arguments)
+    world.restore(snapshot)
     return world, step
 
 
 SOME_STEP = 1e-3  # [s], on which no time depends
 
 
-@numba.njit
+@jit
 def find_near(model: Model, state: State) -> np.ndarray:
     """Do the broad phase of soft bodies, as `find_soft_contacts` does."""
     return near_pairs(*spheres_of_bodies(model, state))
 
 
-@numba.njit
+@jit
 def broad_phases(model: Model, state: State, times: int) -> int:
     """Do the broad phase many times."""
     found = 0
@@ -70,7 +88,7 @@ def broad_phases(model: Model, state: State, times: int) -> int:
     return found
 
 
-@numba.njit
+@jit
 def narrow_phases(
     model: Model, state: State, surfaces: Surfaces, settings: Settings, contacts: Contacts, times: int
 ) -> Contacts:
@@ -81,7 +99,7 @@ def narrow_phases(
     return contacts
 
 
-@numba.njit
+@jit
 def contact_phases(
     model: Model, start: State, state: State, surfaces: Surfaces, settings: Settings, contacts: Contacts, times: int
 ) -> None:
@@ -106,30 +124,31 @@ def stages_of(world: World, step: float, steps: int, units: float) -> dict[str, 
         copy_state(start, now)
         move(now, steps)
 
-    stages: dict[str, Peer] = {"of which motion": (motions, units)}
+    stages: dict[str, Peer] = {STAGES[0]: (motions, units)}
     if model.soft_count + model.box_count > 1:
         move(kept, 1)
         surfaces, contacts = build_surfaces(model, kept.particle_position), new_contacts(len(world.contacts.depth))
         finding = surfaces, world.settings, contacts, steps
-        stages["of which broad phase"] = (lambda: broad_phases(model, kept, steps), units)
-        stages["of which broad and narrow phase"] = (lambda: narrow_phases(model, kept, *finding), units)
-        stages["of which all contacts of soft bodies, with response"] = (
-            lambda: contact_phases(model, kept, now, *finding),
-            units,
-        )
+        stages[STAGES[1]] = (lambda: broad_phases(model, kept, steps), units)
+        stages[STAGES[2]] = (lambda: narrow_phases(model, kept, *finding), units)
+        stages[STAGES[3]] = (lambda: contact_phases(model, kept, now, *finding), units)
     return stages
 
 
 @pytest.mark.parametrize("scene", SCENES)
 def bench_scene(race, scene: str) -> None:
     """A second of a scene: beside it, its stages; and for the first, pybullet's deformables on the same meshes."""
-    world, step = landed(SCENES[scene]())
+    world, step = landed(SCENES[scene])
     steps = max(5, BODY_STEPS // (10 * world.model.soft_count))
     seconds = steps * step
-    rivals = stages_of(world, step, steps, seconds)
-    if scene.startswith("Scene 1"):
-        name = "pybullet's deformables (same meshes, springs without gas, one force a step, no friction)"
-        rivals[name] = peers.pybullet_sphere_on_torus(step, steps), seconds
+
+    def rivals() -> dict[str, Peer]:
+        stages = stages_of(world, step, steps, seconds)
+        if scene.startswith("Scene 1"):
+            name = "pybullet's deformables (same meshes, springs without gas, one force a step, no friction)"
+            stages[name] = peers.pybullet_sphere_on_torus(step, steps), seconds
+        return stages
+
     race(
         lambda: world.step(step, steps, allow_unstable=True),
         seconds,
@@ -139,6 +158,9 @@ def bench_scene(race, scene: str) -> None:
         of="particles",
         per="simulated second",
         peers=rivals,
+        own=STAGES,
+        restore=putting_back(world),
+        answer=lambda: world.state,
     )
 
 
@@ -147,7 +169,7 @@ def bench_tray(race, request: pytest.FixtureRequest, bodies: int) -> None:
     """A step of balls of 162 particles in a tray: the cost of one must not grow with their number."""
     if bodies > {"quick": 10, "standard": 100, "full": 1_000}[request.config.getoption("--level")]:
         pytest.skip("more bodies are for level full")
-    world, step = landed(tray.build(bodies))
+    world, step = landed(tray.build, bodies)
     steps = max(2, BODY_STEPS // bodies)
     race(
         lambda: world.step(step, steps, allow_unstable=True),
@@ -157,5 +179,8 @@ def bench_tray(race, request: pytest.FixtureRequest, bodies: int) -> None:
         size=bodies,
         of="bodies",
         per="body and step",
-        peers=stages_of(world, step, steps, bodies * steps),
+        peers=lambda: stages_of(world, step, steps, bodies * steps),
+        own=STAGES,
+        restore=putting_back(world),
+        answer=lambda: world.state,
     )

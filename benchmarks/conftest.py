@@ -3,22 +3,29 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from time import perf_counter
 from typing import Any
 
 import pytest
 
+from benchmarks.machine import circumstances
+from benchmarks.race import Race
+from benchmarks.serving import SERVER
+
 os.environ.setdefault("IGL_NUM_THREADS", "1")  # libigl takes all cores otherwise; ours and the others take one
 
 ROUNDS = {"quick": 5, "standard": 7, "full": 41}
-
-Peer = tuple[Callable[[], Any], float]  # what to call, and how many units of work one call does
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add --level, which decides how many rounds a benchmark runs."""
     parser.addoption("--level", choices=list(ROUNDS), default="standard")
+
+
+def pytest_benchmark_update_machine_info(config: pytest.Config, machine_info: dict[str, Any]) -> None:
+    """Write what bears on the timings into pytest-benchmark's document."""
+    machine_info["softbody"] = circumstances(config.getoption("--level"))
 
 
 @pytest.fixture
@@ -27,41 +34,47 @@ def race(benchmark: Any, request: pytest.FixtureRequest) -> Callable[..., None]:
 
     race(ours, units, table=…, name=…, size=…, of=…, per=…, peers={name: (call, units)}): one call of `ours` does
     `units` units of work, such as particles × steps, called `per` in words; `size` counts `of`, the axis of the
-    table; `errors` are how far each ends from the truth, where that is the point. Every competitor is called once
-    before the clock starts. pytest-benchmark keeps our times, its `extra_info` those of the peers.
+    table; `peers` may be a function that makes them; `errors` are how far each ends from the truth, where that is the
+    point; `own` names those that are the core, too: they are no yardstick for it. `restore` puts back what the calls
+    change, before every round, and `answer` says what ours has computed, where it does not return it. `threads` is how
+    many ours takes.
     """
 
-    def run(
-        ours: Callable[[], Any],
-        units: float,
-        *,
-        table: str,
-        name: str,
-        size: int,
-        of: str,
-        per: str,
-        peers: Mapping[str, Peer] | None = None,
-        errors: Mapping[str, float] | None = None,
-    ) -> None:
-        rivals = dict(peers or {})
-        seconds: dict[str, list[float]] = {rival: [] for rival in rivals}
-
-        def let_the_peers_run() -> None:
-            for rival, (call, _) in rivals.items():
-                start = perf_counter()
-                call()
-                seconds[rival].append(perf_counter() - start)
-
-        let_the_peers_run()
-        for times in seconds.values():
-            times.clear()
-        ours()
-        benchmark.extra_info.update(table=table, name=name, size=size, of=of, per=per, units=units)
-        benchmark.extra_info["errors"] = dict(errors or {})
-        rounds = ROUNDS[request.config.getoption("--level")]
-        benchmark.pedantic(ours, setup=let_the_peers_run, rounds=rounds)
-        benchmark.extra_info["peers"] = {
-            rival: {"units": rivals[rival][1], "seconds": times} for rival, times in seconds.items()
-        }
+    def run(ours: Callable[[], Any], units: float, **what: Any) -> None:
+        one = Race(ours, units, **what)
+        server = request.config.stash.get(SERVER, None)
+        if server is not None:  # a comparison of revisions: rounds are run as they are asked for
+            server.serve(one)
+        else:
+            time_in_turns(one, benchmark, ROUNDS[request.config.getoption("--level")])
 
     return run
+
+
+def time_in_turns(race: Race, benchmark: Any, rounds: int) -> None:
+    """Run the rounds; pytest-benchmark keeps our times, its `extra_info` those of the peers.
+
+    Every competitor is called once before the clock starts.
+    """
+    rivals = race.rivals()
+    seconds: dict[str, list[float]] = {rival: [] for rival in rivals}
+
+    def let_the_peers_run() -> None:
+        race.restore()
+        for rival, (call, _) in rivals.items():
+            start = perf_counter()
+            call()
+            seconds[rival].append(perf_counter() - start)
+        race.restore()
+
+    let_the_peers_run()
+    for times in seconds.values():
+        times.clear()
+    race.ask()
+    benchmark.extra_info.update({key: getattr(race, key) for key in ("table", "name", "size", "of", "per", "units")})
+    benchmark.extra_info["errors"] = dict(race.errors)
+    benchmark.extra_info["own"] = list(race.own)
+    benchmark.pedantic(race.ours, setup=let_the_peers_run, rounds=rounds)
+    benchmark.extra_info["peers"] = {
+        rival: {"units": rivals[rival][1], "seconds": times} for rival, times in seconds.items()
+    }

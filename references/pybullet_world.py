@@ -112,6 +112,14 @@ class BulletWorld:
                 inside = max(inside, -contact[8])
         return inside, below
 
+    def save(self) -> int:
+        """Remember where everything is; return what `restore` takes."""
+        return int(pybullet.saveState(physicsClientId=self.client))
+
+    def restore(self, saved: int) -> None:
+        """Put everything back to where it was then."""
+        pybullet.restoreState(saved, physicsClientId=self.client)
+
     def close(self) -> None:
         """Disconnect."""
         pybullet.disconnect(self.client)

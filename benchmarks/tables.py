@@ -1,0 +1,73 @@
+"""How are timings and verdicts shown in a terminal? One row a size, one column a competitor."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import numpy as np
+from rich.markup import escape
+from rich.table import Table
+
+from benchmarks.compare import Result
+from benchmarks.running import Document
+from benchmarks.verdicts import FASTER, SLOWER
+
+STYLES = {SLOWER: "bold red", FASTER: "green"}
+
+
+def competitors(race: dict[str, Any]) -> dict[str, np.ndarray]:
+    """Return seconds per unit of every competitor of one race, round by round, ours first."""
+    info = race["extra_info"]
+    ours = {info["name"]: np.array(race["stats"]["data"]) / info["units"]}
+    return ours | {name: np.array(peer["seconds"]) / peer["units"] for name, peer in info["peers"].items()}
+
+
+def timing_tables(document: Document) -> Iterator[Table]:
+    """Yield a table of medians for each table that the races name."""
+    tables: dict[str, list[dict[str, Any]]] = {}
+    for race in document["benchmarks"]:
+        if "table" in race["extra_info"]:
+            tables.setdefault(race["extra_info"]["table"], []).append(race)
+    for title, races in tables.items():
+        rows = {race["extra_info"]["size"]: competitors(race) for race in races}
+        names = list(dict.fromkeys(name for row in rows.values() for name in row))
+        info = races[0]["extra_info"]
+        table = Table(title=f"{title} [ns per {info['per']}]", title_justify="left", title_style="bold")
+        table.add_column(info["of"], justify="right", no_wrap=True)
+        for name in names:
+            table.add_column(name, justify="right")
+        for size, row in sorted(rows.items()):
+            cells = [significant(1e9 * float(np.median(row[name]))) if name in row else "–" for name in names]
+            table.add_row(f"{size:,}".replace(",", " "), *cells)
+        yield table
+
+
+def significant(value: float) -> str:
+    """Return three digits and more, without exponent: 12.3, 1 230 000."""
+    digits = max(0, 2 - int(np.floor(np.log10(value)))) if value > 0.0 else 0
+    return f"{value:,.{digits}f}".replace(",", " ")
+
+
+def verdict_table(results: Iterable[Result], names: tuple[str, str]) -> Table:
+    """Return a row for each benchmark that was compared."""
+    table = Table(title=f"{names[1]} compared with {names[0]}", title_justify="left", title_style="bold")
+    for heading in ("benchmark", "verdict", "time", "99 % interval", "noise", "openings", f"{names[0]}", f"{names[1]}"):
+        is_text = heading in ("benchmark", "verdict")
+        table.add_column(heading, justify="left" if is_text else "right", overflow="fold")
+    for result in results:
+        if not result.openings:
+            continue
+        found = result.verdict
+        seconds = np.median([opening.seconds for opening in result.openings], axis=0)
+        table.add_row(
+            escape(result.name),
+            found.verdict + ("" if found.clear else " *"),
+            f"× {found.ratio:.3f}",
+            f"{found.low:.3f} … {found.high:.3f}" if found.high < np.inf else "–",
+            f"{100.0 * found.noise:.1f} %",
+            str(found.openings),
+            *(f"{1e3 * one:.3g} ms" for one in seconds),
+            style=STYLES.get(found.verdict),
+        )
+    return table

@@ -1,0 +1,146 @@
+"""The commands, on a repository whose core is one function: what they say, and how they end."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from benchmarks import cli
+
+ROOT = Path(__file__).parents[2]
+
+BENCHMARKS = """
+import softbody
+
+def bench_work(race):
+    race(softbody.work, 1, table="t", name="softbody", size=1, of="bodies", per="call")
+
+def bench_new(race):
+    race(softbody.new, 1, table="t", name="softbody", size=2, of="bodies", per="call")
+"""
+WORK = "def work():\n    return sum(k * k for k in range({count})){more}\n"
+NEW = "def new():\n    return 1\n"
+CORES = {  # revision → the core
+    "first": WORK.format(count=20_000, more=""),
+    "commented": "# the same\n" + WORK.format(count=20_000, more="") + NEW,
+    "slower": WORK.format(count=20_000, more=" + 0 * sum(k * k for k in range(6_000))") + NEW,
+    "other": WORK.format(count=20_000, more=" + 1") + NEW,
+    "broken": "def work(:\n",
+}
+
+
+@pytest.fixture(scope="module")
+def repository(tmp_path_factory):
+    """Return a repository with a tag for every core."""
+    root = tmp_path_factory.mktemp("repository")
+    for folder in ("softbody", "benchmarks"):
+        (root / folder).mkdir()
+    for file in ("__init__.py", "conftest.py", "race.py", "serving.py", "machine.py"):
+        shutil.copy(ROOT / "benchmarks" / file, root / "benchmarks")
+    (root / "benchmarks" / "bench_tiny.py").write_text(BENCHMARKS)
+    (root / "softbody" / "core_digest.py").write_text("CORE_DIGEST, FLAGS = '', ()\n")
+    (root / "pyproject.toml").write_text((ROOT / "pyproject.toml").read_text())
+    who = {"GIT_AUTHOR_NAME": "x", "GIT_AUTHOR_EMAIL": "x", "GIT_COMMITTER_NAME": "x", "GIT_COMMITTER_EMAIL": "x"}
+
+    def git(*arguments):
+        subprocess.run(["git", "-C", str(root), *arguments], check=True, capture_output=True, env=os.environ | who)
+
+    git("init", "--quiet")
+    for revision, core in CORES.items():
+        (root / "softbody" / "__init__.py").write_text(core)
+        git("add", ".")
+        git("commit", "--quiet", "-m", revision)
+        git("tag", revision)
+    git("rm", "-r", "--quiet", "softbody")
+    git("commit", "--quiet", "-m", "empty")
+    git("tag", "empty")
+    git("checkout", "--quiet", "first")
+    return root
+
+
+@pytest.fixture
+def bench(repository, tmp_path, monkeypatch):
+    """Return a function that runs a command on the repository."""
+    monkeypatch.setattr(cli, "ROOT", repository)
+    monkeypatch.setattr(cli, "STORE", tmp_path)
+    monkeypatch.setenv("COLUMNS", "140")
+
+    def bench(*arguments):
+        return CliRunner().invoke(cli.main, [*arguments, "--history", str(tmp_path / "history.sqlite")])
+
+    return bench
+
+
+def test_a_slower_revision_is_found_and_one_without_the_benchmark_said(bench):
+    done = bench("compare", "first", "slower", "-k", "bench", "--budget", "60s", "--fail-slower", "5%")
+    assert done.exit_code == 1, done.output
+    row = next(line for line in done.output.splitlines() if "│" in line)
+    assert "bench_tiny.py::bench_w" in row
+    assert "slower" in row
+    assert "bench_new: not compared, first cannot run it: AttributeError" in done.output
+
+
+def test_other_answers_fail(bench):
+    done = bench("compare", "commented", "other", "-k", "work", "--budget", "1s")
+    assert done.exit_code == 1, done.output
+    assert "answers differ by 3.8e-13" in done.output
+
+
+def test_the_working_tree_is_a_side_and_what_is_not_committed_is_named(bench, repository):
+    core = repository / "softbody" / "__init__.py"
+    kept = core.read_text()
+    core.write_text(CORES["commented"])
+    try:
+        done = bench("compare", "first", ".", "-k", "work", "--budget", "1s")
+    finally:
+        core.write_text(kept)
+    assert done.exit_code == 0, done.output
+    assert "with changes that are not committed" in done.output
+
+
+def test_a_side_that_does_not_start_is_named_with_the_reason(bench):
+    done = bench("compare", "first", "broken", "-k", "work", "--budget", "1s")
+    assert done.exit_code == 1
+    assert "broken cannot run it: SyntaxError" in done.output
+
+
+def test_a_plan_that_cannot_begin_is_an_error(bench):
+    done = bench("compare", "first", "commented", "-k", "no such benchmark")
+    assert done.exit_code == 2
+    assert "no benchmark matches 'no such benchmark'" in done.output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("compare", "nowhere", "."), "there is no revision 'nowhere' here"),
+        (("compare", "--", "-x", "."), "there is no revision '-x' here"),
+        (("compare", "empty", "."), "empty has no softbody/"),
+        (("compare", ".", ".", "--budget", "5"), "'5' is no duration; write 90s, 5m or 1h"),
+        (("compare", ".", ".", "--fail-slower", "much"), "'much' is no share; write 3% or 0.03"),
+        (("compare", "."), "Missing argument 'B'"),
+    ],
+)
+def test_wrong_usage_names_the_culprit_and_ends_with_2(bench, arguments, said):
+    done = CliRunner().invoke(cli.main, list(arguments))
+    assert (done.exit_code, said in done.output) == (2, True), done.output
+
+
+def test_history_shows_what_was_imported_and_names_other_machines(bench, make_document, tmp_path):
+    file = tmp_path / "runs.jsonl"
+    file.write_text("".join(json.dumps(make_document(f"2030-01-0{day}")) + "\n" for day in range(1, 4)))
+    assert "3 new" in bench("import", str(file)).output
+    assert "0 new" in bench("import", str(file)).output
+    here = bench("history")
+    assert here.exit_code == 1
+    machine = here.output.split("machines there: ")[1].strip()
+    shown = bench("history", "x[42]", "--machine", machine, "--plot", str(tmp_path / "trends.svg"))
+    assert "bench_x.py::bench_x[42]: 0.500 × a peer" in shown.output
+    assert (tmp_path / "trends.svg").exists()
+    assert "1 of them" in bench("export", str(tmp_path / "newest.json")).output
