@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from benchmarks.calibration import Calibration
     from benchmarks.compare import Plan, Result
     from benchmarks.history import History
+    from benchmarks.trends import Trend
 
 ALL_WELL, SLOWER_OR_WRONG, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
 ROOT = Path(__file__).parent.parent
@@ -56,6 +57,7 @@ HISTORY = click.option(
     default=STORE / "history.sqlite",
     show_default=True,
 )
+MACHINE = click.option("--machine", default=None, help="Another one, by its fingerprint. Default: this one.")
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -154,34 +156,40 @@ def calibrate(history_path: Path, budget: float) -> None:
 
 @main.command()
 @HISTORY
+@MACHINE
 @click.option("--plot", type=click.Path(dir_okay=False, path_type=Path), help="Draw it, too: a PNG or SVG file.")
-@click.option("--machine", default=None, help="Of another machine, by its fingerprint. Default: of this one.")
+@click.option("--json", "json_path", type=click.Path(dir_okay=False, path_type=Path), help="Write it as JSON, too.")
 @click.argument("benchmark", default="")
-def history(history_path: Path, plot: Path | None, machine: str | None, benchmark: str) -> None:
+def history(history_path: Path, machine: str | None, plot: Path | None, json_path: Path | None, benchmark: str) -> None:
     """Show how each BENCHMARK has changed from run to run, and its steps."""
-    from benchmarks.history import History
-    from benchmarks.machine import machine_here
-    from benchmarks.trends import draw, lines_of, trends_of
+    from benchmarks.exchange import write_whole
+    from benchmarks.trends import draw, lines_of
 
-    stored = History(history_path)
-    records = stored.records(machine=machine or machine_here())
-    trends = [trend for trend in trends_of(records) if benchmark.lower() in trend.name.lower()]
-    if not trends:
-        others = sorted({record.machine for record in stored.records()})
-        raise click.ClickException(
-            f"nothing is stored of {benchmark or 'any benchmark'} on this machine in {history_path}"
-            + (
-                f"; machines there: {', '.join(others)}"
-                if others
-                else "; `python -m benchmarks run` measures something"
-            )
-        )
+    trends, document = stored_trends(history_path, machine, benchmark)
     for trend in trends:
         for line in lines_of(trend):
             click.echo(line)
     if plot:
         draw(trends, plot)
         click.echo(f"drawn in {plot}")
+    if json_path:
+        write_whole(json_path, json.dumps(document))
+
+
+@main.command()
+@HISTORY
+@MACHINE
+@click.argument("folder", type=click.Path(file_okay=False, path_type=Path))
+def publish(history_path: Path, machine: str | None, folder: Path) -> None:
+    """Write FOLDER/trends.html: how every benchmark has changed from run to run, and how often verdicts err here.
+
+    It needs no network and nothing beside it; trends.json has the same for programs. Other files stay as they are.
+    """
+    from benchmarks import publish
+
+    _, document = stored_trends(history_path, machine)
+    publish.publish(document, folder)
+    click.echo(folder / "trends.html")
 
 
 @main.command()
@@ -205,6 +213,28 @@ def import_(history_path: Path, file: Path) -> None:
     from benchmarks.history import History
 
     click.echo(f"{exchange.import_file(file, History(history_path))} new in {history_path}")
+
+
+def stored_trends(
+    history_path: Path, machine: str | None, benchmark: str = ""
+) -> tuple[list[Trend], dict[str, object]]:
+    """Return the trends of a machine, and the document of them; ClickException if there are none."""
+    from benchmarks.history import History
+    from benchmarks.machine import machine_here
+    from benchmarks.publish import document_of
+    from benchmarks.trends import trends_of
+
+    stored = History(history_path)
+    records = stored.records(machine=machine or machine_here())
+    trends = [trend for trend in trends_of(records) if benchmark.lower() in trend.name.lower()]
+    if not trends:
+        others = sorted({record.machine for record in stored.records()})
+        raise click.ClickException(
+            f"nothing is stored of {benchmark or 'any benchmark'} on {machine or 'this machine'} in {history_path}"
+            + "; `python -m benchmarks run` measures something"
+            + (f", --machine chooses a machine; machines there: {', '.join(others)}" if others else "")
+        )
+    return trends, document_of(records, trends, latest_calibration(stored, machine))
 
 
 def plan_of(
@@ -280,10 +310,10 @@ def exit_code(results: dict[str, Result], fail_slower: float | None, answers_may
     return ALL_WELL
 
 
-def latest_calibration(history: History) -> Calibration | None:
-    """Return the last calibration of this machine, if there is one."""
+def latest_calibration(history: History, machine: str | None = None) -> Calibration | None:
+    """Return the last calibration of a machine, or of this one, if there is one."""
     from benchmarks.calibration import from_document
     from benchmarks.machine import machine_here
 
-    records = history.records("calibration", machine_here())
+    records = history.records("calibration", machine or machine_here())
     return from_document(records[-1].document) if records else None

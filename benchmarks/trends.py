@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -22,46 +23,85 @@ BARS = "▁▂▃▄▅▆▇█"
 
 
 @dataclass(frozen=True)
+class Step:
+    """A change of level between two runs."""
+
+    at: int  # the number of the first run after it
+    ratio: float  # of the new level to the old one
+    started: str  # of that run
+    before: str  # revision of the run before it
+    revision: str  # of that run
+
+    @property
+    def kind(self) -> str:
+        """Slower or faster."""
+        return "slower" if self.ratio > 1.0 else "faster"
+
+
+@dataclass(frozen=True)
 class Trend:
     """One benchmark, run by run."""
 
     name: str
+    row: dict[str, Any]  # of the table that it fills: table, name, size, of, per
     peer: str | None  # whose time is 1; None: there is none, and values are ns
-    per: str
     started: list[str]
     revisions: list[str]
     values: list[float]
 
     @property
-    def steps(self) -> list[int]:
+    def unit(self) -> str:
+        """Of the values."""
+        return f"× {self.peer}" if self.peer else f"ns per {self.row['per']}"
+
+    @property
+    def levels(self) -> list[tuple[int, int, float]]:
+        """First run, end and median of each level."""
+        ends = [0, *steps_in([float(np.log(value)) for value in self.values]), len(self.values)]
+        return [(start, end, float(np.median(self.values[start:end]))) for start, end in pairwise(ends)]
+
+    @property
+    def steps(self) -> list[Step]:
         """Where its level changes."""
-        return steps_in([float(np.log(value)) for value in self.values])
+        return [
+            Step(at, after / before, self.started[at], self.revisions[at - 1], self.revisions[at])
+            for (_, at, before), (_, _, after) in pairwise(self.levels)
+        ]
+
+
+@dataclass(frozen=True)
+class _Run:
+    started: str
+    revision: str
+    info: dict[str, Any]
+    times: dict[str, np.ndarray]  # seconds per unit of every competitor that is a yardstick, ours first
 
 
 def trends_of(records: list[Record]) -> list[Trend]:
     """Return the trend of every benchmark in some runs, which are in the order of time."""
-    rows: dict[str, list[tuple[str, str, str, dict[str, np.ndarray]]]] = {}
+    by_name: dict[str, list[_Run]] = {}
     for record in records:
-        revision = _revision(record)
         for race in record.document["benchmarks"]:
-            if "table" in race["extra_info"]:
-                own = race["extra_info"].get("own", ())
+            info = race["extra_info"]
+            if "table" in info:
+                own = info.get("own", ())
                 times = {name: times for name, times in competitors(race).items() if name not in own}
-                row = record.started, revision, race["extra_info"]["per"], times
-                rows.setdefault(short_name(race["fullname"]), []).append(row)
-    return [_trend(name, row) for name, row in rows.items()]
+                run = _Run(record.started, revision_of(record), info, times)
+                by_name.setdefault(short_name(race["fullname"]), []).append(run)
+    return [_trend(name, runs) for name, runs in by_name.items()]
 
 
-def _trend(name: str, rows: list[tuple[str, str, str, dict[str, np.ndarray]]]) -> Trend:
-    counts = Counter(peer for *_, times in rows for peer in list(times)[1:])
-    common = [peer for peer, count in counts.items() if count == len(rows)]
+def _trend(name: str, runs: list[_Run]) -> Trend:
+    counts = Counter(peer for run in runs for peer in list(run.times)[1:])
+    common = [peer for peer, count in counts.items() if count == len(runs)]
     # Of the peers that were always there, the one that varies least from round to round.
-    peer = min(common, key=lambda one: np.median([_spread(times[one]) for *_, times in rows]), default=None)
+    peer = min(common, key=lambda one: np.median([_spread(run.times[one]) for run in runs]), default=None)
     values = []
-    for *_, times in rows:
-        ours = next(iter(times.values()))
-        values.append(1e9 * float(np.median(ours)) if peer is None else float(np.median(ours / times[peer])))
-    return Trend(name, peer, rows[-1][2], [row[0] for row in rows], [row[1] for row in rows], values)
+    for run in runs:
+        ours = next(iter(run.times.values()))
+        values.append(1e9 * float(np.median(ours)) if peer is None else float(np.median(ours / run.times[peer])))
+    row = {key: runs[-1].info[key] for key in ("table", "name", "size", "of", "per")}
+    return Trend(name, row, peer, [run.started for run in runs], [run.revision for run in runs], values)
 
 
 def _spread(times: np.ndarray) -> float:
@@ -69,22 +109,19 @@ def _spread(times: np.ndarray) -> float:
     return float((high - low) / middle)
 
 
-def _revision(record: Record) -> str:
+def revision_of(record: Record) -> str:
+    """Return the commit that was measured, with "+" if the working tree differed."""
     commit = record.document.get("commit_info") or {}
     return str(commit.get("id") or "unknown")[:12] + ("+" if commit.get("dirty") else "")
 
 
 def lines_of(trend: Trend) -> Iterator[str]:
     """Yield what to print: a line with the last value and all of them as bars, and one for each step."""
-    unit = f"× {trend.peer}" if trend.peer else f"ns per {trend.per}"
-    yield f"{trend.name}: {significant(trend.values[-1])} {unit}  {sparkline(trend.values)}"
-    ends = [0, *trend.steps, len(trend.values)]
-    for before, at, after in zip(ends, ends[1:], ends[2:]):
-        ratio = np.median(trend.values[at:after]) / np.median(trend.values[before:at])
-        kind = "slower" if ratio > 1.0 else "faster"
+    yield f"{trend.name}: {significant(trend.values[-1])} {trend.unit}  {sparkline(trend.values)}"
+    for step in trend.steps:
         yield (
-            f"    {kind}, × {ratio:.3f}, from {trend.started[at][:16]} on: "
-            f"after {trend.revisions[at - 1]}, with {trend.revisions[at]}"
+            f"    {step.kind}, × {step.ratio:.3f}, from {step.started[:16]} on: "
+            f"after {step.before}, with {step.revision}"
         )
 
 
@@ -106,11 +143,10 @@ def draw(trends: list[Trend], path: Path) -> None:
     )
     for axis, trend in zip(axes[:, 0], trends):
         axis.plot(trend.values, "o", markersize=3, color="#3465a4")
-        ends = [0, *trend.steps, len(trend.values)]
-        for start, end in pairwise(ends):
-            axis.hlines(np.median(trend.values[start:end]), start - 0.5, end - 0.5, color="#cc0000")
+        for start, end, level in trend.levels:
+            axis.hlines(level, start - 0.5, end - 0.5, color="#cc0000")
         axis.set_title(trend.name, fontsize=9, loc="left")
-        axis.set_ylabel(f"× {trend.peer}" if trend.peer else f"ns per {trend.per}", fontsize=7)
+        axis.set_ylabel(trend.unit, fontsize=7)
         axis.set_xlabel("run", fontsize=7)
         axis.set_ylim(bottom=0.0)
     temporary = path.with_name(f".{path.stem}.part{path.suffix}")

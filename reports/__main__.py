@@ -6,11 +6,7 @@ from pathlib import Path
 
 import click
 
-
-class CannotRead(click.ClickException):
-    """A record that is missing, damaged or of another schema; the command ends with 2."""
-
-    exit_code = 2
+from reports.reading import read
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
@@ -22,15 +18,7 @@ def main(folder: Path) -> None:
     """
     from validation.record import read_report, write_whole
 
-    source = folder / "report.json"
-    if not source.is_file():
-        raise CannotRead(f"{source} does not exist; run `python -m validation --out {folder}` first")
-    try:
-        report = read_report(source)
-    except (KeyError, TypeError) as error:
-        raise CannotRead(f"{source} is damaged ({type(error).__name__}: {error}); run the validation again") from error
-    except (ValueError, OSError) as error:
-        raise CannotRead(str(error)) from error
+    report = read(folder / "report.json", read_report, f"run `python -m validation --out {folder}`")
 
     from reports.page import page
 

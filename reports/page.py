@@ -11,13 +11,11 @@ import statistics
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from markupsafe import Markup, escape
+from markupsafe import Markup
 
 from reports import notation, overview, plots, verdicts
+from reports.template import HERE, rendered
 from validation.record import ClaimRecord, Picture, Report, Timing
-
-HERE = Path(__file__).parent
 
 
 @dataclass
@@ -67,14 +65,8 @@ def page(report: Report, folder: Path | None = None) -> str:
     rows = [row_of(report, claim, number, axis) for number, claim in enumerate(report.claims, 1)]
     errata_axis, errata = errata_of(rows)
     script = (HERE / "page.js").read_text(encoding="utf-8")
-    environment = Environment(
-        loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    environment.filters |= {
-        name: getattr(notation, name) for name in ("number", "count", "percent", "duration", "date", "section", "prose")
-    }
-    environment.filters["breakable"] = breakable
-    return environment.get_template("page.html.jinja").render(
+    return rendered(
+        "page.html.jinja",
         report=report,
         rows=rows,
         families=families_of(rows),
@@ -88,7 +80,6 @@ def page(report: Report, folder: Path | None = None) -> str:
         command=f"python -m validation --seed {report.seed} --level {shlex.quote(report.level)}",
         tables=tables_of(report.timings),
         pictures=pictures_of(report, folder),
-        style=Markup((HERE / "page.css").read_text(encoding="utf-8")),
         script=Markup(script),
         script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
     )
@@ -121,11 +112,6 @@ def row_of(report: Report, claim: ClaimRecord, number: int, axis: overview.Axis)
 def anchor(name: str) -> str:
     """Return an id for the page's own links."""
     return "claim-" + re.sub(r"[^\w.-]+", "-", name)
-
-
-def breakable(name: str) -> Markup:
-    """Return an identifier that a narrow column may break after a dot or an underscore."""
-    return Markup(re.sub(r"([._])(?=\w)", r"\1<wbr>", str(escape(name))))
 
 
 def relation(claim: ClaimRecord) -> str:

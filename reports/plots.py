@@ -54,7 +54,7 @@ def error_plot(claim: ClaimRecord, name: str) -> str | None:
     errors = claim.errors
     if errors is None or not (any(errors.counts) or (errors.zeros and claim.tolerance)):
         return None
-    return _svg(name, lambda axes: _draw_errors(axes, claim))
+    return svg(name, lambda axes: _draw_errors(axes, claim))
 
 
 def _draw_errors(axes: Axes, claim: ClaimRecord) -> None:
@@ -113,13 +113,13 @@ def _count_axis(axes: Axes, most: int) -> None:
 def timing_plot(timings: list[Timing]) -> str | None:
     """Return the costs of one table against the size, a series a name, as SVG; None if there is nothing to draw."""
     rows = drawable(timings)
-    return _svg(rows[0].table, lambda axes: _draw_timings(axes, rows)) if rows else None
+    return svg(rows[0].table, lambda axes: _draw_timings(axes, rows)) if rows else None
 
 
 def work_plot(timings: list[Timing]) -> str | None:
     """Return the errors of one table against their costs, a series a name, as SVG; None if there is nothing to draw."""
     rows = [t for t in drawable(timings) if t.error]
-    return _svg(rows[0].table, lambda axes: _draw_work(axes, rows)) if rows else None
+    return svg(rows[0].table, lambda axes: _draw_work(axes, rows)) if rows else None
 
 
 def drawable(timings: list[Timing]) -> list[Timing]:
@@ -188,7 +188,7 @@ def _draw_work(axes: Axes, timings: list[Timing]) -> None:
     axes.text(-0.13, 1.08, "relative error", transform=axes.transAxes)
 
 
-def _svg(name: str, draw: Callable[[Axes], None]) -> str:
+def svg(name: str, draw: Callable[[Axes], None]) -> str:
     """Return a drawing as an <svg> for a page: no metadata, ids of its own, the page's colours and fonts."""
     with matplotlib.rc_context():
         matplotlib.rcdefaults()  # not what a matplotlibrc of the reader's says

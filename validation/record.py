@@ -101,6 +101,40 @@ class Timing:
 
 
 @dataclass
+class TrendStep:
+    """A change of level in a trend."""
+
+    at: int  # number of the first run after it
+    ratio: float  # of the new level to the old one
+    started: str  # of that run, ISO 8601
+    before: str  # revision of the run before it
+    revision: str  # of that run
+
+
+@dataclass
+class Trend:
+    """How a timing of ours has changed from run to run, as the benchmarks' history has it."""
+
+    file: str
+    name: str  # of the benchmark
+    row: dict[str, Any]  # table, name, size, of, per: those of `Timing`
+    peer: str | None  # whose time in the same run is 1; None: there is none, and values are ns
+    started: list[str]  # ISO 8601, one a run, oldest first
+    values: list[float]
+    steps: list[TrendStep]
+
+    @property
+    def unit(self) -> str:
+        """Of the values."""
+        return f"× {self.peer}" if self.peer else f"ns per {self.row['per']}"
+
+
+def read_trend(data: dict[str, Any]) -> Trend:
+    """Return a trend from what JSON has of it."""
+    return Trend(**data | {"steps": [TrendStep(**step) for step in data["steps"]]})
+
+
+@dataclass
 class Figure:
     """One number that is no claim and no race, such as how long a start takes."""
 
@@ -162,19 +196,25 @@ def write_report(report: Report, path: Path) -> None:
 
 def read_report(path: Path) -> Report:
     """Read a report; raises ValueError, naming the file, if it is not one of this schema."""
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except json.JSONDecodeError as error:
-        raise ValueError(f"{path} is not JSON ({error}); run the validation again") from error
-    if not isinstance(data, dict) or data.get("schema") != SCHEMA:
-        found = data.get("schema") if isinstance(data, dict) else type(data).__name__
-        raise ValueError(f"{path} has schema {found!r}, not {SCHEMA!r}; run the validation again")
+    data = read_document(path, SCHEMA, "run the validation again")
     data["claims"] = [_claim(claim) for claim in data["claims"]]
     data["timings"] = [Timing(**timing) for timing in data["timings"]]
     data["figures"] = [Figure(**figure) for figure in data.get("figures", [])]
     data["pictures"] = [Picture(**picture) for picture in data.get("pictures", [])]
     data["behaviours"] = [Behaviour(**behaviour) for behaviour in data.get("behaviours", [])]
     return Report(**data)
+
+
+def read_document(path: Path, schema: str, cure: str) -> dict[str, Any]:
+    """Read JSON of a schema; raises ValueError with the file, what it is, and the cure."""
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise ValueError(f"{path} is not JSON ({error}); {cure}") from error
+    if not isinstance(data, dict) or data.get("schema") != schema:
+        found = data.get("schema") if isinstance(data, dict) else type(data).__name__
+        raise ValueError(f"{path} has schema {found!r}, not {schema!r}; {cure}")
+    return data
 
 
 def write_whole(path: Path, text: str) -> None:

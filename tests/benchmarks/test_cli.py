@@ -143,4 +143,19 @@ def test_history_shows_what_was_imported_and_names_other_machines(bench, make_do
     shown = bench("history", "x[42]", "--machine", machine, "--plot", str(tmp_path / "trends.svg"))
     assert "bench_x.py::bench_x[42]: 0.500 × a peer" in shown.output
     assert (tmp_path / "trends.svg").exists()
+    written = bench("history", "--machine", machine, "--json", str(tmp_path / "trends.json"))
+    assert written.exit_code == 0, written.output
+    assert len(json.loads((tmp_path / "trends.json").read_text())["trends"][0]["values"]) == 3
+    published = bench("publish", str(tmp_path / "site"), "--machine", machine)
+    assert published.output.strip() == str(tmp_path / "site" / "trends.html")
+    assert "No step in 1 benchmark" in (tmp_path / "site" / "trends.html").read_text()
     assert "1 of them" in bench("export", str(tmp_path / "newest.json")).output
+
+
+@pytest.mark.parametrize("arguments", [("history",), ("publish", "site")])
+def test_an_empty_history_names_the_cure(bench, arguments, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    done = bench(*arguments)
+    assert done.exit_code == 1
+    assert "`python -m benchmarks run` measures something" in done.output
+    assert not (tmp_path / "site").exists()

@@ -1,0 +1,30 @@
+"""How does a page come from its template? As one self-contained text, in the style and the notation of all pages."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup, escape
+
+from reports import notation
+
+HERE = Path(__file__).parent
+NOTATION = ("number", "count", "percent", "duration", "date", "section", "prose")
+
+
+def rendered(template: str, **what: Any) -> str:
+    """Return a template filled with what it names, and with the style sheet as `style`."""
+    environment = Environment(
+        loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters |= {name: getattr(notation, name) for name in NOTATION} | {"breakable": breakable}
+    style = Markup((HERE / "page.css").read_text(encoding="utf-8"))
+    return environment.get_template(template).render(style=style, **what)
+
+
+def breakable(name: str) -> Markup:
+    """Return an identifier that a narrow column may break after a dot or an underscore."""
+    return Markup(re.sub(r"([._])(?=\w)", r"\1<wbr>", str(escape(name))))
