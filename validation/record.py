@@ -98,6 +98,7 @@ class Timing:
     low_ratio: float | None = None  # lower quartile
     high_ratio: float | None = None  # upper quartile
     error: float | None = None  # how far from the truth it ended, relative, where precision is the point
+    own: bool = False  # a peer that is the core, too: no yardstick for it
 
 
 @dataclass

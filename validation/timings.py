@@ -66,4 +66,5 @@ def _row(info: dict[str, Any], name: str, seconds: np.ndarray, ratios: np.ndarra
         ratio=ratio,
         low_ratio=low_ratio,
         high_ratio=high_ratio,
+        own=name in info.get("own", ()),
     )
