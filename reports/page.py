@@ -47,6 +47,7 @@ class Table:
     series: list[tuple[str, str, str]]  # name, colour and marker of each competitor
     growth: float | None  # exponent with which our whole cost grows with the size
     of_motion: bool  # times are per second of motion, so that they have a real-time factor
+    trends: list[Timing]  # those of the rows that have one
 
 
 @dataclass
@@ -79,6 +80,7 @@ def page(report: Report, folder: Path | None = None) -> str:
         tally=verdicts.tally(report.claims),
         command=f"python -m validation --seed {report.seed} --level {shlex.quote(report.level)}",
         tables=tables_of(report.timings),
+        has_trends=any(timing.trend for timing in report.timings),
         pictures=pictures_of(report, folder),
         script=Markup(script),
         script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
@@ -155,7 +157,9 @@ def tables_of(timings: list[Timing]) -> list[Table]:
         of_motion = rows[0].per == "simulated second"
         plot = None if of_motion else plots.work_plot(rows) or plots.timing_plot(rows)
         series = [(name, plots.VARIABLES[c], plots.MARKERS[m]) for name, (c, m) in plots.series(rows).items()]
-        tables.append(Table(title, rows, Markup(plot) if plot else None, series, growth_of(rows), of_motion))
+        drawn = Markup(plot) if plot else None
+        trends = [timing for timing in rows if timing.trend]
+        tables.append(Table(title, rows, drawn, series, growth_of(rows), of_motion, trends))
     return tables
 
 

@@ -10,6 +10,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from reports import notation
+from reports.trend_plots import sparkline
 
 HERE = Path(__file__).parent
 NOTATION = ("number", "count", "percent", "duration", "date", "section", "prose")
@@ -20,7 +21,10 @@ def rendered(template: str, **what: Any) -> str:
     environment = Environment(
         loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    environment.filters |= {name: getattr(notation, name) for name in NOTATION} | {"breakable": breakable}
+    environment.filters |= {name: getattr(notation, name) for name in NOTATION} | {
+        "breakable": breakable,
+        "sparkline": lambda trend: Markup(sparkline(trend)),
+    }
     style = Markup((HERE / "page.css").read_text(encoding="utf-8"))
     return environment.get_template(template).render(style=style, **what)
 

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 LEAST_SPAN = 0.2  # of the median, that an axis shows: noise of a percent is not to look like an alp
 
+SPARK_WIDTH, SPARK_HEIGHT = 96, 22
+
 
 def span(values: list[float]) -> tuple[float, float]:
     """Return the ends of an axis that holds all values, and is not narrower than LEAST_SPAN."""
@@ -29,6 +31,27 @@ def levels(trend: Trend) -> list[tuple[int, int, float]]:
     """Return first run, end and median of each level."""
     ends = [0, *(step.at for step in trend.steps), len(trend.values)]
     return [(start, end, statistics.median(trend.values[start:end])) for start, end in pairwise(ends)]
+
+
+def sparkline(trend: Trend) -> str:
+    """Return a trend as a small <svg> for a line of a table, its steps upright lines; page.css has its colours."""
+    count, (low, high) = len(trend.values), span(trend.values)
+
+    def x(run: float) -> float:
+        return round(SPARK_WIDTH * (run + 0.5) / count, 1)
+
+    points = [(x(k), round(SPARK_HEIGHT * (high - v) / (high - low), 1)) for k, v in enumerate(trend.values)]
+    marks = "".join(
+        f'<line class="{"slower" if step.ratio > 1.0 else "faster"}" x1="{x(step.at - 0.5)}" x2="{x(step.at - 0.5)}" '
+        f'y1="0" y2="{SPARK_HEIGHT}"/>'
+        for step in trend.steps
+    )
+    line = " ".join(f"{x},{y}" for x, y in points)
+    return (
+        f'<svg class="spark" viewBox="0 0 {SPARK_WIDTH} {SPARK_HEIGHT}" width="{SPARK_WIDTH}" height="{SPARK_HEIGHT}" '
+        f'aria-hidden="true">{marks}<polyline points="{line}"/>'
+        f'<circle cx="{points[-1][0]}" cy="{points[-1][1]}" r="2"/></svg>'
+    )
 
 
 def trend_plot(trend: Trend) -> str:

@@ -136,7 +136,7 @@ def run_report(checks: list[Check], level: str, seed: int, jobs: int, timings: b
     from validation.judge import blank_record
     from validation.record import Report
     from validation.startup import measure_startup
-    from validation.timings import measure_timings
+    from validation.timings import add_trends, measure_timings
 
     start = time.perf_counter()
     records: dict[str, ClaimRecord] = {}
@@ -153,9 +153,11 @@ def run_report(checks: list[Check], level: str, seed: int, jobs: int, timings: b
     rows: list[Timing] = []
     figures: list[Figure] = []
     why: str | None = "not asked for (--timings)"
+    trends_why: str | None = None
     if timings and not interrupted:
         try:
             rows, why = measure_timings(level)
+            trends_why = add_trends(rows) if rows else None
             figures = measure_startup(level)
         except KeyboardInterrupt:
             interrupted, why = True, "interrupted"
@@ -171,6 +173,7 @@ def run_report(checks: list[Check], level: str, seed: int, jobs: int, timings: b
         claims=[records[check.id] for check in checks],
         timings=rows,
         timings_why=None if rows else why,
+        trends_why=trends_why,
         figures=figures,
     )
     return report, interrupted

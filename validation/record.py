@@ -82,26 +82,6 @@ class ClaimRecord:
 
 
 @dataclass
-class Timing:
-    """One row of a timing table: ours, or a peer that ran in turns with ours in the same process."""
-
-    table: str  # what was timed, such as "A time step of one soft body"
-    name: str  # who: the first name of a table is ours
-    size: int  # how large the case was, in …
-    of: str  # … these, such as "particles"
-    per: str  # what the time is per, such as "particle and step"
-    nanoseconds: float  # median of the rounds
-    low: float  # lower quartile
-    high: float  # upper quartile
-    rounds: int
-    ratio: float | None = None  # of a peer: its time over ours, median of the rounds' ratios
-    low_ratio: float | None = None  # lower quartile
-    high_ratio: float | None = None  # upper quartile
-    error: float | None = None  # how far from the truth it ended, relative, where precision is the point
-    own: bool = False  # a peer that is the core, too: no yardstick for it
-
-
-@dataclass
 class TrendStep:
     """A change of level in a trend."""
 
@@ -133,6 +113,27 @@ class Trend:
 def read_trend(data: dict[str, Any]) -> Trend:
     """Return a trend from what JSON has of it."""
     return Trend(**data | {"steps": [TrendStep(**step) for step in data["steps"]]})
+
+
+@dataclass
+class Timing:
+    """One row of a timing table: ours, or a peer that ran in turns with ours in the same process."""
+
+    table: str  # what was timed, such as "A time step of one soft body"
+    name: str  # who: the first name of a table is ours
+    size: int  # how large the case was, in …
+    of: str  # … these, such as "particles"
+    per: str  # what the time is per, such as "particle and step"
+    nanoseconds: float  # median of the rounds
+    low: float  # lower quartile
+    high: float  # upper quartile
+    rounds: int
+    ratio: float | None = None  # of a peer: its time over ours, median of the rounds' ratios
+    low_ratio: float | None = None  # lower quartile
+    high_ratio: float | None = None  # upper quartile
+    error: float | None = None  # how far from the truth it ended, relative, where precision is the point
+    own: bool = False  # a peer that is the core, too: no yardstick for it
+    trend: Trend | None = None  # of ours, from the history of benchmarks that were run before
 
 
 @dataclass
@@ -184,6 +185,7 @@ class Report:
     claims: list[ClaimRecord]
     timings: list[Timing] = field(default_factory=list)
     timings_why: str | None = None  # why there are no timings, if there are none
+    trends_why: str | None = None  # why timings have no trends, if none has one
     pictures: list[Picture] = field(default_factory=list)
     figures: list[Figure] = field(default_factory=list)
     behaviours: list[Behaviour] = field(default_factory=list)
@@ -199,7 +201,7 @@ def read_report(path: Path) -> Report:
     """Read a report; raises ValueError, naming the file, if it is not one of this schema."""
     data = read_document(path, SCHEMA, "run the validation again")
     data["claims"] = [_claim(claim) for claim in data["claims"]]
-    data["timings"] = [Timing(**timing) for timing in data["timings"]]
+    data["timings"] = [_timing(timing) for timing in data["timings"]]
     data["figures"] = [Figure(**figure) for figure in data.get("figures", [])]
     data["pictures"] = [Picture(**picture) for picture in data.get("pictures", [])]
     data["behaviours"] = [Behaviour(**behaviour) for behaviour in data.get("behaviours", [])]
@@ -227,6 +229,11 @@ def write_whole(path: Path, text: str) -> None:
         file.flush()
         os.fsync(file.fileno())
     temporary.replace(path)
+
+
+def _timing(data: dict[str, Any]) -> Timing:
+    trend = data.get("trend")
+    return Timing(**data | {"trend": trend and read_trend(trend)})
 
 
 def _claim(data: dict[str, Any]) -> ClaimRecord:

@@ -1,4 +1,4 @@
-"""What do the pieces cost? Runs the benchmarks in a process of their own and reads what they wrote."""
+"""What do the pieces cost, and since when? Runs the benchmarks in a process of their own and reads what they wrote."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from validation.record import Timing
+from validation.record import Timing, read_trend
 
 BENCHMARKS = Path("benchmarks")
 # What is timed at each level: all tables take some minutes.
@@ -37,6 +37,21 @@ def measure_timings(level: str) -> tuple[list[Timing], str | None]:
             return [], " ".join(done.stdout.strip().splitlines()[-3:])
         races = json.loads(written.read_text(encoding="utf-8"))["benchmarks"]
         return [row for race in races for row in rows_of(race)], None
+
+
+def add_trends(rows: list[Timing]) -> str | None:
+    """Give our rows their trends, from the history of benchmarks; return why, if none gets one."""
+    with tempfile.TemporaryDirectory() as folder:
+        written = Path(folder) / "trends.json"
+        command = [sys.executable, "-m", "benchmarks", "history", "--json", str(written)]
+        done = subprocess.run(command, capture_output=True, text=True)
+        if done.returncode or not written.exists():
+            return " ".join(done.stderr.strip().splitlines()[-1:]).removeprefix("Error: ")
+        trends = [read_trend(trend) for trend in json.loads(written.read_text(encoding="utf-8"))["trends"]]
+    by_row = {(trend.row["table"], trend.row["name"], trend.row["size"]): trend for trend in trends}
+    for row in rows:
+        row.trend = by_row.get((row.table, row.name, row.size)) if row.ratio is None else None
+    return None if any(row.trend for row in rows) else "no run that is stored has these benchmarks"
 
 
 def rows_of(race: dict[str, Any]) -> Iterator[Timing]:

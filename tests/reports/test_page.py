@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from reports.page import growth_of, page
+from reports.trend_plots import sparkline
 from tests.reports.parsed import Parsed
-from validation.record import FAILS, NOT_RUN, Erratum, Figure, Group
+from validation.record import FAILS, NOT_RUN, Erratum, Figure, Group, Trend, TrendStep
 
 EVIL = "<script>alert(1)</script>\"' onload=x {{ 7*7 }}"
 
@@ -149,6 +150,47 @@ def test_what_is_timed_by_the_second_of_motion_has_a_real_time_factor(parsed):
     assert "× real time" in scene
     assert "6.2" in scene  # 1 s / 0.16 s
     assert "× real time" not in parsed.text[parsed.text.index("A step") : parsed.text.index("A scene")]
+
+
+@pytest.fixture
+def trend(report):
+    """The trend of the first timing, which has become slower."""
+    row = {"table": "A step", "name": "ours", "size": 642, "of": "things", "per": "thing and step"}
+    days = [f"2030-01-0{day}T10:00:00+00:00" for day in range(1, 7)]
+    steps = [TrendStep(3, 1.25, days[3], "oldrevision", "newrevision")]
+    report.timings[0].trend = Trend("bench_x.py", "bench_x[642]", row, "a peer", days, [1.0] * 3 + [1.25] * 3, steps)
+    return report.timings[0].trend
+
+
+def test_a_timing_with_a_history_has_its_trend_and_its_steps(report, trend):
+    found = Parsed(page(report))
+    assert found.broken == found.stack == []
+    assert [label for label in found.all("aria-label") if label.startswith("Trend")] == ["Trend, × a peer, over 6 runs"]
+    assert [attrs["class"] for tag, attrs in found.tags if tag == "line" and "slower" in attrs.get("class", "")]
+    told = "ours, 642 things: slower, × 1.25, from 4 January 2030, 10:00 UTC on: after oldrevision, with newrevision."
+    assert told in found.text
+    assert "upright lines are steps" in found.text
+    assert found.text[: found.text.index("A query")].count(" trend ") == 1
+
+
+def test_without_a_history_one_line_says_how_to_get_one(report, parsed):
+    assert "trend" not in parsed.text
+    report.trends_why = "nothing is stored; `python -m benchmarks run` measures something"
+    why = "No timing has a trend: nothing is stored; `python -m benchmarks run` measures something."
+    assert why in Parsed(page(report)).text
+
+
+def test_a_sparkline_goes_through_all_runs_and_stays_in_its_frame(trend):
+    for values in ([1.0], [1.0, 3.0, 2.0], trend.values):
+        svg = sparkline(dataclasses.replace(trend, values=values, steps=[]))
+        points = re.search(r'points="([^"]*)"', svg)[1].split()
+        assert len(points) == len(values)
+        x, y = np.array([point.split(",") for point in points], float).T
+        assert (np.diff(x) > 0).all()
+        assert (x > 0).all()
+        assert (x < 96).all()
+        assert (y >= 0).all()
+        assert (y <= 22).all()
 
 
 def test_the_papers_own_rules_stand_beside_the_defaults(parsed):

@@ -17,6 +17,8 @@ from validation.record import (
     Group,
     Report,
     Timing,
+    Trend,
+    TrendStep,
     read_report,
     write_report,
     write_whole,
@@ -29,9 +31,11 @@ def make_report() -> Report:
     claim.errors = Distribution({"0": 0.0, "1": 1e-15}, 1, [-16.0, -15.0], [1])
     claim.groups = [Group("kind", 2, 0.0, 1e-15, 1e-15)]
     claim.erratum = Erratum("E1", "wrong", "right", 1.0, 0.5, 1.0)
+    row = {"table": "A step", "name": "rk4", "size": 642, "of": "particles", "per": "particle and step"}
+    trend = Trend("bench_x.py", "bench_x", row, None, ["a", "b"], [1.0, 2.0], [TrendStep(1, 2.0, "b", "old", "new")])
     return Report(
         "quick", 3, "2026-01-01T00:00:00+00:00", 1.5, "0.1.0", None, {"Python": "3"}, {"fcl": None}, [claim],
-        [Timing("A step", "rk4", 642, "particles", "particle and step", 100.0, 99.0, 101.0, 7)],
+        [Timing("A step", "rk4", 642, "particles", "particle and step", 100.0, 99.0, 101.0, 7, trend=trend)],
         behaviours=[Behaviour("2", "defaults", 3.0, 0.0, 0.0, None, 1.0, 12.0)],
     )  # fmt: skip
 
