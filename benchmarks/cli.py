@@ -241,6 +241,7 @@ def plan_of(
     names: tuple[str, str], level: str, patterns: tuple[str, ...], budget: float, files: list[str] | None = None
 ) -> Plan:
     """Return what is to be compared; both cores are laid out."""
+    from benchmarks import cores
     from benchmarks.compare import Plan
     from benchmarks.sides import checked_out
 
@@ -249,6 +250,9 @@ def plan_of(
     for side in (a, b):
         if side.revision.endswith("+"):
             click.echo(f"{side.name} is {side.revision[:-1]} with changes that are not committed", err=True)
+    gone = cores.prune(store)
+    if gone:
+        click.echo(f"removed {gone} of the cores in {store}: the newest {cores.KEPT} are kept", err=True)
     return Plan((a, b), ROOT, files or ["benchmarks"], level, patterns, budget)
 
 

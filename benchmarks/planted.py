@@ -5,7 +5,6 @@ Of `run_alone`'s steps, some are taken once more, of a copy of the state that is
 
 from __future__ import annotations
 
-import os
 import shutil
 import tempfile
 from dataclasses import replace
@@ -13,7 +12,8 @@ from pathlib import Path
 
 import click
 
-from benchmarks.sides import CORE, Side, digest_of
+from benchmarks.cores import CORE, kept
+from benchmarks.sides import Side
 
 KERNEL = "step.py"
 BEFORE = "    # Without a ground it meets nothing, and need not stop after every step.\n"
@@ -36,8 +36,5 @@ def slower(side: Side, percent: int) -> Side:
                 f"no slow-down can be planted in {CORE}/{KERNEL}: its line {BEFORE.strip()!r} is gone"
             )
         kernel.write_text(source.replace(BEFORE, EXTRA.format(percent=percent) + BEFORE), encoding="utf-8")
-        folder = store / digest_of(Path(made) / CORE)
-        if not folder.exists():
-            folder.mkdir()
-            os.replace(Path(made) / CORE, folder / CORE)
+        folder = kept(Path(made), store)
     return replace(side, name=f"{side.name}, {percent} % slower", folder=folder)

@@ -1,14 +1,11 @@
 """Which core does a name stand for? A revision, or "." for the working tree, laid out in a folder of its own.
 
-The folder holds `softbody` alone, and is named by a digest of it: the same core, asked for again, finds its machine
-code there. Benchmarks and peers are those of the working tree, for both sides.
+The folder holds `softbody` alone. Benchmarks and peers are those of the working tree, for both sides.
 """
 
 from __future__ import annotations
 
-import hashlib
 import io
-import os
 import shutil
 import subprocess
 import tarfile
@@ -18,7 +15,7 @@ from pathlib import Path
 
 import click
 
-CORE = "softbody"
+from benchmarks.cores import CORE, kept
 
 
 @dataclass(frozen=True)
@@ -37,14 +34,7 @@ def checked_out(name: str, root: Path, store: Path) -> Side:
         revision = _copy_tree(root, Path(made)) if name == "." else _unpack(name, root, Path(made))
         if not (Path(made) / CORE / "__init__.py").exists():
             raise click.UsageError(f"{name} has no {CORE}/: choose a revision that has one")
-        folder = store / digest_of(Path(made) / CORE)
-        if not folder.exists():
-            kept = Path(tempfile.mkdtemp(dir=store))
-            os.replace(Path(made) / CORE, kept / CORE)
-            try:
-                os.replace(kept, folder)
-            except OSError:  # another comparison was faster
-                shutil.rmtree(kept)
+        folder = kept(Path(made), store)
     return Side(name, revision, folder)
 
 
@@ -63,14 +53,6 @@ def _unpack(name: str, root: Path, into: Path) -> str:
         with tarfile.open(fileobj=io.BytesIO(archive.stdout)) as tar:
             tar.extractall(into, filter="data")
     return commit[:12]
-
-
-def digest_of(folder: Path) -> str:
-    """Return a hash of all sources in a folder."""
-    digest = hashlib.sha256()
-    for path in sorted(folder.rglob("*.py")):
-        digest.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes())
-    return digest.hexdigest()[:16]
 
 
 def revision_of(root: Path) -> str:

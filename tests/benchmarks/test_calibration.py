@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from benchmarks.calibration import DRAWN, Calibration, from_document, rate_of
+from benchmarks.cores import digest_of
 from benchmarks.planted import BEFORE, slower
-from benchmarks.sides import Side, checked_out, digest_of
+from benchmarks.sides import Side, checked_out
 
 
 def sessions(mean, noise, count=15, between=0.0, seed=0):

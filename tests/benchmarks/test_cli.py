@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from benchmarks import cli
+from benchmarks import cli, cores
 
 ROOT = Path(__file__).parents[2]
 
@@ -102,6 +102,16 @@ def test_the_working_tree_is_a_side_and_what_is_not_committed_is_named(bench, re
         core.write_text(kept)
     assert done.exit_code == 0, done.output
     assert "with changes that are not committed" in done.output
+
+
+def test_old_cores_are_removed_and_that_is_said(bench, tmp_path, monkeypatch):
+    for number in range(4):
+        (tmp_path / "cores" / f"{number:016x}").mkdir(parents=True)
+    monkeypatch.setattr(cores, "KEPT", 3)
+    done = bench("compare", "first", "commented", "-k", "no such benchmark")
+    assert "removed 3 of the cores" in done.output
+    assert "the newest 3 are kept" in done.output
+    assert len(list((tmp_path / "cores").iterdir())) == 3
 
 
 def test_a_side_that_does_not_start_is_named_with_the_reason(bench):
