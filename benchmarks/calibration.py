@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import random
 import time
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass, fields, replace
 from datetime import datetime, timezone
 from typing import Any
@@ -19,7 +20,7 @@ import numpy as np
 from benchmarks.compare import SESSION, Plan, Said, dueling
 from benchmarks.duel import UnableError
 from benchmarks.planted import SLOWED, slower
-from benchmarks.verdicts import NO_DIFFERENCE, SLOWER, sequential_verdict
+from benchmarks.verdicts import NO_DIFFERENCE, SLOWER, Verdict, sequential_verdict
 from benchmarks.worker import WorkerError
 
 PERCENT = (0, 3, 10)  # slow-downs; 0 for false alarms
@@ -71,6 +72,15 @@ class Calibration:
     def rates(self) -> list[Rate]:
         """How verdicts, as they are come to now, do on what was recorded."""
         return [rate_of(percent, self.series[str(percent)]) for percent in sorted(map(int, self.series))]
+
+    def gate(self, allowed: float) -> str:
+        """Say how often a gate that allows slow-downs by a share would have stopped what was recorded."""
+        stopped = []
+        for percent in sorted(map(int, self.series)):
+            ends = [one.is_slower_than(allowed) for one in drawn(percent, self.series[str(percent)])]
+            which = f"slowed by {percent} %" if percent else "as fast as before"
+            stopped.append(f"{100.0 * sum(ends) / max(1, len(ends)):.1f} % of benchmarks {which}")
+        return f"--fail-slower {100.0 * allowed:g}% stops, by that calibration, {', '.join(stopped)}"
 
     def document(self) -> dict[str, Any]:
         """Return it as JSON has it."""
@@ -128,18 +138,21 @@ def _record(plan: Plan, patterns: tuple[str, ...], series: dict[str, list[list[f
 
 
 def rate_of(percent: int, by_name: dict[str, list[list[float]]]) -> Rate:
-    """Return how comparisons end that are drawn from recorded sessions.
+    """Return how comparisons end that are drawn from recorded sessions."""
+    verdicts = [verdict.verdict for verdict in drawn(percent, by_name)]
+    found = sum(verdict == SLOWER if percent else verdict != NO_DIFFERENCE for verdict in verdicts)
+    return Rate(percent, len(verdicts), found, sum(len(one) for sessions in by_name.values() for one in sessions))
+
+
+def drawn(percent: int, by_name: dict[str, list[list[float]]]) -> Iterator[Verdict]:
+    """Yield verdicts of comparisons that are drawn from recorded sessions.
 
     Sessions come whole, for what two processes have by chance stays with them, in random order, none twice in a
     comparison. Without a slow-down the sides are equal, so that each is turned round as a coin falls.
     """
-    rate, rng = Rate(percent), np.random.default_rng(percent)
+    rng = np.random.default_rng(percent)
     for sessions in by_name.values():
         for _ in range(DRAWN if sessions else 0):
             order = rng.permutation(len(sessions))
             signs = rng.choice([-1.0, 1.0], len(sessions)) if percent == 0 else np.ones(len(sessions))
-            verdict = sequential_verdict([signs[k] * one for k in order for one in sessions[k]]).verdict
-            rate.comparisons += 1
-            rate.found += verdict == SLOWER if percent else verdict != NO_DIFFERENCE
-    rate.openings = sum(len(session) for sessions in by_name.values() for session in sessions)
-    return rate
+            yield sequential_verdict([signs[k] * one for k in order for one in sessions[k]])

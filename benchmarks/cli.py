@@ -131,7 +131,10 @@ def compare(
     results = kept(history, plan) if resume else {}
     interrupted = compared(plan, results)
     keep(history, plan, results)
-    report(plan, results, latest_calibration(history))
+    calibration = latest_calibration(history)
+    report(plan, results, calibration)
+    if calibration and fail_slower is not None:
+        click.echo(calibration.gate(fail_slower))
     if interrupted:
         sys.exit(INTERRUPTED)
     sys.exit(exit_code(results, fail_slower, answers_may_differ))
@@ -301,15 +304,12 @@ def report(plan: Plan, results: dict[str, Result], calibration: Calibration | No
 
 def exit_code(results: dict[str, Result], fail_slower: float | None, answers_may_differ: bool) -> int:
     """Return SLOWER_OR_WRONG if anything is slower than allowed, gives other answers, or could not be compared."""
-    from benchmarks.verdicts import SLOWER
-
     for result in results.values():
         if result.why and result.why.startswith("Skipped"):  # it is for a higher level
             continue
         if result.why or (result.answers_differ is not None and not answers_may_differ):
             return SLOWER_OR_WRONG
-        found = result.verdict
-        if fail_slower is not None and found.verdict == SLOWER and found.ratio > 1.0 + fail_slower:
+        if fail_slower is not None and result.verdict.is_slower_than(fail_slower):
             return SLOWER_OR_WRONG
     return ALL_WELL
 

@@ -38,6 +38,10 @@ class Verdict:
     openings: int
     clear: bool  # more openings are not needed
 
+    def is_slower_than(self, allowed: float) -> bool:
+        """Tell whether the second side is shown to be slower, and estimated to be so by more than a share."""
+        return self.verdict == SLOWER and self.ratio > 1.0 + allowed
+
 
 def verdict_of(logs: Sequence[float]) -> Verdict:
     """Return the verdict on the logarithms of the ratios of some openings."""

@@ -35,6 +35,15 @@ def test_a_calibration_comes_back_from_its_document():
     assert "2030-01-01, load 1.5: false alarms in 0.0 % of 60" in str(calibration)
 
 
+def test_a_gate_stops_what_is_estimated_to_be_slower_than_it_allows():
+    series = {"0": {"bench": sessions(0.0, 0.01)}, "3": {"bench": sessions(0.03, 0.01)}}
+    calibration = Calibration("2030-01-01T00:00:00", "abc", 1.5, 60.0, series)
+    stops = "stops, by that calibration, 0.0 % of benchmarks as fast as before"
+    assert calibration.gate(0.02) == f"--fail-slower 2% {stops}, 100.0 % of benchmarks slowed by 3 %"
+    assert "--fail-slower 4.5%" in calibration.gate(0.045)
+    assert "0.0 % of benchmarks slowed by 3 %" in calibration.gate(0.045)
+
+
 @pytest.fixture
 def core(tmp_path):
     from benchmarks.cli import ROOT

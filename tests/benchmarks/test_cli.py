@@ -12,6 +12,9 @@ import pytest
 from click.testing import CliRunner
 
 from benchmarks import cli, cores
+from benchmarks.calibration import Calibration
+from benchmarks.history import History, Record
+from benchmarks.machine import machine_here
 
 ROOT = Path(__file__).parents[2]
 
@@ -84,6 +87,16 @@ def test_a_slower_revision_is_found_and_one_without_the_benchmark_said(bench):
     assert "bench_tiny.py::bench_w" in row
     assert "slower" in row
     assert "bench_new: not compared, first cannot run it: AttributeError" in done.output
+
+
+def test_a_gate_says_how_much_it_sees_here(bench, tmp_path):
+    series = {"0": {"bench": [[0.0] * 4] * 15}, "3": {"bench": [[0.03] * 4] * 15}}
+    found = Calibration("2030-01-01T00:00:00", "abc", 1.5, 60.0, series)
+    record = Record("calibration", found.started, machine_here(), found.document())
+    History(tmp_path / "history.sqlite").add([record])
+    gate = ("compare", "commented", "first", "-k", "work", "--budget", "1s", "--fail-slower", "2%")
+    assert "--fail-slower 2% stops, by that calibration, 0.0 % of benchmarks as fast as before" in bench(*gate).output
+    assert "--fail-slower" not in bench(*gate[:-2]).output
 
 
 def test_other_answers_fail(bench):
