@@ -107,6 +107,7 @@ def run(
 @click.option("--budget", type=Duration(), default="5m", show_default=True, help="For measuring, after compiling.")
 @click.option("--fail-slower", type=Percent(), default=None, help="Exit with 1 if one is shown to be slower by more.")
 @click.option("--answers-may-differ", is_flag=True, help="Other answers are no failure.")
+@click.option("--instructions", is_flag=True, help="Count them, too, by Valgrind: takes minutes more.")
 @click.option("--resume", is_flag=True, help="Go on with the last comparison of the same two, and add to it.")
 def compare(
     a: str,
@@ -117,6 +118,7 @@ def compare(
     budget: float,
     fail_slower: float | None,
     answers_may_differ: bool,
+    instructions: bool,
     resume: bool,
 ) -> None:
     """Say which benchmarks are faster or slower with core B than with core A.
@@ -131,6 +133,8 @@ def compare(
     results = kept(history, plan) if resume else {}
     interrupted = compared(plan, results)
     keep(history, plan, results)
+    if instructions and not interrupted:
+        count_instructions(plan, results)
     calibration = latest_calibration(history)
     report(plan, results, calibration)
     if calibration and fail_slower is not None:
@@ -278,6 +282,18 @@ def compared(plan: Plan, results: dict[str, Result]) -> bool:
     if not results:
         raise click.UsageError(f"no benchmark matches {', '.join(plan.patterns)!r}")
     return False
+
+
+def count_instructions(plan: Plan, results: dict[str, Result]) -> None:
+    """Count what can be counted; say why, where nothing can."""
+    from benchmarks.instructions import CannotCountError, count
+    from benchmarks.worker import WorkerError
+
+    try:
+        with show_progress() as said:
+            count(plan, results, said)
+    except (CannotCountError, WorkerError, KeyboardInterrupt) as error:  # the verdicts are there all the same
+        click.echo(f"instructions are not counted: {str(error) or 'interrupted'}", err=True)
 
 
 def report(plan: Plan, results: dict[str, Result], calibration: Calibration | None) -> None:

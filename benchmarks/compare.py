@@ -41,6 +41,7 @@ class Result:
     openings: list[Opening] = field(default_factory=list)
     answers_differ: float | None = None  # by how much, relative; None: the same bits
     why: str | None = None  # it could not be compared
+    instructions: tuple[int, int] | None = None  # of a call with either core, if they were counted
 
     @property
     def verdict(self) -> Verdict:

@@ -7,6 +7,7 @@ alone can make the same work some percent slower or faster.
 
 from __future__ import annotations
 
+import ctypes
 import gc
 import mmap
 import os
@@ -22,6 +23,8 @@ from _pytest.runner import runtestprotocol
 from benchmarks.race import Race, nothing, short_name
 
 PIPE = "SOFTBODY_BENCHMARKS_PIPE"  # the environment variable with the number of the pipe's end that is the worker's
+COUNTER = "SOFTBODY_BENCHMARKS_COUNTER"  # the one with the library that tells Valgrind what to count
+COUNT = "count"  # asked in place of a number of calls
 MOST_PADDING = 1024  # pages of memory by which places are moved
 KEPT = 400  # openings whose memory is kept, so that the next cannot have it …
 MOST_KEPT = 1 << 30  # … and of large ones fewer: this many bytes
@@ -47,8 +50,8 @@ class Server:
         if race.threads == 1:
             on_cores({self.core})  # where the other side is: it meets the same neighbours there
         self.pipe.send({"answer": answer, "times": times_of(race, 1), "threads": race.threads})
-        while (repeats := self.pipe.recv()) is not None:
-            self.pipe.send(times_of(race, repeats))
+        while (asked := self.pipe.recv()) is not None:
+            self.pipe.send(count_call(race) if asked == COUNT else times_of(race, asked))
         self.pipe.send({"answer": race.ask()})
 
     def move(self, seed: int) -> None:
@@ -92,6 +95,19 @@ def times_of(race: Race, repeats: int) -> Times:
         clocks, cpus = clocks + perf_counter() - clock, cpus + process_time() - cpu
     gc.enable()
     return clocks, cpus
+
+
+def count_call(race: Race) -> str:
+    """Have the instructions of a call counted: twice, for the first time there is more around it."""
+    counter = ctypes.CDLL(os.environ[COUNTER])
+    gc.disable()
+    for _ in range(2):
+        race.restore()
+        counter.begin()
+        race.ours()
+        counter.end()
+    gc.enable()
+    return COUNT
 
 
 SERVER = pytest.StashKey[Server]()

@@ -49,10 +49,18 @@ def significant(value: float) -> str:
     return f"{value:,.{digits}f}".replace(",", " ")
 
 
+def ratio_of(instructions: tuple[int, int] | None) -> str:
+    """Return how many times as many the second core takes."""
+    return f"× {instructions[1] / instructions[0]:.4f}" if instructions else "–"
+
+
 def verdict_table(results: Iterable[Result], names: tuple[str, str]) -> Table:
     """Return a row for each benchmark that was compared."""
     table = Table(title=f"{names[1]} compared with {names[0]}", title_justify="left", title_style="bold")
-    for heading in ("benchmark", "verdict", "time", "99 % interval", "noise", "openings", f"{names[0]}", f"{names[1]}"):
+    results = list(results)
+    counted = any(result.instructions for result in results)
+    more = ("instructions",) if counted else ()
+    for heading in ("benchmark", "verdict", "time", "99 % interval", "noise", "openings", *names, *more):
         is_text = heading in ("benchmark", "verdict")
         table.add_column(heading, justify="left" if is_text else "right", overflow="fold")
     for result in results:
@@ -68,6 +76,7 @@ def verdict_table(results: Iterable[Result], names: tuple[str, str]) -> Table:
             f"{100.0 * found.noise:.1f} %",
             str(found.openings),
             *(f"{1e3 * one:.3g} ms" for one in seconds),
+            *([ratio_of(result.instructions)] if counted else []),
             style=STYLES.get(found.verdict),
         )
     return table

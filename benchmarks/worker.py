@@ -6,9 +6,11 @@ import os
 import subprocess
 import sys
 import tempfile
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from multiprocessing import Pipe
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from benchmarks.serving import PIPE
@@ -20,20 +22,32 @@ class WorkerError(Exception):
 
 
 class Worker:
-    """The process; it ends with the `with` block."""
+    """The process, `under` another program if need be, with more `settings` in its environment.
 
-    def __init__(self, side: Side, root: Path, level: str, files: list[str]) -> None:
+    It ends with the `with` block.
+    """
+
+    def __init__(
+        self,
+        side: Side,
+        root: Path,
+        level: str,
+        files: list[str],
+        under: Sequence[str] = (),
+        settings: Mapping[str, str] = MappingProxyType({}),
+    ) -> None:
         self.side = side
         self.pipe, theirs = Pipe()
         self.said = tempfile.TemporaryFile("w+")  # noqa: SIM115  # closed at the exit
         options = (
             "-q -p benchmarks.serving -p no:xdist -p no:cacheprovider -o pythonpath= --continue-on-collection-errors"
         )
-        command = [sys.executable, "-m", "pytest", *options.split(), f"--rootdir={root}", f"--level={level}"]
+        command = [*under, sys.executable, "-m", "pytest", *options.split(), f"--rootdir={root}", f"--level={level}"]
         command += [str(root / file) for file in files]
         # The side's folder first, which has a `softbody` and nothing else; all the rest from the working tree.
         paths = os.pathsep.join([str(side.folder), str(root)])
         environment = {**os.environ, "PYTHONPATH": paths, PIPE: str(theirs.fileno()), "PYTHONHASHSEED": "0"}
+        environment |= settings
         self.process = subprocess.Popen(
             command,
             cwd=side.folder,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -11,7 +12,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from benchmarks import cli, cores
+from benchmarks import cli, cores, instructions
 from benchmarks.calibration import Calibration
 from benchmarks.history import History, Record
 from benchmarks.machine import machine_here
@@ -87,6 +88,37 @@ def test_a_slower_revision_is_found_and_one_without_the_benchmark_said(bench):
     assert "bench_tiny.py::bench_w" in row
     assert "slower" in row
     assert "bench_new: not compared, first cannot run it: AttributeError" in done.output
+
+
+@pytest.mark.skipif(not shutil.which("valgrind") or not shutil.which("cc"), reason="no valgrind, or no compiler")
+def test_instructions_are_a_witness_without_noise(bench):
+    compare = ("--budget", "1s", "--instructions", "-k", "work")
+    more = bench("compare", "commented", "slower", *compare).output
+    found = re.search(r"× (\d\.\d{4}) ", more)
+    assert found, more
+    assert 1.2 < float(found[1]) < 1.4  # 6 000 additions more than 20 000
+    assert "× 1.0000 " in bench("compare", "first", "commented", *compare).output
+
+
+@pytest.mark.parametrize("missing", ["valgrind", "compiler"])
+def test_where_instructions_cannot_be_counted_it_is_said_why(bench, monkeypatch, missing):
+    there = shutil.which("git") if missing == "compiler" else None
+    monkeypatch.setattr(instructions.shutil, "which", lambda name: there if name == "valgrind" else None)
+    monkeypatch.setattr(instructions.platform, "machine", lambda: "x86_64")
+    done = bench("compare", "first", "commented", "-k", "work", "--budget", "1s", "--instructions")
+    assert done.exit_code == 0, done.output
+    assert f"instructions are not counted: there is no {missing.replace('comp', 'C comp')}" in done.output
+
+
+def test_an_interrupted_count_leaves_the_verdicts(bench, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(instructions, "count", interrupted)
+    done = bench("compare", "first", "commented", "-k", "work", "--budget", "1s", "--instructions")
+    assert done.exit_code == 0
+    assert "instructions are not counted: interrupted" in done.output
+    assert "no difference shown" in done.output
 
 
 def test_a_gate_says_how_much_it_sees_here(bench, tmp_path):
