@@ -11,8 +11,8 @@ import numpy as np
 from softbody.collision.broad_phase import near_pairs, near_pairs_exhaustive
 from softbody.collision.contact import GROUND, Contacts, Touch, add_contact, box_side, fit, with_room
 from softbody.collision.law import combined, material_of_box, material_of_ground
-from softbody.collision.manifold import Manifold, swept_manifold
-from softbody.collision.sat_boxes import Limits, PlacedBoxes, bounds_apart, frames_of
+from softbody.collision.manifold import Manifold, stopped_manifold, swept_manifold
+from softbody.collision.sat_boxes import BoxFrames, Limits, PlacedBoxes, bounds_apart, frames_of
 from softbody.collision.swept_boxes import STILL, Sweep
 from softbody.geometry.box import box_corner
 from softbody.jit import jit, jit_lean
@@ -104,8 +104,7 @@ def find_box_contacts(
                 limits = Limits(margin[a] + margin[b], slop, settings.paper_axes)
                 # (The paper's axes see overlaps that these bounds would refute.)
                 if settings.paper_axes or not bounds_apart(boxes, a, b, limits.margin):
-                    sweep = _sweep_of(model, controls, state, (a, b), h)
-                    found = swept_manifold(boxes, (a, b), sweep, limits, manifold)
+                    found = _find_pair(model, controls, state, boxes, (a, b), limits, manifold, h)
                     _add_pair_contacts(model, (a, b), found, manifold, contacts)
         contacts.number[1] = contacts.number[0]
         if fit(contacts):
@@ -114,13 +113,30 @@ def find_box_contacts(
 
 
 @jit_lean
-def _sweep_of(model: Model, controls: Controls, state: State, pair: tuple[int, int], h: float) -> Sweep:
-    """Return how a moves within a step, seen from b."""
+def _find_pair(
+    model: Model,
+    controls: Controls,
+    state: State,
+    boxes: BoxFrames,
+    pair: tuple[int, int],
+    limits: Limits,
+    manifold: Manifold,
+    h: float,
+) -> int:
+    """Find where two boxes touch, or may do so within `h` [s]; return the number of points, now in `manifold`."""
     a, b = pair
-    travel = sub(travel_in_step(model, controls, state, a, h), travel_in_step(model, controls, state, b, h))
+    travel_a, travel_b = travel_in_step(model, controls, state, a, h), travel_in_step(model, controls, state, b, h)
+    spins = _spin_in_step(model, state, a, h), _spin_in_step(model, state, b, h)
     turn = turn_in_step(model, controls, state, a, h) + turn_in_step(model, controls, state, b, h)
     share = model.box_inverse_mass[a] / (model.box_inverse_mass[a] + model.box_inverse_mass[b])
-    return Sweep(travel, _spin_in_step(model, state, a, h), _spin_in_step(model, state, b, h), turn, share)
+    sweep = Sweep(sub(travel_a, travel_b), spins[0], spins[1], turn, share)
+    found = swept_manifold(boxes, pair, sweep, limits, manifold)
+    both_move = model.box_inverse_mass[a] > 0.0 and model.box_inverse_mass[b] > 0.0
+    # (What bounces must come as fast as it flies, and is not held up before it is there.)
+    if found > 0 or not both_move or combined(material_of_box(model, a), material_of_box(model, b)).restitution > 0.0:
+        return found
+    found = stopped_manifold(boxes, pair, sweep, scale(-1.0, travel_a), limits, manifold)
+    return found if found > 0 else stopped_manifold(boxes, pair, sweep, travel_b, limits, manifold)
 
 
 @jit_lean

@@ -13,7 +13,7 @@ import numpy as np
 
 from softbody.collision.contact import Contacts
 from softbody.collision.impulse import inverse_effective_mass
-from softbody.collision.solver_row import NORMAL_IMPULSE
+from softbody.collision.solver_row import NORMAL_IMPULSE, TARGET
 from softbody.collision.sweep_order import sweep_order
 from softbody.jit import jit, jit_lean
 from softbody.quaternion import load_quaternion, rotate_diagonal
@@ -25,7 +25,7 @@ SWEEPS, CLOSE = 200, 1e-12
 
 
 class Supports(NamedTuple):
-    """What carries boxes: contacts, or gaps about to close, with bodies nearer to something that cannot move."""
+    """What carries boxes: contacts, or gaps that this step closes, with bodies nearer to something that cannot move."""
 
     level: np.ndarray  # (m + 1,) see `SweepOrder`
     contact: np.ndarray  # (c,) those of the box that is asked
@@ -104,7 +104,8 @@ def _list_supports(contacts: Contacts, box: int, supports: Supports) -> int:
     number = 0
     for k in range(contacts.number[1]):
         a, b = contacts.box[k, 0], contacts.box[k, 1]
-        if (a == box or b == box) and supports.level[b if a == box else a] < supports.level[box]:
+        stays_open = contacts.row[k, TARGET] < 0.0 and contacts.row[k, NORMAL_IMPULSE] == 0.0
+        if (a == box or b == box) and not stays_open and supports.level[b if a == box else a] < supports.level[box]:
             supports.contact[number] = k
             number += 1
     return number

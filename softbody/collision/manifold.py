@@ -17,6 +17,7 @@ import numpy as np
 from softbody.collision.edge_edge import nearest_places
 from softbody.collision.sat_boxes import (
     AFTER,
+    SAME_COSINE,
     BoxFrames,
     Limits,
     PlacedBoxes,
@@ -24,6 +25,7 @@ from softbody.collision.sat_boxes import (
     frames_of,
     least_overlap,
     placed_box,
+    rounding_of,
 )
 from softbody.collision.single_contact import box_box_contact
 from softbody.collision.swept_boxes import (
@@ -39,7 +41,7 @@ from softbody.collision.swept_boxes import (
     rests_on_face,
 )
 from softbody.jit import jit, jit_lean
-from softbody.vec import Vec, dot, load, norm, scale, store
+from softbody.vec import Vec, add, dot, load, norm, scale, store
 
 MOST_POINTS = 8  # of two rectangles' intersection
 
@@ -111,6 +113,33 @@ def swept_manifold(boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, limits
         near = separation <= 0.0 or come_near(boxes, pair, sweep, NEAR * graze)
         return _points_of_overlap(boxes, pair, (separation, axis), limits, manifold) if near else 0
     return _points_of_meeting(boxes, pair, sweep, limits, manifold)
+
+
+@jit_lean
+def stopped_manifold(
+    boxes: BoxFrames, pair: tuple[int, int], flight: Sweep, gain: Vec, limits: Limits, manifold: Manifold
+) -> int:
+    """Find where two boxes that fly on without meeting will meet if something stops one of them, as `swept_manifold`.
+
+    Of boxes that fall one above the other each stops the next. `gain` is the travel [m] that the flight gains if one of
+    them is held; of it, the part counts along the axis that parts them most now. On that they must meet.
+    """
+    separation, axis = least_overlap(boxes, pair[0], pair[1], limits, manifold.sat)
+    if separation > limits.margin:
+        return 0
+    normal = manifold.sat.normal[0], manifold.sat.normal[1], manifold.sat.normal[2]
+    graze, open_at = grazing_depth(boxes, pair, limits.slop), flight.turn + rounding_of(boxes.size, pair[0], pair[1])
+    left = separation + dot(flight.travel, normal)  # at the end of the step
+    if left <= open_at or left + dot(gain, normal) > open_at:
+        return 0
+    travel = add(flight.travel, scale(dot(gain, normal), normal))
+    sweep = Sweep(travel, flight.spin_a, flight.spin_b, flight.turn, flight.share)
+    if sweep.turn > graze:
+        near = come_near(boxes, pair, sweep, NEAR * graze)
+        return _points_of_overlap(boxes, pair, (separation, axis), limits, manifold) if near else 0
+    found = _points_of_meeting(boxes, pair, sweep, limits, manifold)
+    axis_met = manifold.sat.normal[0], manifold.sat.normal[1], manifold.sat.normal[2]
+    return found if dot(axis_met, normal) > SAME_COSINE else 0
 
 
 @jit_lean

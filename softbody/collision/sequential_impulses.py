@@ -47,9 +47,6 @@ from softbody.vec import Vec, add, load, scale, store, sub
 # The part of a depth that one step undoes. All at once would let a pile that is not solved to the end jump.
 BAUMGARTE = 0.2
 
-# What a round of the trees of supports costs, in sweeps: it takes their place, as long as half of them are left.
-SWEEPS_A_ROUND = 5
-
 # Sweeps are ROUGH that change a speed by so many times what is worth another one, as where an impact is on its way
 # through a pile, or friction drags one along. Then they go on, up to so many times `iterations` MORE.
 ROUGH = 1e3
@@ -66,20 +63,19 @@ def solve_velocities(contacts: Contacts, bodies: RigidBodies, h: float, iteratio
     A contact that closes within `h` [s] must part with e times the speed that it closed at *before* this step's
     gravity and forces: so what rests does not hop, and a ball of e = 1 keeps its energy to the last bit. A gap that
     stays open may close, but no further. Friction is bounded by μ times the normal impulse, in every direction alike.
-    Ends after a sweep that changed no speed at a contact by more than `enough` [m/s]; or after `iterations` sweeps, or
-    what takes as long, unless they still are ROUGH.
+    Ends after a sweep that changed no speed at a contact by more than `enough` [m/s]; or after `iterations` sweeps,
+    unless they still are ROUGH.
     """
     motion = load_motion(bodies)
-    _set_targets(contacts, motion, h)
+    _set_targets(contacts, motion, h, enough)
     _start_from_cache(contacts, motion)
     order = sweep_order(contacts, bodies)
-    rounds = solve_trees(contacts, bodies, order, motion, enough)
-    sweeps = max(iterations - SWEEPS_A_ROUND * rounds, (iterations + 1) // 2)
-    for left in range(sweeps + MORE * iterations, 0, -1):
+    solve_trees(contacts, bodies, order, motion, enough)
+    for left in range((1 + MORE) * iterations, 0, -1):
         # The last one goes down, and leaves what is amiss at the top, where it moves least.
-        changed = _sweep(contacts, order.pairs, left % 2 == 1, motion)
-        sweeps -= 1
-        if changed <= enough or (sweeps <= 0 and left % 2 == 1 and changed <= ROUGH * enough):
+        down = left % 2 == 1
+        changed = _sweep(contacts, order.pairs, down, motion)
+        if changed <= enough or (left <= MORE * iterations + 1 and down and changed <= ROUGH * enough):
             break
     _finish(contacts, bodies, motion)
 
@@ -107,12 +103,16 @@ def _finish(contacts: Contacts, bodies: RigidBodies, motion: np.ndarray) -> None
 
 
 @jit_lean
-def _set_targets(contacts: Contacts, motion: np.ndarray, h: float) -> None:
-    """Set the speed at which each contact is to part."""
+def _set_targets(contacts: Contacts, motion: np.ndarray, h: float, enough: float) -> None:
+    """Set the speed at which each contact is to part.
+
+    Gaps that would close at less than `enough` [m/s] count as closed: those of a face differ by rounding, and some of
+    its points would hold what others do not, more than a box needs.
+    """
     row = contacts.row
     for k in range(contacts.number[1]):
         closing = -speed_along(row, k, NORMAL, load_pair(motion, contacts.box[k, 0], contacts.box[k, 1]))
-        gap = max(0.0, -contacts.depth[k])
+        gap = -contacts.depth[k] if -contacts.depth[k] > enough * h else 0.0
         row[k, TARGET] = -gap / h
         if closing * h > gap and row[k, APPROACH] > 0.0 and contacts.restitution[k] > 0.0:
             row[k, TARGET] = speed_after(row[k, APPROACH], contacts.restitution[k])

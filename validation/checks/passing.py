@@ -46,6 +46,12 @@ THROUGH = Fault(
     "enter_, leave_ = 0.0, 1.0",
     "enter, leave = 1.0, 1.0",
 )
+STOPPED = Fault(
+    "boxes that fly held up as if something stopped one of them",
+    manifold.stopped_manifold,
+    "left_ <= end_ or left_ + dot(gain_, normal_) > end_",
+    "left + dot(gain, normal) > open_at",
+)
 NO_EDGES = Fault("edges that never meet", manifold._points_of_meeting, "1 if gap_ <= most_ else 0", "0")
 FINE = 2e-3  # [m] that a box goes in a step of an engine, and [s], for it goes at 1 m/s
 CLEAR = 1e-3  # [m] of overlap below which such a step may jump over it; single precision is good for 1e-5 m
@@ -134,7 +140,7 @@ def add_pair(world: World, case: Passing, middle: np.ndarray, pace: Pace, rng: n
     held = rng.random() < 0.5 and not pace.falls
     frame = np.zeros(3) if held else 0.3 * pace.speed * rng.normal(size=3)  # in which b rests
     offset, orientation = earlier(case, rng.uniform(0.5, 3.0) * pace.speed * pace.step, pace.speed)
-    bounce, rub = rng.random(2), rng.uniform(0.0, 1.0, 2)
+    bounce, rub = rng.random(2) * (rng.random() < 0.5), rng.uniform(0.0, 1.0, 2)
     world.add_box(
         case.size[0], np.exp(rng.uniform(-2.0, 2.0)), middle + offset, orientation, frame + pace.speed * case.way,
         case.spin, restitution=bounce[0], friction=rub[0],
@@ -262,7 +268,7 @@ def _in_frame(case: Passing, speed: float, place: int) -> list[tuple[Any, ...]]:
     tolerance=0.0,
     because="what is not touched is not struck",
     detects="one ghost of 10 000",
-    faults=(NEAREST, BALLS, OTHER_AXIS),
+    faults=(NEAREST, BALLS, OTHER_AXIS, STOPPED),
 )
 def near_misses(run: Run) -> Comparison:
     rng = run.fresh_rng()

@@ -37,7 +37,7 @@ def before_the_sweeps(world):
     warm_start(contacts)
     accelerate_boxes(world.model, world.controls, world.state, H)
     motion = load_motion(boxes)
-    _set_targets(contacts, motion, H)
+    _set_targets(contacts, motion, H, 1e-6)
     _start_from_cache(contacts, motion)
     return boxes, contacts, motion
 
