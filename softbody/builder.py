@@ -17,7 +17,7 @@ from softbody.geometry.box import box_inertia
 from softbody.geometry.polyhedron import surface_area
 from softbody.mesh import Mesh
 from softbody.parameters import check_range, fixed_particles_of, rest_length_of, stiffness_of, unit_quaternion, vector
-from softbody.state import Controls, Model, Property, Rows, State, VertexRings
+from softbody.state import ENTRY, NEXT, STIFFNESS, Controls, Model, Property, Rows, State, VertexRings
 
 Part = TypeVar("Part", Model, Controls, State)
 
@@ -130,7 +130,7 @@ def with_soft_body(
             particle_force=np.zeros((count if len(controls.particle_force) else 0, 3)),
         ),
         _appended(state, particle_position=points, particle_velocity=velocity),
-        _with_rings(rings, in_precision(own_rings, rings.stiffness.dtype.type), len(model.edge_particles)),
+        _with_rings(rings, in_precision(own_rings, rings.rest_pull.dtype.type), first, len(model.edge_particles)),
     )
 
 
@@ -177,20 +177,22 @@ def with_box(
     )
 
 
-def _with_rings(rings: VertexRings, more: VertexRings, edges: int) -> VertexRings:
-    """Return `rings`, of bodies with `edges` edges in all, followed by `more`."""
+def _with_rings(rings: VertexRings, more: VertexRings, rows: int, edges: int) -> VertexRings:
+    """Return `rings`, of bodies with so many particles, `rows`, and `edges` in all, followed by `more`."""
     block = more.block.copy()
-    block[:, 3] += len(rings.neighbour)
-    block[block[:, 4] >= 0, 4] += len(rings.next_neighbour)
+    block[:, ENTRY] += len(rings.neighbour)
+    for column, entries in (NEXT, rings.next_neighbour), (STIFFNESS, rings.stiffness):
+        block[block[:, column] >= 0, column] += len(entries)
     return VertexRings(
-        particle=appended(rings.particle, more.particle + len(rings.particle)),
+        particle=appended(rings.particle, more.particle + rows),
+        start=appended(rings.start, more.start[1:] + len(rings.particle)),
         block=appended(rings.block, block),
         block_start=appended(rings.block_start, more.block_start[1:] + len(rings.block)),
-        edge=appended(rings.edge, more.edge + edges),
+        edge=appended(rings.edge, more.edge + np.uint32(edges)),
         neighbour=appended(rings.neighbour, more.neighbour),
-        stiffness=appended(rings.stiffness, more.stiffness),
         rest_pull=appended(rings.rest_pull, more.rest_pull),
         next_neighbour=appended(rings.next_neighbour, more.next_neighbour),
+        stiffness=appended(rings.stiffness, more.stiffness),
         common_stiffness=appended(rings.common_stiffness, more.common_stiffness),
     )
 

@@ -11,9 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, cast
 
-import llvmlite.binding
 import numba
-from llvmlite import ir
 from numba.core import types
 from numba.core.caching import FunctionCache
 from numba.core.codegen import JITCodeLibrary
@@ -22,7 +20,6 @@ from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined
 from numba.core.errors import NumbaTypeError
 from numba.core.registry import CPUDispatcher
 from numba.core.targetconfig import ConfigStack
-from numba.extending import intrinsic
 
 from softbody.core_digest import CORE_DIGEST
 
@@ -189,35 +186,3 @@ def _holds_array(one: Any) -> bool:
     if isinstance(one, types.BaseTuple):
         return any(_holds_array(each) for each in cast(Any, one))
     return isinstance(one, types.Buffer)
-
-
-# How the vector loops are compiled: whole registers, and single loads where the processor's own gather instruction
-# is slower than they are (Zen 4 and 5: 12 against 16 ns a particle). Intel's gathers are fast.
-def _vector_attributes() -> list[str]:
-    """Return the attributes of the functions in which `arrays_do_not_overlap` is called."""
-    attributes = ['"prefer-vector-width"="512"']
-    if llvmlite.binding.get_host_cpu_name().startswith("znver"):
-        features = llvmlite.binding.get_host_cpu_features().flatten()
-        attributes.append(f'"target-features"="{features},+prefer-no-gather"')
-    return attributes
-
-
-@intrinsic
-def arrays_do_not_overlap(typing_context: Any) -> Any:  # type: ignore[misc]
-    """Promise that no array that the calling kernel writes to overlaps another of its arguments.
-
-    Without the promise LLVM does not turn a loop that gathers and stores into vector code, which is what makes
-    the step fast; a broken promise gives wrong numbers. Numba has no public flag for it, but an intrinsic may
-    mark the arguments of the function that it is called in.
-    """
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        for argument in builder.function.args:
-            if isinstance(argument.type, ir.PointerType):
-                argument.add_attribute("noalias")
-        builder.function.attributes.add("noinline")  # these attributes are of a whole function
-        for attribute in _vector_attributes():
-            set.add(builder.function.attributes, attribute)  # llvmlite's own `add` knows plain names only
-        return context.get_dummy_value()
-
-    return types.void(), generate

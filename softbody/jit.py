@@ -63,17 +63,14 @@ if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
     def _compiled(function: Any, **options: Any) -> Any:
         return function
 
-    def arrays_do_not_overlap() -> None:
-        """Promise that no array that the calling kernel writes to overlaps another of its arguments."""
-
 elif _knows_numba():
-    from softbody.compile_once import arrays_do_not_overlap, compiled_once  # type: ignore[assignment]
+    from softbody.compile_once import compiled_once
 
     def _compiled(function: Any, **options: Any) -> Any:
         return compiled_once(function, options)
 
 else:
-    from softbody.plain_numba import arrays_do_not_overlap, compiled_plainly  # type: ignore[assignment]  # noqa: F401
+    from softbody.plain_numba import compiled_plainly
 
     def _compiled(function: Any, **options: Any) -> Any:
         return compiled_plainly(function, options)

@@ -1,7 +1,6 @@
 """The kernels by Numba's public decorator alone: for a Numba whose internals `compile_once` does not know.
 
-The same bits. Compiling takes two to three times as long, and large bodies step more slowly: nothing tells LLVM which
-arrays do not overlap.
+The same bits. Compiling takes two to three times as long.
 """
 
 from __future__ import annotations
@@ -32,8 +31,3 @@ def _folder(chosen: str) -> Path:
     """Return where machine code is kept: in the folder that the user has `chosen` for Numba, or in their own cache."""
     users = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     return Path(chosen or users / "numba") / f"softbody-{CORE_DIGEST[:16]}"
-
-
-@numba.njit
-def arrays_do_not_overlap() -> None:
-    """Promise that no array that the calling kernel writes to overlaps another of its arguments: not heard here."""

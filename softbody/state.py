@@ -107,20 +107,27 @@ def copied(state: State) -> State:
 class VertexRings(NamedTuple):
     """The soft bodies once more, in the order and the form in which the fast kernels read them.
 
-    An index is a particle's number within its body in that order. Every particle has its neighbours in cyclic order
+    An index is a particle's place within its body in that order. Every particle has its neighbours in cyclic order
     (its one-ring), so that springs and the triangles between them come from the same coordinates. Particles of the
-    same number of neighbours lie in blocks. See softbody/dynamics/vertex_rings.py, which makes them.
+    same number of neighbours lie in blocks, which twins of their last particle fill up to whole lanes: they move as it
+    does, and count nowhere. See softbody/dynamics/vertex_rings.py, which makes them.
     """
 
-    particle: np.ndarray  # (n,) row in State.particle_position of the particle at each index, body by body
-    block: np.ndarray  # (c, 5) first index, end, degree, first entry, first entry of `next_neighbour` or −1
+    particle: np.ndarray  # (s,) row in State.particle_position of the particle at each index, body by body
+    start: np.ndarray  # (b + 1,) of each body in `particle`
+    block: np.ndarray  # (c, 7) see FIRST … STIFFNESS
     block_start: np.ndarray  # (b + 1,)
     edge: np.ndarray  # (r,) row in Model.edge_stiffness of the spring of each entry
     neighbour: np.ndarray  # (r,) index; entry first + d m + q: neighbour d of particle q of the m of a block
-    stiffness: np.ndarray  # (r,) [N/m]
     rest_pull: np.ndarray  # (r,) stiffness × rest length [N]
     next_neighbour: np.ndarray  # (f,) index that comes next in the ring, for blocks whose entries are not all one cycle
+    stiffness: np.ndarray  # (g,) [N/m] of each entry, for bodies whose springs differ
     common_stiffness: np.ndarray  # (b,) [N/m], NaN for a body whose springs differ
+
+
+# Columns of `VertexRings.block`: first index and end, how many of them are no twins, how many neighbours each has, and
+# the first of their entries in `neighbour`, and in `next_neighbour` and `stiffness`, where they are not in them: −1.
+FIRST, END, NUMBER, DEGREE, ENTRY, NEXT, STIFFNESS = range(7)
 
 
 class SoftBodies(NamedTuple):

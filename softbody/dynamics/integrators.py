@@ -17,7 +17,6 @@ from softbody.dynamics.pressure import gas_pressure
 from softbody.dynamics.ring_forces import (
     AREA,
     INVERSE_MASS,
-    MOMENT,
     NEXT_POSITION,
     POSITION,
     PULL,
@@ -28,9 +27,10 @@ from softbody.dynamics.ring_forces import (
     add_load,
     ring_forces,
 )
-from softbody.jit import arrays_do_not_overlap, jit_lean, jit_threaded
+from softbody.jit import jit_lean, jit_threaded
+from softbody.lanes import LANES, Lanes, load_lanes, store_lanes, where_less
 from softbody.settings import RK4, RK4_VELOCITY, SYMPLECTIC_EULER
-from softbody.state import SoftBodies, VertexRings
+from softbody.state import END, FIRST, SoftBodies, VertexRings
 
 STAGES = (4, 4, 1)  # forces a step, by the number of the integrator
 STABILITY_LIMIT = (2.0, 2.0 * 2.0**0.5, 2.0)  # ω h, likewise
@@ -67,8 +67,7 @@ class Pace(NamedTuple):
     damped: bool  # something reads the velocity of the next stage
 
 
-# First index and end, unsigned: LLVM turns the loops into vector code only if it knows that no index is negative.
-Part = tuple[np.uint64, np.uint64]
+Part = tuple[int, int]  # first index and end, whole lanes
 
 
 def _advance_body(
@@ -83,14 +82,14 @@ def _advance_body(
     """
     h, steps, integrator = stretch
     one, other = work[POSITION : POSITION + 6], work[NEXT_POSITION : NEXT_POSITION + 6]
-    pull, area, moment = work[PULL : PULL + 3], work[AREA : AREA + 3], work[MOMENT]
+    pull, area = work[PULL : PULL + 3], work[AREA : AREA + 3]
     velocity, shift, inverse_mass = (
         work[STAGE_VELOCITY : STAGE_VELOCITY + 3],
         work[SHIFT : SHIFT + 3],
         work[INVERSE_MASS],
     )
     # What a thread is handed it unpacks each time: here are the few fields that count.
-    gravity, load = bodies.gravity, Load(bodies.start[body], bodies.damping[body], bodies.drag[body], bodies.force)
+    gravity, load = bodies.gravity, Load(rings.start[body], bodies.damping[body], bodies.drag[body], bodies.force)
     damped = load.damping > 0.0 or load.drag > 0.0
     loaded = damped or bodies.force.shape[0] > 0
     k, real, stages, least = rings.common_stiffness[body], work.dtype.type, STAGES[integrator], np.inf
@@ -104,7 +103,7 @@ def _advance_body(
         x = start if stage == 0 else end
         for share in prange(cut.shape[0] - 1):
             blocks = cut[share], cut[share + 1]
-            ring_forces(rings, k, blocks, Forces(x, pull, area, moment), block_moment)
+            ring_forces(rings, k, blocks, Forces(x, pull, area), block_moment)
             if loaded:
                 add_load(rings, load, blocks, inverse_mass, (x, start[3:] if stage == 0 else velocity, pull))
         # The volume, and with it the pressure.
@@ -120,11 +119,11 @@ def _advance_body(
         pace = Pace(stage, real(gas_pressure(bodies.gas[body], volume) / 6.0), real(lead), real(h / 6.0), damped)
         for share in prange(cut.shape[0] - 1):
             if cut[share] < cut[share + 1]:
-                part = np.uint64(rings.block[cut[share], 0]), np.uint64(rings.block[cut[share + 1] - 1, 1])
+                part = rings.block[cut[share], FIRST], rings.block[cut[share + 1] - 1, END]
                 rows = StageRows(pull, area, inverse_mass, start, end, velocity, shift, gravity)
                 _update(integrator, part, rows, pace)
     if steps % 2 == 1:
-        copy_rows(work, NEXT_POSITION, POSITION, rings.block[cut[-1] - 1, 1])
+        copy_rows(work, NEXT_POSITION, POSITION, rings.block[cut[-1] - 1, END])
     return least
 
 
@@ -147,14 +146,17 @@ def _update(integrator: int, part: Part, rows: StageRows, pace: Pace) -> None:
 def copy_rows(work: np.ndarray, source: int, target: int, count: int) -> None:
     """Copy `count` positions and velocities: six rows of `work` from `source` on, to those from `target` on."""
     for row in range(6):
-        for i in range(count):
-            work[target + row, i] = work[source + row, i]
+        for i in range(0, count, LANES):
+            store_lanes(work[target + row], i, load_lanes(work[source + row], i))
 
 
 @jit_lean
-def acceleration(pull: float, push: float, inverse_mass: float, gravity: float) -> float:
-    """Return one component [m/s²] from forces [N], mass [1/kg] and gravity [m/s²], which does not move a fixed one."""
-    return (pull + push) * inverse_mass + (gravity if inverse_mass > 0.0 else inverse_mass)
+def acceleration(rows: StageRows, push: float, c: int, i: int) -> Lanes:
+    """Return component c of the accelerations [m/s²] at i … i + 7; gravity does not move what is fixed."""
+    inverse_mass = load_lanes(rows.inverse_mass, i)
+    zero, g = rows.pull.dtype.type(0.0), rows.pull.dtype.type(rows.gravity[c])
+    force = load_lanes(rows.pull[c], i) + push * load_lanes(rows.area[c], i)
+    return force * inverse_mass + where_less(zero, inverse_mass, g, inverse_mass)
 
 
 @jit_lean
@@ -166,32 +168,22 @@ def rk4_velocity_stage(part: Part, rows: StageRows, pace: Pace) -> None:
     mean of their increments is meant.) The velocities of `end` hold the weighted sum of accelerations until the
     last stage.
     """
-    arrays_do_not_overlap()
-    first, last = part
-    pull, area, inverse_mass, start, end, velocity, _, gravity = rows
-    stage, push, lead, sixth, damped = pace
     for c in range(3):
-        g = pull.dtype.type(gravity[c])
-        if stage == 0:
-            for i in range(first, last):
-                a = acceleration(pull[c, i], push * area[c, i], inverse_mass[i], g)
-                end[3 + c, i] = a
-                end[c, i] = start[c, i] + lead * (start[3 + c, i] + lead * a)
-        elif stage < 3:
-            for i in range(first, last):
-                a = acceleration(pull[c, i], push * area[c, i], inverse_mass[i], g)
-                end[3 + c, i] += a + a
-                end[c, i] = start[c, i] + lead * (start[3 + c, i] + lead * a)
-        else:
-            for i in range(first, last):
-                a = acceleration(pull[c, i], push * area[c, i], inverse_mass[i], g)
-                u = start[3 + c, i] + sixth * (end[3 + c, i] + a)
-                end[3 + c, i] = u
-                end[c, i] = start[c, i] + lead * u
-        if damped and stage < 3:
-            for i in range(first, last):
-                a = acceleration(pull[c, i], push * area[c, i], inverse_mass[i], g)
-                velocity[c, i] = start[3 + c, i] + lead * a
+        x, v, sums = rows.start[c], rows.start[3 + c], rows.end[3 + c]
+        for i in range(part[0], part[1], LANES):
+            a = acceleration(rows, pace.push, c, i)
+            if pace.stage == 0:
+                store_lanes(sums, i, a)
+                u = load_lanes(v, i) + pace.lead * a
+            elif pace.stage < 3:
+                store_lanes(sums, i, load_lanes(sums, i) + (a + a))
+                u = load_lanes(v, i) + pace.lead * a
+            else:
+                u = load_lanes(v, i) + pace.sixth * (load_lanes(sums, i) + a)
+                store_lanes(sums, i, u)
+            store_lanes(rows.end[c], i, load_lanes(x, i) + pace.lead * u)
+            if pace.damped and pace.stage < 3:
+                store_lanes(rows.velocity[c], i, u)
 
 
 @jit_lean
@@ -201,43 +193,32 @@ def rk4_stage(part: Part, rows: StageRows, pace: Pace) -> None:
     The velocities of the stages are v, v + h/2 a0, v + h/2 a1 and v + h a2, so that x' = x + h v + h²/6 (a0 + a1 + a2).
     `shift` holds the plain sum of three accelerations, the velocities of `end` the weighted one until the last stage.
     """
-    arrays_do_not_overlap()
-    first, last = part
-    pull, area, inverse_mass, start, end, velocity, shift, gravity = rows
-    stage, push, lead, sixth, _ = pace
     for c in range(3):
-        g = pull.dtype.type(gravity[c])
-        if stage == 0:
-            for i in range(first, last):
-                a = acceleration(pull[c, i], push * area[c, i], inverse_mass[i], g)
-                end[3 + c, i] = a
-                shift[c, i] = a
-                end[c, i] = start[c, i] + lead * start[3 + c, i]
-                velocity[c, i] = start[3 + c, i] + lead * a
-        elif stage < 3:
-            for i in range(first, last):
-                a = acceleration(pull[c, i], push * area[c, i], inverse_mass[i], g)
-                end[3 + c, i] += a + a
-                shift[c, i] += a
-                end[c, i] = start[c, i] + lead * velocity[c, i]
-                velocity[c, i] = start[3 + c, i] + lead * a
-        else:
-            for i in range(first, last):
-                a = acceleration(pull[c, i], push * area[c, i], inverse_mass[i], g)
-                end[c, i] = start[c, i] + lead * (start[3 + c, i] + sixth * shift[c, i])
-                end[3 + c, i] = start[3 + c, i] + sixth * (end[3 + c, i] + a)
+        x, v, sums, shift, velocity = rows.start[c], rows.start[3 + c], rows.end[3 + c], rows.shift[c], rows.velocity[c]
+        for i in range(part[0], part[1], LANES):
+            a = acceleration(rows, pace.push, c, i)
+            u = load_lanes(v, i)
+            if pace.stage == 0:
+                store_lanes(sums, i, a)
+                store_lanes(shift, i, a)
+                moving = u
+            elif pace.stage < 3:
+                store_lanes(sums, i, load_lanes(sums, i) + (a + a))
+                store_lanes(shift, i, load_lanes(shift, i) + a)
+                moving = load_lanes(velocity, i)
+            else:
+                store_lanes(sums, i, u + pace.sixth * (load_lanes(sums, i) + a))
+                moving = u + pace.sixth * load_lanes(shift, i)
+            store_lanes(rows.end[c], i, load_lanes(x, i) + pace.lead * moving)
+            if pace.stage < 3:
+                store_lanes(velocity, i, u + pace.lead * a)
 
 
 @jit_lean
 def symplectic_euler_stage(part: Part, rows: StageRows, pace: Pace) -> None:
     """Do the whole step of symplectic Euler: v' = v + h a(x), then x' = x + h v'."""
-    arrays_do_not_overlap()
-    first, last = part
-    pull, area, inverse_mass, start, end, _, _, gravity = rows
     for c in range(3):
-        g = pull.dtype.type(gravity[c])
-        for i in range(first, last):
-            a = acceleration(pull[c, i], pace.push * area[c, i], inverse_mass[i], g)
-            u = start[3 + c, i] + pace.lead * a
-            end[3 + c, i] = u
-            end[c, i] = start[c, i] + pace.lead * u
+        for i in range(part[0], part[1], LANES):
+            u = load_lanes(rows.start[3 + c], i) + pace.lead * acceleration(rows, pace.push, c, i)
+            store_lanes(rows.end[3 + c], i, u)
+            store_lanes(rows.end[c], i, load_lanes(rows.start[c], i) + pace.lead * u)

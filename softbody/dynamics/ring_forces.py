@@ -7,14 +7,25 @@ of the neighbours' coordinates, and nothing is scattered. Every sum has an order
 
 from __future__ import annotations
 
-from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numba import literal_unroll
 
-from softbody.jit import arrays_do_not_overlap, jit_lean
-from softbody.state import VertexRings
+from softbody.jit import jit_lean
+from softbody.lanes import (
+    LANES,
+    Lanes,
+    first_lanes,
+    gather_lanes,
+    in_double,
+    load_lanes,
+    spread,
+    square_root,
+    store_lanes,
+    sum_of_lanes,
+)
+from softbody.state import DEGREE, END, ENTRY, FIRST, NEXT, NUMBER, STIFFNESS, VertexRings
+from softbody.vec import add, cross, dot, scale, sub
 
 # Rows of the work array in which one body moves, by index: three each for x, y and z.
 POSITION = 0  # [m]; velocities follow positions
@@ -23,17 +34,13 @@ NEXT_POSITION = 6  # [m] of a stage, in the end of the step
 NEXT_VELOCITY = 9  # [m/s²] a weighted sum of accelerations, in the end the velocity [m/s]
 PULL = 12  # [N] of the springs, and of everything else but gas and gravity
 AREA = 15  # G [m²]
-MOMENT = 18  # x · G [m³], one row
+INVERSE_MASS = 18  # [1/kg], one row
 STAGE_VELOCITY = 19  # [m/s] for rk4, and where something damps
 SHIFT = 22  # [m/s²] sum over the stages, for rk4
-SAVED = 25  # position and velocity of the last good step, six rows
-INVERSE_MASS = 31  # [1/kg], one row
-WORK_ROWS = 32
-
-LANES = 8  # partial sums of a long sum
+WORK_ROWS = 25
 
 Blocks = tuple[int, int]  # first and end
-Components = tuple[np.ndarray, np.ndarray, np.ndarray]  # rows of x, y and z
+VecLanes = tuple[Lanes, Lanes, Lanes]  # eight 3-vectors side by side
 
 
 class Forces(NamedTuple):
@@ -42,153 +49,119 @@ class Forces(NamedTuple):
     position: np.ndarray  # (3, n) [m]
     pull: np.ndarray  # (3, n) [N]
     area: np.ndarray  # (3, n) G [m²]
-    moment: np.ndarray  # (n,) x · G [m³]; the sum over a body is 18 V
+
+
+@jit_lean
+def load_vec_lanes(rows: np.ndarray, i: int) -> VecLanes:
+    """Return columns i … i + 7 of `rows` (3, n)."""
+    return load_lanes(rows[0], i), load_lanes(rows[1], i), load_lanes(rows[2], i)
+
+
+@jit_lean
+def store_vec_lanes(rows: np.ndarray, i: int, a: VecLanes) -> None:
+    """Overwrite columns i … i + 7 of `rows` (3, n)."""
+    store_lanes(rows[0], i, a[0])
+    store_lanes(rows[1], i, a[1])
+    store_lanes(rows[2], i, a[2])
 
 
 @jit_lean
 def ring_forces(rings: VertexRings, k: float, blocks: Blocks, forces: Forces, block_moment: np.ndarray) -> None:
-    """Overwrite pull, area and moment of the particles in `blocks`.
+    """Overwrite pull and area of the particles in `blocks`, which are of one body.
 
-    They are of one body, `k` [N/m] is the stiffness of its springs, NaN if they differ. `block_moment` (blocks,) gets
-    the sum of the moments of each block.
+    `k` [N/m] is the stiffness of all its springs, if it is one. `block_moment` (blocks,) gets Σ x · G [m³] over each
+    block; their sum over a body is 18 V.
     """
-    position, pull, area, moment = forces
-    x, pulls = (position[0], position[1], position[2]), (pull[0], pull[1], pull[2])
-    areas = area[0], area[1], area[2]
     for block in range(blocks[0], blocks[1]):
-        first, end, degree = rings.block[block, 0], rings.block[block, 1], rings.block[block, 2]
-        if rings.block[block, 4] >= 0:
-            _any_ring_sums(rings, block, forces)
+        if rings.block[block, NEXT] < 0:
+            block_moment[block] = ring_sums(rings, k, block, forces)
         else:
-            # One kernel for each degree, and each of equal or different springs.
-            part = first, end, rings.block[block, 3]
-            for unrolled in literal_unroll(DEGREES):
-                if len(unrolled) == degree:
-                    if k == k:
-                        ring_sums(unrolled, (), part, k, rings, (x, pulls, areas, moment))
-                    else:
-                        ring_sums(unrolled, (0,), part, k, rings, (x, pulls, areas, moment))
-        block_moment[block] = sum_in_lanes(moment[first:end], end - first)
-
-
-DEGREES = ((0,) * 6, (0,) * 5, (0,) * 7, (0,) * 4, (0,) * 8)  # the most frequent first
+            block_moment[block] = fan_sums(rings, k, block, forces)
 
 
 @jit_lean
-def ring_sums(
-    degree: tuple[int, ...],
-    differ: tuple[int, ...],
-    part: tuple[int, int, int],
-    common_stiffness: float,
-    rings: VertexRings,
-    rows: tuple[Components, Components, Components, np.ndarray],
-) -> None:
-    """Overwrite pull [N], area (G, [m²]) and moment (x · G, [m³]) of the particles of one block.
+def ring_sums(rings: VertexRings, k: float, block: int, forces: Forces) -> float:
+    """Overwrite pull [N] and area (G, [m²]) of the particles of one block; return the sum of x · G [m³].
 
-    `part` is its first index, its end and its first entry in the `rings`, `rows` are x, pull, area and moment.
-    The lengths of two tuples, not their values, choose the machine code: that of `degree` is the number of
-    neighbours, so that the loop over them is unrolled; `differ` is () where all springs have `common_stiffness`.
-    The moment is about the particle at index 0: about the origin, it would lose its digits far away. Components are
-    written out, as LLVM vectorises this and not the same in tuples (12 against 19 ns).
+    The moment is about the particle at index 0: about the origin, it would lose its digits far away.
     """
-    arrays_do_not_overlap()
-    first, end, entry = part
-    if first < 0 or entry < 0:
-        return  # never: it tells LLVM that no index is negative, so that it reads and writes rows in one piece
-    (x, y, z), (pull_x, pull_y, pull_z), (area_x, area_y, area_z), moment = rows
-    neighbour, stiffness, rest_pull = rings.neighbour, rings.stiffness, rings.rest_pull
-    count = end - first
-    origin_x, origin_y, origin_z = x[0], y[0], z[0]
-    for q in range(count):
+    x, pulls, areas = forces
+    first, size = rings.block[block, FIRST], rings.block[block, END] - rings.block[block, FIRST]
+    origin, total = (x[0, 0], x[1, 0], x[2, 0]), spread(0.0)
+    for q in range(0, size, LANES):
+        here = load_vec_lanes(x, first + q)
         # The first neighbour: its spring, and where the ring starts.
-        i = first + q
-        here_x, here_y, here_z = x[i], y[i], z[i]
-        e = entry + q
-        j = neighbour[e]
-        start_x, start_y, start_z = x[j] - here_x, y[j] - here_y, z[j] - here_z
-        k = stiffness[e] if len(differ) else common_stiffness
-        tension = k - rest_pull[e] / sqrt(start_x * start_x + start_y * start_y + start_z * start_z)
-        sum_x, sum_y, sum_z = tension * start_x, tension * start_y, tension * start_z
-        before_x, before_y, before_z = start_x, start_y, start_z
-        turn_x = turn_y = turn_z = x.dtype.type(0.0)
+        e = rings.block[block, ENTRY] + q
+        start = _to_neighbour(rings.neighbour, e, x, here)
+        pull = scale(_tension(rings, k, block, e, start), start)
+        turn = _no_vec_lanes(x)
         # The others: their springs, and the triangle with the neighbour before.
-        for d in range(1, len(degree)):
-            e = entry + d * count + q
-            j = neighbour[e]
-            dx, dy, dz = x[j] - here_x, y[j] - here_y, z[j] - here_z
-            k = stiffness[e] if len(differ) else common_stiffness
-            tension = k - rest_pull[e] / sqrt(dx * dx + dy * dy + dz * dz)
-            sum_x += tension * dx
-            sum_y += tension * dy
-            sum_z += tension * dz
-            turn_x += before_y * dz - before_z * dy
-            turn_y += before_z * dx - before_x * dz
-            turn_z += before_x * dy - before_y * dx
-            before_x, before_y, before_z = dx, dy, dz
+        before = start
+        for _ in range(1, rings.block[block, DEGREE]):
+            e += size
+            side = _to_neighbour(rings.neighbour, e, x, here)
+            pull = add(pull, scale(_tension(rings, k, block, e, side), side))
+            turn = add(turn, cross(before, side))
+            before = side
         # The triangle that closes the ring.
-        turn_x += before_y * start_z - before_z * start_y
-        turn_y += before_z * start_x - before_x * start_z
-        turn_z += before_x * start_y - before_y * start_x
-        pull_x[i], pull_y[i], pull_z[i] = sum_x, sum_y, sum_z
-        area_x[i], area_y[i], area_z[i] = turn_x, turn_y, turn_z
-        moment[i] = (here_x - origin_x) * turn_x + (here_y - origin_y) * turn_y + (here_z - origin_z) * turn_z
+        turn = add(turn, cross(before, start))
+        store_vec_lanes(pulls, first + q, pull)
+        store_vec_lanes(areas, first + q, turn)
+        total = total + in_double(first_lanes(dot(sub(here, origin), turn), rings.block[block, NUMBER] - q))
+    return sum_of_lanes(total)
 
 
 @jit_lean
-def _any_ring_sums(rings: VertexRings, block: int, forces: Forces) -> None:
-    """Do the same for a block of any degree, where a particle's entries may be several cycles."""
-    x, pull, area, moment = forces
-    first, end, degree = rings.block[block, 0], rings.block[block, 1], rings.block[block, 2]
-    entry, behind = rings.block[block, 3], rings.block[block, 4]
-    neighbour, next_neighbour = rings.neighbour, rings.next_neighbour
-    count = end - first
-    for q in range(count):
-        i = first + q
-        sum_x = sum_y = sum_z = 0.0
-        turn_x = turn_y = turn_z = 0.0
-        for d in range(degree):
-            # The spring.
-            e = entry + d * count + q
-            j = neighbour[e]
-            dx, dy, dz = x[0, j] - x[0, i], x[1, j] - x[1, i], x[2, j] - x[2, i]
-            tension = rings.stiffness[e] - rings.rest_pull[e] / sqrt(dx * dx + dy * dy + dz * dz)
-            sum_x += tension * dx
-            sum_y += tension * dy
-            sum_z += tension * dz
-            # The triangle with the neighbour that comes next.
-            j = next_neighbour[behind + d * count + q]
-            nx, ny, nz = x[0, j] - x[0, i], x[1, j] - x[1, i], x[2, j] - x[2, i]
-            turn_x += dy * nz - dz * ny
-            turn_y += dz * nx - dx * nz
-            turn_z += dx * ny - dy * nx
-        pull[0, i], pull[1, i], pull[2, i] = sum_x, sum_y, sum_z
-        area[0, i], area[1, i], area[2, i] = turn_x, turn_y, turn_z
-        moment[i] = (x[0, i] - x[0, 0]) * turn_x + (x[1, i] - x[1, 0]) * turn_y + (x[2, i] - x[2, 0]) * turn_z
+def fan_sums(rings: VertexRings, k: float, block: int, forces: Forces) -> float:
+    """Do the same where a particle's entries are several cycles, so that each says which neighbour comes next."""
+    x, pulls, areas = forces
+    first, size = rings.block[block, FIRST], rings.block[block, END] - rings.block[block, FIRST]
+    origin, total = (x[0, 0], x[1, 0], x[2, 0]), spread(0.0)
+    for q in range(0, size, LANES):
+        here = load_vec_lanes(x, first + q)
+        pull = turn = _no_vec_lanes(x)
+        for d in range(rings.block[block, DEGREE]):
+            e = rings.block[block, ENTRY] + d * size + q
+            side = _to_neighbour(rings.neighbour, e, x, here)
+            pull = add(pull, scale(_tension(rings, k, block, e, side), side))
+            ahead = _to_neighbour(rings.next_neighbour, rings.block[block, NEXT] + d * size + q, x, here)
+            turn = add(turn, cross(side, ahead))
+        store_vec_lanes(pulls, first + q, pull)
+        store_vec_lanes(areas, first + q, turn)
+        total = total + in_double(first_lanes(dot(sub(here, origin), turn), rings.block[block, NUMBER] - q))
+    return sum_of_lanes(total)
 
 
 @jit_lean
-def sum_in_lanes(values: np.ndarray, count: int) -> float:
-    """Return the sum of the first `count` of `values` (n,): in double precision, eight partial sums side by side."""
-    a = b = c = d = e = f = g = h = 0.0
-    whole = count // LANES * LANES
-    for i in range(0, whole, LANES):
-        a += values[i]
-        b += values[i + 1]
-        c += values[i + 2]
-        d += values[i + 3]
-        e += values[i + 4]
-        f += values[i + 5]
-        g += values[i + 6]
-        h += values[i + 7]
-    for i in range(whole, count):
-        a += values[i]
-    return ((a + b) + (c + d)) + ((e + f) + (g + h))
+def _no_vec_lanes(x: np.ndarray) -> VecLanes:
+    """Return zeros, in the precision of `x`."""
+    zero = spread(x.dtype.type(0.0))
+    return zero, zero, zero
+
+
+@jit_lean
+def _to_neighbour(neighbour: np.ndarray, e: int, x: np.ndarray, here: VecLanes) -> VecLanes:
+    """Return the ways [m] from `here` to the neighbours at entries e … e + 7, of particles at `x` (3, n)."""
+    there = (
+        gather_lanes(x[0], neighbour, e),
+        gather_lanes(x[1], neighbour, e),
+        gather_lanes(x[2], neighbour, e),
+    )
+    return sub(there, here)
+
+
+@jit_lean
+def _tension(rings: VertexRings, k: float, block: int, e: int, side: VecLanes) -> Lanes:
+    """Return the forces of springs over their lengths [N/m], at entries e … e + 7, along `side` [m]."""
+    first = rings.block[block, STIFFNESS]
+    stiffness = spread(k) if first < 0 else load_lanes(rings.stiffness, first + e - rings.block[block, ENTRY])
+    return stiffness - load_lanes(rings.rest_pull, e) / square_root(dot(side, side))
 
 
 class Load(NamedTuple):
     """What acts on one soft body besides springs, gas and gravity."""
 
-    first: int  # its first particle
+    first: int  # its first row of VertexRings.particle
     damping: float  # [N s/m] of its springs, against the speed at which their ends part
     drag: float  # [1/s]: a force of −drag m v
     force: np.ndarray  # (n, 3) [N] on each particle of all bodies, or (0, 3)
@@ -208,7 +181,12 @@ def add_load(
     """
     x, velocity, pull = moving
     for block in range(blocks[0], blocks[1]):
-        first, end, degree, entry, _ = rings.block[block]
+        first, end, degree, entry = (
+            rings.block[block, FIRST],
+            rings.block[block, END],
+            rings.block[block, DEGREE],
+            rings.block[block, ENTRY],
+        )
         if load.force.shape[0] > 0:
             for i in range(first, end):
                 for c in range(3):

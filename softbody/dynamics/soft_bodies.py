@@ -11,26 +11,24 @@ from typing import NamedTuple
 import numpy as np
 from numba import prange
 
-from softbody.dynamics.integrators import Stretch, advance_body, advance_body_on_threads, copy_rows
+from softbody.dynamics.integrators import Stretch, advance_body, advance_body_on_threads
 from softbody.dynamics.pressure import gas_pressure
 from softbody.dynamics.ring_forces import (
     AREA,
     INVERSE_MASS,
-    MOMENT,
     POSITION,
     PULL,
-    SAVED,
     VELOCITY,
     WORK_ROWS,
     Forces,
     Load,
     add_load,
     ring_forces,
-    sum_in_lanes,
 )
 from softbody.jit import jit, jit_lean, jit_threaded
+from softbody.lanes import LANES, first_lanes, in_double, least_lane, load_lanes, spread, sum_of_lanes, where_less
 from softbody.settings import Settings
-from softbody.state import SoftBodies, VertexRings
+from softbody.state import END, FIRST, NUMBER, SoftBodies, VertexRings
 from softbody.vec import load, store
 
 # What is said of the soft body that stopped a run.
@@ -49,8 +47,8 @@ LARGE = 8_000
 class MotionMemory(NamedTuple):
     """Memory for a run, worth keeping for the next: fresh memory costs a large body more than a step does."""
 
-    position: np.ndarray  # (n, 3) of the next state
-    velocity: np.ndarray  # (n, 3)
+    position: np.ndarray  # (n, 3) [m] at the last good look, in the end of the next state
+    velocity: np.ndarray  # (n, 3) [m/s]
     work: np.ndarray  # (threads, WORK_ROWS, particles of the largest body, and some), for one body at a time on each
     block_moment: np.ndarray  # (blocks,)
     done: np.ndarray  # (b,) steps that each body has done
@@ -71,11 +69,11 @@ def motion_of(start: np.ndarray, rings: VertexRings, threads: int = 1) -> Motion
     In double precision rows are an odd number of cache lines long: rows a multiple of 4 096 bytes apart would evict
     each other.
     """
-    largest = int(np.diff(start).max(initial=0))
+    largest = int(np.diff(rings.start).max(initial=0))
     memory = MotionMemory(
         np.empty((int(start[-1]), 3)),
         np.empty((int(start[-1]), 3)),
-        np.empty((threads, WORK_ROWS, (largest + 15) // 16 * 16 + 8), rings.stiffness.dtype),
+        np.empty((threads, WORK_ROWS, (largest + 15) // 16 * 16 + 8), rings.rest_pull.dtype),
         np.empty(len(rings.block)),
         np.zeros(len(start) - 1, np.int64),
         np.zeros(len(start) - 1, np.int64),
@@ -148,7 +146,7 @@ def even_cut(rings: VertexRings, body: int, shares: int) -> np.ndarray:
     end = rings.block_start[body + 1]
     cut = np.full(shares + 1, end)
     for share in range(shares):
-        while block < end and rings.block[block, 0] * shares < rings.block[end - 1, 1] * share:
+        while block < end and rings.block[block, FIRST] * shares < rings.block[end - 1, END] * share:
             block += 1
         cut[share] = block
     return cut
@@ -165,67 +163,91 @@ def move_body(
     threads: int | None,
 ) -> None:
     """Move one body in a `lane` of working memory, alone or on so many `threads`; note in memory how far it came."""
-    first, count = bodies.start[body], bodies.start[body + 1] - bodies.start[body]
-    work, particle = memory.work[lane], rings.particle[first : first + count]
-    _load_rows(bodies, particle, work)
-    rows = work[POSITION : POSITION + 6]
+    work, particle = memory.work[lane], rings.particle[rings.start[body] : rings.start[body + 1]]
+    _load_body(bodies, particle, work)
     cut = rings.block_start[body : body + 2] if threads is None else even_cut(rings, body, threads)
     least_volume = bodies.deflated_below[body] * bodies.mesh_volume[body]
     done, fault, look = 0, 0, LOOK
     while done < stretch.steps and fault == 0:
         part = Stretch(stretch.h, min(look, stretch.steps - done), stretch.integrator)
-        copy_rows(work, POSITION, SAVED, count)
         if threads is None:
             volume = advance_body(bodies, rings, body, part, cut, work, memory.block_moment)
         else:
             volume = advance_body_on_threads(bodies, rings, body, part, cut, work, memory.block_moment)
-        fault = find_fault(rows, count, stretch.h, volume, least_volume)
+        fault = find_fault(rings, body, work[POSITION : POSITION + 6], stretch.h, volume, least_volume)
         if fault == 0:
             done += part.steps
+            _store_rows(work, particle, memory)
         else:
             # Back to the last look, and from there step by step.
-            copy_rows(work, SAVED, POSITION, count)
+            if done > 0:
+                _load_rows(memory.position, memory.velocity, particle, work)
+            else:
+                _load_rows(bodies.position, bodies.velocity, particle, work)
             if part.steps > 1:
                 fault, look = 0, 1
-    for i in range(count):
-        for c in range(3):
-            memory.position[particle[i], c] = work[POSITION + c, i]
-            memory.velocity[particle[i], c] = work[VELOCITY + c, i]
+    if done == 0:
+        _store_rows(work, particle, memory)
     memory.done[body], memory.fault[body] = done, fault
 
 
 @jit_lean
-def _load_rows(bodies: SoftBodies, particle: np.ndarray, work: np.ndarray) -> None:
-    """Copy inverse mass, position and velocity of each `particle` (n,) into rows of `work`."""
+def _load_body(bodies: SoftBodies, particle: np.ndarray, work: np.ndarray) -> None:
+    """Copy inverse mass, position and velocity of each `particle` (s,) into rows of `work`."""
     for i in range(particle.shape[0]):
         work[INVERSE_MASS, i] = bodies.inverse_mass[particle[i]]
-        for c in range(3):
-            work[POSITION + c, i] = bodies.position[particle[i], c]
-            work[VELOCITY + c, i] = bodies.velocity[particle[i], c]
+    _load_rows(bodies.position, bodies.velocity, particle, work)
 
 
 @jit_lean
-def find_fault(rows: np.ndarray, count: int, h: float, volume: float, least_volume: float) -> int:
-    """Return whether a body of `count` particles has DIVERGED or COLLAPSED, or 0; `rows` (6, n) of x and of v.
+def _load_rows(position: np.ndarray, velocity: np.ndarray, particle: np.ndarray, work: np.ndarray) -> None:
+    """Copy `position` and `velocity` (n, 3) of each `particle` (s,) into rows of `work`."""
+    for i in range(particle.shape[0]):
+        for c in range(3):
+            work[POSITION + c, i] = position[particle[i], c]
+            work[VELOCITY + c, i] = velocity[particle[i], c]
+
+
+@jit_lean
+def _store_rows(work: np.ndarray, particle: np.ndarray, memory: MotionMemory) -> None:
+    """Copy position and velocity of each `particle` (s,) from rows of `work` into memory; twins are the same."""
+    for i in range(particle.shape[0]):
+        for c in range(3):
+            memory.position[particle[i], c] = work[POSITION + c, i]
+            memory.velocity[particle[i], c] = work[VELOCITY + c, i]
+
+
+@jit_lean
+def find_fault(rings: VertexRings, body: int, rows: np.ndarray, h: float, volume: float, least_volume: float) -> int:
+    """Return whether a body has DIVERGED or COLLAPSED, or 0; `rows` (6, n) of x and of v, by index.
 
     Diverged: some particle is not finite, or would cross its whole body in one more step, as seen from the body's
     mean velocity. Collapsed: the volume [m³] is not above `least_volume`.
     """
-    extent = 0.0
+    first, end = rings.block_start[body], rings.block_start[body + 1]
+    extent, count = 0.0, rings.start[body + 1] - rings.start[body]
     for c in range(3):
-        x = rows[c]
-        low = high = x[0]
-        for i in range(count):
-            low = min(low, x[i])
-            high = max(high, x[i])
-        extent = max(extent, high - low)
+        low = high = in_double(load_lanes(rows[c], 0))
+        for i in range(LANES, count, LANES):
+            x = in_double(load_lanes(rows[c], i))
+            low, high = where_less(x, low, x, low), where_less(high, x, x, high)
+        highest, lowest = -least_lane(spread(0.0) - high), least_lane(low)
+        extent = max(extent, highest - lowest)
     for c in range(3):
-        v = rows[3 + c]
-        mean = sum_in_lanes(v, count) / count
-        for i in range(count):
+        total, number, least = spread(0.0), 0, spread(extent)
+        for block in range(first, end):
+            number += rings.block[block, NUMBER]
+            for i in range(rings.block[block, FIRST], rings.block[block, END], LANES):
+                counting = rings.block[block, FIRST] + rings.block[block, NUMBER] - i
+                total = total + in_double(first_lanes(load_lanes(rows[3 + c], i), counting))
+        mean = sum_of_lanes(total) / number
+        for i in range(0, count, LANES):
+            off = in_double(load_lanes(rows[3 + c], i)) - mean
+            left = extent - h * where_less(off, 0.0, 0.0 - off, off)
             # Written so that NaN, for which every comparison is false, counts as diverged.
-            if not h * abs(v[i] - mean) < extent:
-                return DIVERGED
+            least = where_less(0.0, left, least, 0.0)
+        if not least_lane(least) > 0.0:
+            return DIVERGED
     if not abs(volume) < np.inf:
         return DIVERGED
     if volume <= least_volume:
@@ -243,15 +265,14 @@ def ring_accelerations(bodies: SoftBodies, motion: Motion, acceleration: np.ndar
     x, speed = work[POSITION : POSITION + 3], work[VELOCITY : VELOCITY + 3]
     pull, area = work[PULL : PULL + 3], work[AREA : AREA + 3]
     for body in range(bodies.gas.shape[0]):
-        first, count = bodies.start[body], bodies.start[body + 1] - bodies.start[body]
-        particle = rings.particle[first : first + count]
-        _load_rows(bodies, particle, work)
+        particle = rings.particle[rings.start[body] : rings.start[body + 1]]
+        _load_body(bodies, particle, work)
         start, end = rings.block_start[body], rings.block_start[body + 1]
-        ring_forces(rings, rings.common_stiffness[body], (start, end), Forces(x, pull, area, work[MOMENT]), moments)
-        outside = Load(first, bodies.damping[body], bodies.drag[body], bodies.force)
+        ring_forces(rings, rings.common_stiffness[body], (start, end), Forces(x, pull, area), moments)
+        outside = Load(rings.start[body], bodies.damping[body], bodies.drag[body], bodies.force)
         add_load(rings, outside, (start, end), work[INVERSE_MASS], (x, speed, pull))
         push = gas_pressure(bodies.gas[body], moments[start:end].sum() / 18.0) / 6.0
-        for i in range(count):
+        for i in range(particle.shape[0]):
             inverse_mass = bodies.inverse_mass[particle[i]]
             for c in range(3):
                 fall = bodies.gravity[c] if inverse_mass > 0.0 else 0.0

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from softbody.jit import jit
-from softbody.state import VertexRings
+from softbody.lanes import LANES
+from softbody.state import DEGREE, END, ENTRY, FIRST, STIFFNESS, VertexRings
 
 # Particles whose neighbours are grouped by degree together: 2 048 of them and all that their step needs are some
 # 0.4 MB, which stays in a core's second-level cache from the force to the update.
@@ -23,13 +24,14 @@ def no_rings() -> VertexRings:
     """Return the rings of no bodies at all."""
     return VertexRings(
         particle=np.empty(0, np.int64),
-        block=np.empty((0, 5), np.int64),
+        start=np.zeros(1, np.int64),
+        block=np.empty((0, 7), np.int64),
         block_start=np.zeros(1, np.int64),
-        edge=np.empty(0, np.int64),
+        edge=np.empty(0, np.uint32),
         neighbour=np.empty(0, np.uint32),
-        stiffness=np.empty(0),
         rest_pull=np.empty(0),
         next_neighbour=np.empty(0, np.uint32),
+        stiffness=np.empty(0),
         common_stiffness=np.empty(0),
     )
 
@@ -49,48 +51,49 @@ def build_rings(
     # A particle where several fans of triangles meet goes to blocks of its own: its entries are not one cycle.
     kind = 2 * degree + ~is_cycle
     order = order[np.lexsort((kind[order], np.arange(count) // WINDOW))]
-    index = np.empty(count, np.int64)
-    index[order] = np.arange(count)
-    keys = edges[:, 0] * count + edges[:, 1]
 
     new_block = np.ones(count, bool)
     new_block[1:] = (np.diff(kind[order]) != 0) | (np.arange(1, count) % BLOCK == 0)
     first = np.flatnonzero(new_block)
-    blocks, entries, nexts, behind = [], [], [], 0
-    offset = 0
-    for start, end in zip(first, np.append(first[1:], count)):
-        rows = order[start:end]
+    number = np.diff(first, append=count)
+    # Each block begins at whole lanes; an index counts its twins.
+    end = np.cumsum(-(-number // LANES) * LANES)
+    begin = np.append(0, end[:-1])
+    index = np.empty(count, np.int64)
+    index[order] = np.arange(count) + np.repeat(begin - first, number)
+
+    blocks, entries, nexts, behind, offset = [], [], [], 0, 0
+    for k in range(len(first)):
+        rows = order[np.minimum(np.arange(end[k] - begin[k]), number[k] - 1) + first[k]]
         size = int(degree[rows[0]])
         entry = (ring_start[rows][None, :] + np.arange(size)[:, None]).ravel()
-        cycle = size in UNROLLED and is_cycle[rows[0]]
-        blocks.append((start, end, size, offset, -1 if cycle else behind))
+        cycle = is_cycle[rows[0]]
+        blocks.append((begin[k], end[k], number[k], size, offset, -1 if cycle else behind, -1))
         entries.append(np.stack([np.tile(rows, size), ring[entry]]))
         offset += entry.size
         if not cycle:
             nexts.append(index[after[entry]])
             behind += entry.size
     here, there = np.concatenate(entries, axis=1)
-    edge = np.searchsorted(keys, np.minimum(here, there) * count + np.maximum(here, there))
+    edge_key = edges[:, 0] * count + edges[:, 1]
+    edge = np.searchsorted(edge_key, np.minimum(here, there) * count + np.maximum(here, there))
+    particle = np.empty(end[-1], np.int64)
+    for k in range(len(first)):
+        particle[begin[k] : end[k]] = entries[k][0, : end[k] - begin[k]]
     return with_springs(
-        VertexRings(
-            particle=order,
-            block=np.array(blocks, np.int64).reshape(-1, 5),
+        no_rings()._replace(
+            particle=particle,
+            start=np.array([0, end[-1]]),
+            block=np.array(blocks, np.int64),
             block_start=np.array([0, len(blocks)]),
-            edge=edge,
+            edge=edge.astype(np.uint32),
             neighbour=index[there].astype(np.uint32),
-            stiffness=np.empty(0),
-            rest_pull=np.empty(0),
             next_neighbour=np.concatenate([np.empty(0, np.int64), *nexts]).astype(np.uint32),
-            common_stiffness=np.empty(1),
         ),
         rest_length,
         stiffness,
         np.array([0, len(edges)]),
     )
-
-
-# The degrees that have a kernel of their own; in a large mesh almost every vertex has six neighbours, or nearly.
-UNROLLED = (4, 5, 6, 7, 8)
 
 
 def with_springs(
@@ -100,14 +103,22 @@ def with_springs(
 
     `rest_length` (e,) [m], `stiffness` (e,) [N/m], `edge_start` (b + 1,).
     """
-    bodies = pairwise(edge_start)
-    common = [stiffness[a] if (stiffness[a:b] == stiffness[a]).all() else np.nan for a, b in bodies]
+    common = [stiffness[a] if (stiffness[a:b] == stiffness[a]).all() else np.nan for a, b in pairwise(edge_start)]
+    block, differ = rings.block.copy(), [np.empty(0)]
+    block[:, STIFFNESS] = -1
+    for body in np.flatnonzero(np.isnan(common)):
+        own = slice(*rings.block_start[body : body + 2])
+        entry = block[own, ENTRY]
+        end = entry[-1] + block[own][-1, DEGREE] * (block[own][-1, END] - block[own][-1, FIRST])
+        block[own, STIFFNESS] = entry - entry[0] + sum(map(len, differ))
+        differ.append(stiffness[rings.edge[entry[0] : end]])
     changed = rings._replace(
-        stiffness=stiffness[rings.edge],
+        block=block,
         rest_pull=(stiffness * rest_length)[rings.edge],
+        stiffness=np.concatenate(differ),
         common_stiffness=np.array(common),
     )
-    return in_precision(changed, rings.stiffness.dtype.type)
+    return in_precision(changed, rings.rest_pull.dtype.type)
 
 
 @jit

@@ -118,7 +118,10 @@ def test_a_crash_fails_its_claim_and_no_other(tmp_path: Path) -> None:
 
 def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "validation", "--no-timings", "--jobs", "1", "--out", str(tmp_path)]
+    # (What is started in the background of a script hears no SIGINT, nor does what it starts.)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     running = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    signal.signal(signal.SIGINT, before)
     assert running.stderr is not None
     for line in running.stderr:
         if line.startswith("✓"):

@@ -14,9 +14,9 @@ FAMILY = "pressure and volume"
 
 STIFF_SPRINGS = Fault(
     "springs too stiff by a twentieth",
-    ring_forces.ring_sums,
-    "k_ - pull_ / sqrt(square_)",
-    "1.05 * (k_ - pull_ / sqrt(square_))",
+    ring_forces._tension,
+    "k_ - pull_ / square_root(square_)",
+    "1.05 * (k_ - pull_ / square_root(square_))",
 )
 PIECE = "softbody.dynamics.ring_forces"
 

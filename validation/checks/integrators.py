@@ -17,20 +17,20 @@ FAMILY = "integrators"
 WRONG_WEIGHT = Fault(
     "a wrong weight in the paper's integrator",
     integrators.rk4_velocity_stage,
-    "end_[3 + c_, i_] += a_ + a_",
-    "end_[3 + c_, i_] += 1.999999999 * a_",
+    "load_lanes(sums_, i_) + (a_ + a_)",
+    "load_lanes(sums_, i_) + 1.999999999 * a_",
 )
 WEIGHT_BY_A_THOUSANDTH = Fault(
     "a weight in the paper's integrator off by a thousandth",
     integrators.rk4_velocity_stage,
-    "end_[3 + c_, i_] += a_ + a_",
-    "end_[3 + c_, i_] += 2.001 * a_",
+    "load_lanes(sums_, i_) + (a_ + a_)",
+    "load_lanes(sums_, i_) + 2.001 * a_",
 )
 LAST_VELOCITY = Fault(
     "rk4 moves with the last velocity instead of the mean",
     integrators.rk4_stage,
-    "sixth_ * shift[c_, i_]",
-    "1.5 * sixth_ * shift[c_, i_]",
+    "sixth_ * load_lanes(shift_, i_)",
+    "1.5 * sixth_ * load_lanes(shift_, i_)",
 )
 PIECE = "softbody.dynamics.integrators"
 
@@ -379,8 +379,8 @@ def drift(run: Run) -> Comparison:
         Fault(
             "symplectic Euler moves with the old velocity",
             integrators.symplectic_euler_stage,
-            "u_ = start_[3 + c_, i_] + lead_ * a_\nend_[3 + c_, i_] = u_",
-            "u_ = start_[3 + c_, i_]\nend_[3 + c_, i_] = u_ + lead_ * a_",
+            "load_lanes(rows_.start[c_], i_) + lead_ * u_",
+            "load_lanes(rows_.start[c_], i_) + lead_ * load_lanes(rows_.start[3 + c_], i_)",
         ),
     ),
 )
@@ -456,9 +456,9 @@ def breathe(run: Run, precision: str, phase: float) -> Comparison:
     faults=(
         Fault(
             "spring force over the rest length",
-            ring_forces.ring_sums,
-            "k_ - pull_ / sqrt(square_)",
-            "1.001 * (k_ - pull_ / sqrt(square_))",
+            ring_forces._tension,
+            "k_ - pull_ / square_root(square_)",
+            "1.001 * (k_ - pull_ / square_root(square_))",
         ),
     ),
 )

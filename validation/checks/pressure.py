@@ -239,9 +239,9 @@ def scaling(run: Run) -> Comparison:
     faults=(
         Fault(
             "spring force over the rest length",
-            ring_forces.ring_sums,
-            "k_ - pull_ / sqrt(square_)",
-            "1.001 * (k_ - pull_ / sqrt(square_))",
+            ring_forces._tension,
+            "k_ - pull_ / square_root(square_)",
+            "1.001 * (k_ - pull_ / square_root(square_))",
         ),
         PRESSURE,
     ),

@@ -18,8 +18,8 @@ FAMILY = "soft bodies"
 NEIGHBOUR_LEFT_OUT = Fault(
     "the last neighbour of every ring is left out",
     ring_forces.ring_sums,
-    "range(1, len(degree_))",
-    "range(1, len(degree_) - 1)",
+    "range(1, rings_.block[block_, DEGREE])",
+    "range(1, rings_.block[block_, DEGREE] - 1)",
 )
 PIECE = "softbody.dynamics.ring_forces"
 
@@ -94,9 +94,9 @@ def forces(run: Run, precision: str) -> tuple[list[np.ndarray], list[np.ndarray]
     faults=(
         Fault(
             "gas that pushes harder along x by 1e-9",
-            integrators.rk4_velocity_stage,
-            "push_ * area[c_, i_]",
-            "push_ * (1.0 + (1e-9 if c_ == 0 else 0.0)) * area[c_, i_]",
+            integrators.acceleration,
+            "push_ * load_lanes(rows_.area[c_], i_)",
+            "push_ * (1.0 + (1e-9 if c_ == 0 else 0.0)) * load_lanes(rows_.area[c_], i_)",
         ),
     ),
 )

@@ -7,7 +7,8 @@ import softbody
 from softbody import Mesh, World
 from softbody.dynamics.plain_forces import plain_accelerations
 from softbody.dynamics.soft_bodies import motion_of, ring_accelerations
-from softbody.dynamics.vertex_rings import UNROLLED, WINDOW, build_rings, one_rings
+from softbody.dynamics.vertex_rings import WINDOW, build_rings, one_rings, with_springs
+from softbody.lanes import LANES
 from softbody.state import soft_bodies_of
 
 
@@ -65,15 +66,40 @@ def test_only_a_corner_of_two_fans_is_not_a_cycle():
 def test_blocks_hold_every_particle_once_and_one_degree_each(mesh):
     n, e = len(mesh.vertices), len(mesh.edges)
     rings = build_rings(n, mesh.edges, mesh.triangles, np.ones(e), np.ones(e))
-    assert sorted(rings.particle) == list(range(n))
     assert rings.block[0, 0] == 0
-    assert rings.block[-1, 1] == n
+    assert rings.start.tolist() == [0, rings.block[-1, 1]]
+    assert len(rings.particle) == rings.start[1]
     assert (rings.block[1:, 0] == rings.block[:-1, 1]).all()
     assert (rings.block[:, 1] - rings.block[:, 0] <= WINDOW).all()
-    degree = np.bincount(mesh.edges.ravel())
-    for first, end, size, _, behind in rings.block:
-        assert set(degree[rings.particle[first:end]]) == {size}
-        assert behind < 0 or size not in UNROLLED or mesh is MESHES["a corner of two fans"]
+    degree, counted = np.bincount(mesh.edges.ravel()), []
+    for first, end, number, size, _, behind, differ in rings.block:
+        assert (end - first) % LANES == 0
+        assert 0 <= end - first - number < LANES
+        particle = rings.particle[first:end]
+        assert (particle[number:] == particle[number - 1]).all()
+        assert set(degree[particle]) == {size}
+        assert differ == -1
+        assert behind < 0 or mesh is MESHES["a corner of two fans"]
+        counted += particle[:number].tolist()
+    assert sorted(counted) == list(range(n))
+
+
+def test_stiffness_is_kept_for_bodies_whose_springs_differ_only():
+    world, mesh = World(), softbody.icosphere(1)
+    alike, differ = np.full(len(mesh.edges), 10.0), np.linspace(1.0, 2.0, len(mesh.edges))
+    for k, stiffness in enumerate((alike, differ, alike)):
+        world.add_soft_body(mesh, 1.0, stiffness, 1.0, (5.0 * k, 0.0, 0.0))
+    rings = world.rings
+    assert len(rings.stiffness) * 3 == len(rings.rest_pull)
+    assert np.isnan(rings.common_stiffness).tolist() == [False, True, False]
+    changed = with_springs(rings, world.model.edge_rest_length, np.tile(differ, 3), world.model.soft_edge_start)
+    assert changed.stiffness.tolist() == np.tile(differ, 3)[changed.edge].tolist()
+    assert (
+        with_springs(
+            changed, world.model.edge_rest_length, np.tile(alike, 3), world.model.soft_edge_start
+        ).stiffness.tolist()
+        == []
+    )
 
 
 @meshes
@@ -102,6 +128,6 @@ def test_neighbours_lie_close_together_in_memory():
     mesh = Mesh(mesh.vertices[shuffled], np.argsort(shuffled)[mesh.triangles])
     e = len(mesh.edges)
     rings = build_rings(len(mesh.vertices), mesh.edges, mesh.triangles, np.ones(e), np.ones(e))
-    index = np.argsort(rings.particle)
+    index = np.argsort(rings.particle)[np.searchsorted(np.sort(rings.particle), np.arange(len(mesh.vertices)))]
     distances = np.abs(index[mesh.edges[:, 0]] - index[mesh.edges[:, 1]])
     assert np.median(distances) < 120  # 2 562 vertices; at random it would be 750

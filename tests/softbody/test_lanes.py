@@ -1,0 +1,158 @@
+"""Are lanes the same compiled as NumPy's arrays of eight, to the last bit, and is what does not fit refused?"""
+
+import os
+import subprocess
+import sys
+
+import numba
+import numpy as np
+import pytest
+
+from softbody.jit import jit, jit_lean
+from softbody.lanes import (
+    LANES,
+    first_lanes,
+    gather_lanes,
+    in_double,
+    least_lane,
+    load_lanes,
+    spread,
+    square_root,
+    store_lanes,
+    sum_of_lanes,
+    where_less,
+)
+
+compiled = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="nothing is compiled")
+precisions = pytest.mark.parametrize("real", [np.float64, np.float32])
+
+
+@jit_lean
+def formula(x, y, s, out):
+    """Use every operator, with lanes and with one real on either side."""
+    a, b = load_lanes(x, 1), load_lanes(y, 2)
+    c = s - (a + b) * (s * a) / (b - s) + (a - b) / s
+    store_lanes(out, 3, where_less(a, b, c, s) + square_root(b) * spread(s))
+
+
+@precisions
+def test_arithmetic_is_that_of_arrays_to_the_last_bit(real):
+    rng = np.random.default_rng(1)
+    for _ in range(50):
+        x, y = (rng.uniform(0.5, 2.0, 12) * 10.0 ** rng.uniform(-3, 3, 12)).astype(real), rng.uniform(3.0, 4.0, 12)
+        y, s, out = y.astype(real), real(rng.normal()), np.full(12, -1.0, real)
+        formula(x, y, s, out)
+        a, b = x[1:9], y[2:10]
+        c = s - (a + b) * (s * a) / (b - s) + (a - b) / s
+        assert out[3:11].tolist() == (np.where(a < b, c, s) + np.sqrt(b) * s).tolist()
+        assert out[:3].tolist() + out[11:].tolist() == [-1.0] * 4
+
+
+@jit_lean
+def gathered(x, index, e, out):
+    store_lanes(out, 0, gather_lanes(x, index, e))
+
+
+@precisions
+def test_lanes_are_gathered_from_where_the_index_says(real):
+    x, index, out = (
+        np.arange(20.0).astype(real),
+        np.array([9, 3, 3, 19, 0, 7, 8, 1, 2, 5], np.uint32),
+        np.empty(8, real),
+    )
+    gathered(x, index, 2, out)
+    assert out.tolist() == [3.0, 19.0, 0.0, 7.0, 8.0, 1.0, 2.0, 5.0]
+
+
+@jit_lean
+def sums(x, number):
+    first = in_double(first_lanes(load_lanes(x, 0), number))
+    return sum_of_lanes(first), least_lane(load_lanes(x, 0))
+
+
+@precisions
+@pytest.mark.parametrize("number", [-3, 0, 1, 5, 8, 11])
+def test_the_first_lanes_are_summed_in_double_precision(real, number):
+    x = np.array([1e8, 1.0, 2.0, -3.0, 5.0, 0.25, 7.0, 9.0], real)
+    total, least = sums(x, number)
+    assert total == x[: max(0, number)].astype(np.float64).sum()
+    assert least == -3.0
+
+
+@jit_lean
+def least(x):
+    return least_lane(load_lanes(x, 0))
+
+
+def test_what_is_no_number_is_not_the_least():
+    x = np.array([2.0, np.nan, 1.0, 3.0, np.nan, 4.0, 5.0, 6.0])
+    assert least(x) == 1.0
+
+
+@jit
+def carried(x):
+    """Lanes pass through tuples, loops and other kernels."""
+    low, high = load_lanes(x, 0), spread(0.0)
+    for i in range(0, x.shape[0], LANES):
+        low, high = _narrowed(low, high, load_lanes(x, i))
+    return sum_of_lanes(low), sum_of_lanes(high)
+
+
+@jit
+def _narrowed(low, high, here):
+    return where_less(here, low, here, low), where_less(high, here, here, high)
+
+
+def test_lanes_pass_through_tuples_loops_and_kernels():
+    x = np.random.default_rng(2).uniform(0.0, 1.0, 40)
+    rows = x.reshape(-1, LANES)
+    assert carried(x) == (pytest.approx(rows.min(axis=0).sum()), pytest.approx(rows.max(axis=0).sum()))
+
+
+@compiled
+@pytest.mark.parametrize("rows", [np.zeros((4, 16))[:, 3], np.zeros(16)[::2], np.zeros((2, 8)), np.zeros(16, np.int64)])
+def test_an_array_with_gaps_or_without_reals_is_refused(rows):
+    with pytest.raises(numba.TypingError):
+        least(rows)
+
+
+@compiled
+def test_lanes_of_two_precisions_are_not_mixed():
+    @numba.njit
+    def mixed(x, y):
+        return sum_of_lanes(load_lanes(x, 0) + load_lanes(y, 0))
+
+    with pytest.raises(numba.TypingError):
+        mixed(np.zeros(8), np.zeros(8, np.float32))
+
+
+OUTSIDE = """
+import numba, numpy as np
+from softbody.lanes import gather_lanes, load_lanes, store_lanes, sum_of_lanes
+
+@numba.njit(nogil=True)
+def load(x, i): return sum_of_lanes(load_lanes(x, i))
+
+@numba.njit(nogil=True)
+def keep(x, i): store_lanes(x, i, load_lanes(x, 0))
+
+@numba.njit(nogil=True)
+def gather(x, index, i): return sum_of_lanes(gather_lanes(x, index, i))
+
+x, index = np.zeros(10), np.full(8, 10, np.uint32)
+for call, *arguments in (
+    (load, x, 3), (load, x, -1), (keep, x, 3), (gather, x, index, 0), (gather, np.zeros(11), index, 1)
+):
+    try:
+        call(*arguments)
+    except (IndexError, AssertionError):
+        print("refused")
+load(x, 2), keep(x, 2), gather(np.zeros(11), index, 0)
+"""
+
+
+@pytest.mark.parametrize("flags", [{"NUMBA_BOUNDSCHECK": "1"}, {"NUMBA_DISABLE_JIT": "1"}])
+def test_lanes_outside_of_an_array_are_seen_by_bounds_checks_and_without_the_compiler(flags):
+    run = [sys.executable, "-c", OUTSIDE]
+    done = subprocess.run(run, env={**os.environ, **flags}, capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["refused"] * 5
