@@ -16,7 +16,7 @@ from softbody.jit import jit, jit_lean
 from softbody.vec import Vec, load, store
 
 NOBODY = -1  # no box, no particle: the ground, or a side of another kind
-SOLVER_ROW = 56  # numbers that the solver of boxes keeps for each contact
+SOLVER_ROW = 57  # numbers that the solver of boxes keeps for each contact
 LEAST_ROOM = 64
 
 

@@ -15,6 +15,7 @@ from softbody.collision.held_boxes import pass_down
 from softbody.collision.law import speed_after, within_friction_cone
 from softbody.collision.solver_row import (
     APPROACH,
+    COUPLING,
     INVERSE_A,
     INVERSE_B,
     MASS,
@@ -22,6 +23,7 @@ from softbody.collision.solver_row import (
     NORMAL_IMPULSE,
     POSITION_IMPULSE,
     SECOND,
+    SECOND_COUPLING,
     SECOND_IMPULSE,
     TANGENT,
     TANGENT_IMPULSE,
@@ -47,11 +49,6 @@ from softbody.vec import Vec, add, load, scale, store, sub
 # The part of a depth that one step undoes. All at once would let a pile that is not solved to the end jump.
 BAUMGARTE = 0.2
 
-# Sweeps are ROUGH that change a speed by so many times what is worth another one, as where an impact is on its way
-# through a pile, or friction drags one along. Then they go on, up to so many times `iterations` MORE.
-ROUGH = 1e3
-MORE = 3
-
 # The part of the depth that is allowed below which a correction of a displacement is not worth another sweep.
 CLOSE = 1e-3
 
@@ -63,20 +60,14 @@ def solve_velocities(contacts: Contacts, bodies: RigidBodies, h: float, iteratio
     A contact that closes within `h` [s] must part with e times the speed that it closed at *before* this step's
     gravity and forces: so what rests does not hop, and a ball of e = 1 keeps its energy to the last bit. A gap that
     stays open may close, but no further. Friction is bounded by μ times the normal impulse, in every direction alike.
-    Ends after a sweep that changed no speed at a contact by more than `enough` [m/s]; or after `iterations` sweeps,
-    unless they still are ROUGH.
+    Ends after a sweep that changed no speed at a contact by more than `enough` [m/s], or after `iterations` sweeps.
     """
     motion = load_motion(bodies)
     _set_targets(contacts, motion, h, enough)
     _start_from_cache(contacts, motion)
     order = sweep_order(contacts, bodies)
     solve_trees(contacts, bodies, order, motion, enough)
-    for left in range((1 + MORE) * iterations, 0, -1):
-        # The last one goes down, and leaves what is amiss at the top, where it moves least.
-        down = left % 2 == 1
-        changed = _sweep(contacts, order.pairs, down, motion)
-        if changed <= enough or (left <= MORE * iterations + 1 and down and changed <= ROUGH * enough):
-            break
+    _sweep_all(contacts, order.pairs, iterations, enough, motion)
     _finish(contacts, bodies, motion)
 
 
@@ -87,10 +78,7 @@ def hold_pushed_boxes(
     """Let the contacts that `solve_velocities` has solved hold boxes that were pushed since: `push` (m, 6)."""
     motion = load_motion(bodies)
     pass_down(contacts, bodies, push, motion)
-    order = sweep_order(contacts, bodies)
-    for left in range(iterations, 0, -1):
-        if _sweep(contacts, order.pairs, left % 2 == 1, motion) <= enough:
-            break
+    _sweep_all(contacts, sweep_order(contacts, bodies).pairs, iterations, enough, motion)
     _finish(contacts, bodies, motion)
 
 
@@ -136,6 +124,15 @@ def _start_from_cache(contacts: Contacts, motion: np.ndarray) -> None:
 
 
 @jit_lean
+def _sweep_all(contacts: Contacts, pairs: np.ndarray, iterations: int, enough: float, motion: np.ndarray) -> None:
+    """Sweep up and down by turns until no speed at a contact changes by more than `enough` [m/s]."""
+    for left in range(iterations, 0, -1):
+        # The last one goes down, and leaves what is amiss at the top, where it moves least.
+        if _sweep(contacts, pairs, left % 2 == 1, motion) <= enough:
+            break
+
+
+@jit_lean
 def _sweep(contacts: Contacts, pairs: np.ndarray, down: bool, motion: np.ndarray) -> float:
     """Correct the impulses of all contacts once; return the largest change of a speed at a contact [m/s].
 
@@ -154,31 +151,29 @@ def _sweep(contacts: Contacts, pairs: np.ndarray, down: bool, motion: np.ndarray
         for turn in range(end - start):
             k = end - 1 - turn if down else start + turn
             # Along the normal: towards the target, and never pulling.
+            pair = v_a, w_a, v_b, w_b
             before = row[k, NORMAL_IMPULSE]
-            lack = row[k, TARGET] - speed_along(row, k, NORMAL, (v_a, w_a, v_b, w_b))
+            lack = row[k, TARGET] - speed_along(row, k, NORMAL, pair)
             normal = max(0.0, before + row[k, MASS] * lack)
             change = normal - before
-            if change != 0.0:
-                row[k, NORMAL_IMPULSE] = normal
-                most = max(most, abs(change) / row[k, MASS])
-                v_a = add(v_a, scale(share_a * change, load_three(row, k, 0)))
-                v_b = sub(v_b, scale(share_b * change, load_three(row, k, 0)))
-                w_a = add(w_a, scale(change, load_three(row, k, TURN_A)))
-                w_b = sub(w_b, scale(change, load_three(row, k, TURN_B)))
+            row[k, NORMAL_IMPULSE] = normal
+            most = max(most, abs(change) / row[k, MASS])
+            s = t = 0.0
             if contacts.friction[k] > 0.0 and (before > 0.0 or normal > 0.0):
-                # Along the sliding, by one number for both tangents: with the exact 2 × 2 solve, what the bound leaves
-                # would not point against the sliding, and a box would slide on by a seventh too far.
-                pair = v_a, w_a, v_b, w_b
-                first = row[k, TANGENT_IMPULSE] - row[k, TANGENT_MASS] * speed_along(row, k, TANGENT, pair)
-                second = row[k, SECOND_IMPULSE] - row[k, TANGENT_MASS] * speed_along(row, k, SECOND, pair)
+                # Along the sliding that this leaves, by one number for both tangents: with the exact 2 × 2 solve, what
+                # the bound leaves would not point against the sliding, and a box would slide on by a seventh too far.
+                slide_1 = speed_along(row, k, TANGENT, pair) + change * row[k, COUPLING]
+                slide_2 = speed_along(row, k, SECOND, pair) + change * row[k, SECOND_COUPLING]
+                first = row[k, TANGENT_IMPULSE] - row[k, TANGENT_MASS] * slide_1
+                second = row[k, SECOND_IMPULSE] - row[k, TANGENT_MASS] * slide_2
                 first, second = within_friction_cone(first, second, contacts.friction[k] * normal)
                 s, t = first - row[k, TANGENT_IMPULSE], second - row[k, SECOND_IMPULSE]
                 row[k, TANGENT_IMPULSE], row[k, SECOND_IMPULSE] = first, second
                 most = max(most, (abs(s) + abs(t)) / row[k, TANGENT_MASS])
-                along = add(scale(s, load_three(row, k, 3)), scale(t, load_three(row, k, 6)))
-                v_a, v_b = add(v_a, scale(share_a, along)), sub(v_b, scale(share_b, along))
-                w_a = add(w_a, add(scale(s, load_three(row, k, TURN_A + 3)), scale(t, load_three(row, k, TURN_A + 6))))
-                w_b = sub(w_b, add(scale(s, load_three(row, k, TURN_B + 3)), scale(t, load_three(row, k, TURN_B + 6))))
+            along = _combined(row, k, 0, (change, s, t))
+            v_a, v_b = add(v_a, scale(share_a, along)), sub(v_b, scale(share_b, along))
+            w_a = add(w_a, _combined(row, k, TURN_A, (change, s, t)))
+            w_b = sub(w_b, _combined(row, k, TURN_B, (change, s, t)))
         store_body(motion, a, v_a, w_a)
         if b != NOBODY:
             store_body(motion, b, v_b, w_b)
@@ -186,14 +181,16 @@ def _sweep(contacts: Contacts, pairs: np.ndarray, down: bool, motion: np.ndarray
 
 
 @jit_lean
+def _combined(row: np.ndarray, k: int, column: int, impulse: Vec) -> Vec:
+    """Return the sum of what `impulse` [N s] along the normal and both tangents does, from `column` on."""
+    normal, first, second = load_three(row, k, column), load_three(row, k, column + 3), load_three(row, k, column + 6)
+    return add(scale(impulse[0], normal), add(scale(impulse[1], first), scale(impulse[2], second)))
+
+
+@jit_lean
 def _impulse(row: np.ndarray, k: int) -> Vec:
     """Return the impulse [N s] on a of contact `k`, in the world."""
-    n, s, t = row[k, NORMAL_IMPULSE], row[k, TANGENT_IMPULSE], row[k, SECOND_IMPULSE]
-    return (
-        n * row[k, 0] + s * row[k, 3] + t * row[k, 6],
-        n * row[k, 1] + s * row[k, 4] + t * row[k, 7],
-        n * row[k, 2] + s * row[k, 5] + t * row[k, 8],
-    )
+    return _combined(row, k, 0, load_three(row, k, NORMAL_IMPULSE))
 
 
 @jit

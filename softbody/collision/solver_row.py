@@ -20,6 +20,7 @@ MASS, TANGENT_MASS, TARGET, APPROACH = 45, 46, 47, 48
 # Impulses so far [N s], along the normal and both tangents; the position solve's [kg m].
 NORMAL_IMPULSE, TANGENT_IMPULSE, SECOND_IMPULSE, POSITION_IMPULSE = 49, 50, 51, 52
 INVERSE_A, INVERSE_B = 53, 54  # inverse masses [1/kg]
+COUPLING, SECOND_COUPLING = 55, 56  # speeds along both tangents that an impulse along the normal gives [m/s per N s]
 
 Directions = tuple[Vec, Vec, Vec, Vec, Vec]
 PairMotion = tuple[Vec, Vec, Vec, Vec]  # velocity and angular velocity of a, and of b
@@ -96,6 +97,10 @@ def prepare_contacts(contacts: Contacts, bodies: RigidBodies) -> None:
         k22 = _coupling(row, k, SECOND, SECOND)
         largest = 0.5 * (k11 + k22) + np.sqrt(0.25 * (k11 - k22) * (k11 - k22) + k12 * k12)
         row[k, TANGENT_MASS] = 1.0 / largest
+        row[k, COUPLING], row[k, SECOND_COUPLING] = (
+            _coupling(row, k, TANGENT, NORMAL),
+            _coupling(row, k, SECOND, NORMAL),
+        )
         row[k, APPROACH] = -speed_along(row, k, NORMAL, load_pair(motion, a, b))
 
 

@@ -45,7 +45,7 @@ DEAF_BELOW = Fault(
     "friction that what lies below feels half of",
     sequential_impulses._sweep,
     "sub(v_b, scale(share_b, along))",
-    "sub(v_b, scale(0.5 * share_b, along))",
+    "sub(v_b, scale(share_b, _combined(row, k, 0, (change, 0.5 * s, 0.5 * t))))",
 )
 MEAN = "sqrt(a_.friction * b_.friction)"
 LARGER = Fault("the larger friction of two", law.combined, MEAN, "max(a_.friction, b_.friction)")
@@ -244,8 +244,8 @@ def two_flat_boxes_as_in_dart(run: Run) -> Comparison:
         Fault(
             "friction that turns boxes by half of its moment",
             sequential_impulses._sweep,
-            "w_a = add(w_a, add(x_, y_))",
-            "w_a = add(w_a, scale(0.5, add(x_, y_)))",
+            "w_a = add(w_a, _combined(row, k, TURN_A, (change, s, t)))",
+            "w_a = add(w_a, _combined(row, k, TURN_A, (change, 0.5 * s, 0.5 * t)))",
         ),
     ),
 )

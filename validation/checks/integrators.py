@@ -455,10 +455,10 @@ def breathe(run: Run, precision: str, phase: float) -> Comparison:
     detects="a stage that treats two particles differently; a force that is not central",
     faults=(
         Fault(
-            "spring force over the rest length",
-            ring_forces._tension,
-            "k_ - pull_ / square_root(square_)",
-            "1.001 * (k_ - pull_ / square_root(square_))",
+            "springs that pull one end more than the other",
+            ring_forces.ring_sums,
+            "scale(_tension(rings_, k_, block_, e_, start_), start_)",
+            "scale(1.001 * _tension(rings_, k_, block_, e_, start_), start_)",
         ),
     ),
 )
@@ -509,8 +509,8 @@ def _fall(integrator: str, height: float, speed: float, h: float, steps: int, g:
         Fault(
             "gravity off by 1e-9",
             integrators.acceleration,
-            "gravity_ if mass_ > 0.0 else mass_",
-            "gravity_ * (1.0 + 1e-9) if mass_ > 0.0 else mass_",
+            "where_less(zero_, mass_, gravity_, mass_)",
+            "where_less(zero_, mass_, gravity_ * (1.0 + 1e-9), mass_)",
         ),
     ),
 )

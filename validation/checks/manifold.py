@@ -317,8 +317,8 @@ def end_to_end_by_bullet(run: Run) -> Comparison:
         Fault(
             "the second body's velocity feels 1e-9 less",
             sequential_impulses._sweep,
-            "sub(v_b, scale(share_b * change, d_))",
-            "sub(v_b, scale((1.0 - 1e-9) * share_b * change, d_))",
+            "sub(v_b, scale(share_b, along))",
+            "sub(v_b, scale((1.0 - 1e-9) * share_b, along))",
         ),
     ),
 )

@@ -94,6 +94,7 @@ def piled(boxes: list[tuple[np.ndarray, ...]], friction: float) -> World:
         Fault(
             "what an impact leaves not solved for again", support_trees._correct, "abs(x_) > FINE * enough_", "False"
         ),
+        Fault("trees given up too soon", support_trees._correct, "HOPELESS * trial_.size[i_]", "0"),
         Fault("contacts that are entered do not join", support_trees._close_contact, "x_ and y_ > enough_", "False"),
         Fault(
             "boxes that fall not stopped by those below that are stopped",

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from softbody import World
 from softbody.collision.sequential_impulses import _set_targets, _start_from_cache
 from softbody.collision.solver_row import NORMAL_IMPULSE, TARGET, load_motion, prepare_contacts
-from softbody.collision.support_trees import _factor, _solve_factored, solve_trees
+from softbody.collision.support_trees import solve_trees
 from softbody.collision.sweep_order import sweep_order
 from softbody.collision.warm_start import warm_start
 from softbody.dynamics.rigid_boxes import accelerate_boxes
@@ -40,17 +40,6 @@ def before_the_sweeps(world):
     _set_targets(contacts, motion, H, 1e-6)
     _start_from_cache(contacts, motion)
     return boxes, contacts, motion
-
-
-@given(st.integers(0, 10**6))
-def test_the_factors_solve_symmetric_equations(seed):
-    random = np.random.default_rng(seed)
-    root = random.normal(size=(6, 6))
-    matrix, right = root @ root.T + np.eye(6), random.normal(size=6)
-    factor, x = np.tril(matrix), right.copy()
-    _factor(factor)
-    _solve_factored(factor, x)
-    assert matrix @ x == pytest.approx(right, abs=1e-10)
 
 
 def test_a_standing_pile_is_solved_before_any_sweep():
