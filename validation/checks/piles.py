@@ -94,7 +94,7 @@ def piled(boxes: list[tuple[np.ndarray, ...]], friction: float) -> World:
         Fault(
             "what an impact leaves not solved for again", support_trees._correct, "abs(x_) > FINE * enough_", "False"
         ),
-        Fault("trees given up too soon", support_trees._correct, "HOPELESS * trial_.size[i_]", "0"),
+        Fault("trees given up after one round", support_trees._correct, "left_[i_] and x_ <= y_", "False"),
         Fault("contacts that are entered do not join", support_trees._close_contact, "x_ and y_ > enough_", "False"),
         Fault(
             "boxes that fall not stopped by those below that are stopped",
