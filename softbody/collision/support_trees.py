@@ -52,7 +52,7 @@ ROUNDS = 8
 FINE = 1e-2
 
 # A tree is left to the sweeps if in two rounds on end more than this part of its contacts changed what they do, as in
-# heaps that tumble: they seldom are solved, and cost all rounds. (Towers that land never came to it.)
+# heaps that tumble: they seldom are solved, and cost all rounds. (The piles of the claims stand the same without it.)
 HOPELESS = 0.25
 
 # What a contact does: nothing, keep its distance, or its place; along so many directions it is held.
