@@ -177,6 +177,26 @@ def where_less(typing_context: Any, a: Any, b: Any, yes: Any, no: Any) -> Any:
 
 
 @intrinsic
+def bits_at_most(typing_context: Any, a: Any, b: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        vector = context.get_value_type(lanes)
+        a, b = (_in_all(builder, one, vector) for one in arguments)
+        bits = builder.bitcast(builder.fcmp_ordered("<=", a, b), ir.IntType(LANES))
+        return builder.zext(bits, ir.IntType(64))
+
+    lanes = _common_type((a, b))
+    return None if lanes is None else (types.int64(a, b), generate)
+
+
+@intrinsic
+def lowest_bit(typing_context: Any, bits: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.cttz(arguments[0], _int(1, 1))
+
+    return (types.int64(types.int64), generate) if isinstance(bits, types.Integer) else None
+
+
+@intrinsic
 def first_lanes(typing_context: Any, lanes: Any, number: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         value, count = arguments

@@ -50,6 +50,14 @@ if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
         """Return `yes` in the lanes where a < b, and `no` in all others; each may be one real."""
         return np.where(a < b, yes, no)
 
+    def bits_at_most(a: Lanes, b: Lanes) -> int:
+        """Return bits: the lowest tells whether a ≤ b in the first lane, and so on; one of both may be one real."""
+        return int(np.packbits(a <= b, bitorder="little")[0])
+
+    def lowest_bit(bits: int) -> int:
+        """Return the place, from 0 on, of the lowest bit that is set; one must be."""
+        return (int(bits) & -int(bits)).bit_length() - 1
+
     def first_lanes(lanes: Lanes, number: int) -> Lanes:
         """Return the first `number` lanes, and zero in the others."""
         return np.where(np.arange(LANES) < number, lanes, lanes.dtype.type(0.0))
@@ -72,11 +80,13 @@ if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
 
 else:
     from softbody.compiled_lanes import (  # type: ignore[assignment]  # noqa: F401
+        bits_at_most,
         first_lanes,
         gather_lanes,
         in_double,
         least_lane,
         load_lanes,
+        lowest_bit,
         spread,
         square_root,
         store_lanes,

@@ -79,6 +79,7 @@ def _facing_more(out: Vec, surface: Surface, one: int, other: int) -> int:
 def _across(surface: Surface, triangle: int, side: int) -> int:
     """Return the triangle beyond a side of another."""
     edge = surface.sides[triangle, side]
+    edge = edge if edge >= 0 else -1 - edge
     left, right = surface.wings[edge, 0], surface.wings[edge, 1]
     return left if right == triangle else right
 

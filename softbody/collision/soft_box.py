@@ -46,15 +46,17 @@ def find_contacts_in_box(
             add_contact(contacts, soft_side(at_particle(first + i)), b, touch, material)
     if not with_edges:
         return
-    for row in range(candidate_edges(surface.edges, first, outcode, memory.edge)):
-        i, j = surface.edges[memory.edge[row], 0], surface.edges[memory.edge[row], 1]
-        p, q = load(points, i - first), load(points, j - first)
+    for row in range(candidate_edges(surface.ridges, outcode, memory.edge)):
+        i, j = surface.ridges[memory.edge[row], 0], surface.ridges[memory.edge[row], 1]
+        p, q = load(points, i), load(points, j)
         depth, normal, place = edge_in_box(p, q, size, position, orientation)
         # At an end that is inside it is parted as a particle.
-        at_end = (place == 0.0 and outcode[i - first] == INSIDE) or (place == 1.0 and outcode[j - first] == INSIDE)
+        at_end = (place == 0.0 and outcode[i] == INSIDE) or (place == 1.0 and outcode[j] == INSIDE)
         if depth > 0.0 and not at_end:
             point = half_way(point_between(p, q, place), depth, normal)
-            add_contact(contacts, soft_side(on_edge(i, j, place)), b, Touch(point, normal, depth, 0), material)
+            add_contact(
+                contacts, soft_side(on_edge(first + i, first + j, place)), b, Touch(point, normal, depth, 0), material
+            )
 
 
 @jit_lean

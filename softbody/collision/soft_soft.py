@@ -8,12 +8,14 @@ from softbody.collision.contact import Contacts, Touch, add_contact, soft_side
 from softbody.collision.edge_mesh import Crossing, Ridge, edge_across_edge
 from softbody.collision.law import Material
 from softbody.collision.point_mesh import way_out
-from softbody.collision.surface import Memory, Solid, Surface, third_corner
+from softbody.collision.surface import Memory, Solid, Surface
 from softbody.collision.surface_point import SurfacePoint, at_particle, on_edge
-from softbody.geometry.aabb import AABB, boxes_meet
-from softbody.geometry.bvh_rays import list_near, segment_hits
+from softbody.geometry.aabb import box_around, boxes_meet
+from softbody.geometry.bvh_boxes import ask_box, ask_nothing, list_near, sort_listed
+from softbody.geometry.bvh_rays import segment_hits
 from softbody.geometry.penetration import INSIDE, find_penetrations
 from softbody.jit import jit_lean
+from softbody.lanes import LANES, lowest_bit
 from softbody.vec import Vec, add, dot, load, norm, scale, store, sub
 
 # How deep a ridge is that an edge goes through, at most, as a part of the edge's way inside: for one of 28° and more.
@@ -34,8 +36,11 @@ def find_soft_soft_contacts(
     if inside > 0:
         _add_particles(one, other, inside, memory, material, contacts)
     if deepest > 0.0:
-        count = candidate_edges(one.edges, one.first, memory.found.outcode, memory.edge)
-        _add_edges(one, other, count, deepest, memory, material, contacts)
+        count = candidate_edges(one.ridges, memory.found.outcode, memory.edge)
+        count = _drop_those_that_lead_out(one, count, memory)
+        for row in range(0, count, LANES):
+            edges = memory.edge[row : min(row + LANES, count)]
+            _add_edges(one, edges, other, deepest, memory, material, contacts)
 
 
 @jit_lean
@@ -66,77 +71,110 @@ def _add_particles(
 
 
 @jit_lean
-def candidate_edges(edges: np.ndarray, first: int, outcode: np.ndarray, listed: np.ndarray) -> int:
-    """Write into `listed` which of `edges` (e, 2) are not outside by the outcodes of both ends; return how many.
+def candidate_edges(ridges: np.ndarray, outcode: np.ndarray, listed: np.ndarray) -> int:
+    """Write into `listed` which edges, of `ridges` (e, 4), may be inside by the outcodes of both ends; return how many.
 
-    Vertices of the edges are numbered from `first`. An edge with both ends inside is none: they are parted as points.
+    An edge with both ends inside is none: they are parted as points.
     """
     count = 0
-    for e in range(edges.shape[0]):
+    for e in range(ridges.shape[0]):
         listed[count] = e
-        count += outcode[edges[e, 0] - first] & outcode[edges[e, 1] - first] == 0
+        count += outcode[ridges[e, 0]] & outcode[ridges[e, 1]] == 0
     return count
 
 
 @jit_lean
-def _add_edges(
-    one: Surface, other: Solid, count: int, deepest: float, memory: Memory, material: Material, contacts: Contacts
-) -> None:
-    """Add where those of the `count` candidate edges that are partly inside are across edges of the other surface."""
-    places, triangles, listed = memory.places, other.surface.triangles, memory.search.listed
+def _drop_those_that_lead_out(one: Surface, count: int, memory: Memory) -> int:
+    """Drop from the `count` edges in `memory.edge` what leads out from an end that is inside; return how many are left.
+
+    Such an edge goes no deeper: it is parted as a particle.
+    """
+    points, outcode = one.vertices.position, memory.found.outcode
+    left = 0
     for row in range(count):
         edge = memory.edge[row]
-        ridge = _ridge_of(one, edge)
-        starts_inside = memory.found.outcode[one.edges[edge, 0] - one.first] == INSIDE
-        ends_inside = memory.found.outcode[one.edges[edge, 1] - one.first] == INSIDE
-        p, q = ridge.start, ridge.end
-        # One that leads out from an end that is inside goes no deeper: it is parted as a particle.
-        along = sub(q, p) if starts_inside else sub(p, q)
-        inner = one.edges[edge, 0 if starts_inside else 1] - one.first
-        if (starts_inside or ends_inside) and dot(along, load(memory.way_out, inner)) > 0.0:
-            continue
-        hits = segment_hits(p, q, other.tree, other.surface.vertices.position, memory.search, places)
-        if hits == 0 and not starts_inside:
-            continue
-        # The other's edges that are near what is inside: each is a side, from the lower vertex, of one triangle.
-        enter, leave = 0.0 if starts_inside else 1.0, 1.0 if ends_inside else 0.0
-        for k in range(hits):
-            enter, leave = min(enter, places[k]), max(leave, places[k])
-        margin = min(deepest, REACH * (leave - enter) * norm(along))
-        low, high = _box_around(point_between(p, q, enter), point_between(p, q, leave), margin)
-        for near in range(list_near(low, high, other.tree, memory.search)):
-            for side in range(3):
-                if triangles[listed[near], side] < triangles[listed[near], (side + 1) % 3]:
-                    other_edge = other.surface.sides[listed[near], side]
-                    crossing = edge_across_edge(ridge, _ridge_of(other.surface, other_edge), deepest)
-                    if crossing.depth > 0.0 and _is_inside(crossing.place, starts_inside, places, hits):
-                        _add_crossing((one, edge), (other.surface, other_edge), crossing, material, contacts)
+        i, j = one.ridges[edge, 0], one.ridges[edge, 1]
+        along, out = sub(load(points, j), load(points, i)), 0.0
+        if outcode[i] == INSIDE:
+            out = dot(along, load(memory.way_out, i))
+        elif outcode[j] == INSIDE:
+            out = -dot(along, load(memory.way_out, j))
+        memory.edge[left] = edge
+        left += out <= 0.0
+    return left
+
+
+@jit_lean
+def _add_edges(
+    one: Surface,
+    edges: np.ndarray,
+    other: Solid,
+    deepest: float,
+    memory: Memory,
+    material: Material,
+    contacts: Contacts,
+) -> None:
+    """Add where those of eight `edges` at most that are partly inside are across edges of the other surface."""
+    surface, tree, search, ends = other.surface, other.tree, memory.search, memory.ends
+    for lane in range(edges.shape[0]):
+        for end in range(2):
+            store(ends[lane], end, load(one.vertices.position, one.ridges[edges[lane], end]))
+    segment_hits(ends, edges.shape[0], tree, surface.vertices.position, search, memory.hits, memory.place)
+    # Which edges of the other are near what is inside?
+    ask_nothing(search)
+    for lane in range(edges.shape[0]):
+        starts_inside = _starts_inside(one, edges[lane], memory)
+        if memory.hits[lane] > 0 or starts_inside:
+            p, q = load(ends[lane], 0), load(ends[lane], 1)
+            enter, leave = 0.0 if starts_inside else 1.0, 1.0 if _ends_inside(one, edges[lane], memory) else 0.0
+            for k in range(memory.hits[lane]):
+                enter, leave = min(enter, memory.place[lane, k]), max(leave, memory.place[lane, k])
+            margin = min(deepest, REACH * (leave - enter) * norm(sub(q, p)))
+            low, high = box_around(point_between(p, q, enter), point_between(p, q, leave), margin)
+            ask_box(search, lane, low, high, tree)
+    count = list_near(tree, search)
+    sort_listed(search, count)
+    for near in range(count):
+        for side in range(3):
+            other_edge, meets = surface.sides[search.listed[near], side], search.meets[near]
+            if other_edge < 0:  # it is a side of another triangle as well, and asked for there
+                continue
+            ridge = _ridge_of(surface, other_edge)
+            while meets != 0:
+                lane = lowest_bit(meets)
+                meets &= meets - 1
+                crossing = edge_across_edge(_ridge_of(one, edges[lane]), ridge, deepest)
+                if crossing.depth > 0.0 and _is_inside(one, edges[lane], crossing.place, lane, memory):
+                    _add_crossing((one, edges[lane]), (surface, other_edge), crossing, material, contacts)
+
+
+@jit_lean
+def _starts_inside(one: Surface, edge: int, memory: Memory) -> bool:
+    return memory.found.outcode[one.ridges[edge, 0]] == INSIDE
+
+
+@jit_lean
+def _ends_inside(one: Surface, edge: int, memory: Memory) -> bool:
+    return memory.found.outcode[one.ridges[edge, 1]] == INSIDE
 
 
 @jit_lean
 def _ridge_of(surface: Surface, edge: int) -> Ridge:
-    points, first = surface.vertices.position, surface.first
+    points, ridges = surface.vertices.position, surface.ridges
     return Ridge(
-        load(points, surface.edges[edge, 0] - first),
-        load(points, surface.edges[edge, 1] - first),
-        load(points, third_corner(surface, edge, 0)),
-        load(points, third_corner(surface, edge, 1)),
+        load(points, ridges[edge, 0]),
+        load(points, ridges[edge, 1]),
+        load(points, ridges[edge, 2]),
+        load(points, ridges[edge, 3]),
     )
 
 
 @jit_lean
-def _box_around(p: Vec, q: Vec, margin: float) -> AABB:
-    """Return the corners [m] of the box around two points, and a `margin`."""
-    low = min(p[0], q[0]) - margin, min(p[1], q[1]) - margin, min(p[2], q[2]) - margin
-    return low, (max(p[0], q[0]) + margin, max(p[1], q[1]) + margin, max(p[2], q[2]) + margin)
-
-
-@jit_lean
-def _is_inside(place: float, starts_inside: bool, places: np.ndarray, hits: int) -> bool:
-    """Tell whether a segment is inside at a `place`, 0 … 1, that goes through a surface at the first `hits` places."""
-    inside = starts_inside
-    for k in range(hits):
-        inside ^= places[k] < place
+def _is_inside(one: Surface, edge: int, place: float, lane: int, memory: Memory) -> bool:
+    """Tell whether an edge, whose hits are in a `lane`, is inside at a `place`, 0 … 1."""
+    inside = _starts_inside(one, edge, memory)
+    for k in range(memory.hits[lane]):
+        inside ^= memory.place[lane, k] < place
     return inside
 
 
@@ -146,10 +184,11 @@ def _add_crossing(
 ) -> None:
     """Add the contact of two edges, each a row of its surface's."""
     (surface, edge), (other_surface, other_edge), (depth, normal, place, other_place, on_left) = one, other, crossing
-    i, j = surface.edges[edge, 0], surface.edges[edge, 1]
-    u, v = other_surface.edges[other_edge, 0], other_surface.edges[other_edge, 1]
-    wing = other_surface.first + third_corner(other_surface, other_edge, 0 if on_left else 1)
-    points, first = surface.vertices.position, surface.first
-    point = half_way(point_between(load(points, i - first), load(points, j - first), place), depth, normal)
-    b = SurfacePoint((u, v, wing), (1.0 - other_place, other_place, 0.0))
-    add_contact(contacts, soft_side(on_edge(i, j, place)), soft_side(b), Touch(point, normal, depth, 0), material)
+    i, j = surface.ridges[edge, 0], surface.ridges[edge, 1]
+    first, ridges = other_surface.first, other_surface.ridges
+    u, v, third = ridges[other_edge, 0], ridges[other_edge, 1], ridges[other_edge, 2 if on_left else 3]
+    points = surface.vertices.position
+    point = half_way(point_between(load(points, i), load(points, j), place), depth, normal)
+    a = soft_side(on_edge(surface.first + i, surface.first + j, place))
+    b = soft_side(SurfacePoint((first + u, first + v, first + third), (1.0 - other_place, other_place, 0.0)))
+    add_contact(contacts, a, b, Touch(point, normal, depth, 0), material)

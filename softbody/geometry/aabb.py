@@ -27,6 +27,13 @@ def bounding_box(points: np.ndarray) -> AABB:
 
 
 @jit_lean
+def box_around(p: Vec, q: Vec, margin: float) -> AABB:
+    """Return the corners [m] of the box around two points, and a `margin`."""
+    low = min(p[0], q[0]) - margin, min(p[1], q[1]) - margin, min(p[2], q[2]) - margin
+    return low, (max(p[0], q[0]) + margin, max(p[1], q[1]) + margin, max(p[2], q[2]) + margin)
+
+
+@jit_lean
 def boxes_meet(a: AABB, b: AABB) -> bool:
     """Tell whether two boxes have a point in common; not if any number is not finite."""
     for axis in range(3):  # noqa: SIM110 (Numba has no all() of a generator)

@@ -211,7 +211,10 @@ class Search(NamedTuple):
     bound: np.ndarray  # (stack,) float64: no triangle in the node is closer; squared, in half sizes
     near: np.ndarray  # (8,) float32: the same for the children of a node
     square: np.ndarray  # (8,) [m²] of the triangles of a leaf
-    listed: np.ndarray  # (8 leaves,) triangles; see softbody/geometry/bvh_rays.py
+    asked: np.ndarray  # (6, 8) float32: low x, y, z and high x, y, z of eight boxes; see softbody/geometry/bvh_boxes.py
+    point: np.ndarray  # (8,) of what the eight are about, if these are points
+    listed: np.ndarray  # (8 leaves,) triangles near any of them
+    meets: np.ndarray  # (8 leaves,) which of the eight, by bits
 
 
 @jit
@@ -223,6 +226,9 @@ def search_space(tree: BVH) -> Search:
         np.empty(stack),
         np.empty(WIDTH, np.float32),
         np.empty(WIDTH),
+        np.empty((6, WIDTH), np.float32),
+        np.empty(WIDTH, np.int64),
+        np.empty(tree.order.shape[0], np.int64),
         np.empty(tree.order.shape[0], np.int64),
     )
 

@@ -1,70 +1,95 @@
 """Which triangles of a mesh that deforms does a ray or a segment go through? Asked of its BVH.
 
-A box is passed over only if nothing in it can be met, in spite of any rounding: boxes are grown by more than that. What
-is met in the others is decided from the corners of the mesh itself, as without a tree.
+What is met in the boxes that the tree lists is decided from the corners of the mesh itself, as without a tree.
 """
 
 from __future__ import annotations
 
-from math import isfinite
-
 import numpy as np
 
-from softbody.geometry.bvh import BVH, LEVEL_SHIFT, WIDTH, Search, Vec32, in_half_sizes
+from softbody.geometry.aabb import box_around
+from softbody.geometry.bvh import BVH, Search
+from softbody.geometry.bvh_boxes import ask_box, ask_nothing, list_near
 from softbody.geometry.polyhedron import UNCERTAIN, ray_hits_triangle, ray_hits_triangle_filtered
 from softbody.geometry.triangle import area_vector
-from softbody.jit import jit, jit_inlined, jit_lean
+from softbody.jit import jit_lean
+from softbody.lanes import lowest_bit
 from softbody.vec import Vec, cross, dot, load, sub
 
 NEVER = np.inf  # where a segment meets nothing
 
 
-@jit
+@jit_lean
 def point_in_bvh(p: Vec, tree: BVH, vertices: np.ndarray, search: Search) -> bool:
     """Tell whether `p` [m] is inside a closed mesh: as `point_in_polyhedron`; paper §4.6.
 
     The tree must have been fitted to `vertices` (n, 3) [m].
     """
     inside = False
-    for k in range(list_near(p, (p[0], p[1], np.inf), tree, search)):
-        t = search.listed[k]
-        a, b = load(vertices, tree.triangles[t, 0]), load(vertices, tree.triangles[t, 1])
-        inside ^= ray_hits_triangle(p, a, b, load(vertices, tree.triangles[t, 2]))
+    ask_nothing(search)
+    ask_box(search, 0, p, (p[0], p[1], np.inf), tree)
+    for k in range(list_near(tree, search)):
+        a, b, c = _corners(tree, vertices, search.listed[k])
+        inside ^= ray_hits_triangle(p, a, b, c)
     return inside
 
 
-@jit_inlined
-def point_in_bvh_filtered(p: Vec, tree: BVH, vertices: np.ndarray, search: Search) -> int:
-    """Return the answer of `point_in_bvh`, 1 or 0, or UNCERTAIN where the floating-point filter fails."""
-    odd = 0
-    for k in range(list_near(p, (p[0], p[1], np.inf), tree, search)):
-        t = search.listed[k]
-        a, b = load(vertices, tree.triangles[t, 0]), load(vertices, tree.triangles[t, 1])
-        hit = ray_hits_triangle_filtered(p, a, b, load(vertices, tree.triangles[t, 2]))
-        if hit == UNCERTAIN:
-            odd = UNCERTAIN
-            break
-        odd ^= hit
-    return odd
+@jit_lean
+def points_in_bvh_filtered(
+    points: np.ndarray, asked: np.ndarray, tree: BVH, vertices: np.ndarray, search: Search
+) -> tuple[int, int]:
+    """Return bits: which of `points` are inside, and of which that is in doubt; `asked` (≤ 8,) are their numbers.
 
-
-@jit_inlined
-def segment_hits(p: Vec, q: Vec, tree: BVH, vertices: np.ndarray, search: Search, places: np.ndarray) -> int:
-    """Write into `places` (t,) where the segment from `p` to `q` [m] goes through triangles; return how many it does.
-
-    Places are 0 at p … 1 at q, in no order. Other arguments as of `point_in_bvh`.
+    The answers of `point_in_bvh`, but where the floating-point filter fails.
     """
-    low = min(p[0], q[0]), min(p[1], q[1]), min(p[2], q[2])
-    high = max(p[0], q[0]), max(p[1], q[1]), max(p[2], q[2])
-    count = 0
-    for k in range(list_near(low, high, tree, search)):
-        t = search.listed[k]
-        a, b = load(vertices, tree.triangles[t, 0]), load(vertices, tree.triangles[t, 1])
-        place = _place_in_triangle(p, q, a, b, load(vertices, tree.triangles[t, 2]))
-        if place < NEVER:
-            places[count] = place
-            count += 1
-    return count
+    inside = in_doubt = 0
+    ask_nothing(search)
+    for lane in range(asked.shape[0]):
+        p = load(points, asked[lane])
+        ask_box(search, lane, p, (p[0], p[1], np.inf), tree)
+    for k in range(list_near(tree, search)):
+        a, b, c = _corners(tree, vertices, search.listed[k])
+        meets = search.meets[k]
+        while meets != 0:
+            lane = lowest_bit(meets)
+            meets &= meets - 1
+            hit = ray_hits_triangle_filtered(load(points, asked[lane]), a, b, c)
+            inside ^= (hit & 1) << lane
+            in_doubt |= (hit == UNCERTAIN) << lane
+    return inside & ~in_doubt, in_doubt
+
+
+@jit_lean
+def segment_hits(
+    ends: np.ndarray, count: int, tree: BVH, vertices: np.ndarray, search: Search, hits: np.ndarray, place: np.ndarray
+) -> None:
+    """Find where segments, the first `count` of `ends` (8, 2, 3) [m], go through triangles.
+
+    `hits` (8,) is overwritten by how often each does, and the first entries of `place` (8, t) by where, 0 at its start
+    … 1 at its end, in no order. The tree must have been fitted to `vertices` (n, 3) [m].
+    """
+    ask_nothing(search)
+    for lane in range(count):
+        low, high = box_around(load(ends[lane], 0), load(ends[lane], 1), 0.0)
+        ask_box(search, lane, low, high, tree)
+        hits[lane] = 0
+    for k in range(list_near(tree, search)):
+        a, b, c = _corners(tree, vertices, search.listed[k])
+        meets = search.meets[k]
+        while meets != 0:
+            lane = lowest_bit(meets)
+            meets &= meets - 1
+            where = _place_in_triangle(load(ends[lane], 0), load(ends[lane], 1), a, b, c)
+            if where < NEVER:
+                place[lane, hits[lane]] = where
+                hits[lane] += 1
+
+
+@jit_lean
+def _corners(tree: BVH, vertices: np.ndarray, t: int) -> tuple[Vec, Vec, Vec]:
+    """Return the corners [m] of a triangle."""
+    i, j, k = tree.triangles[t, 0], tree.triangles[t, 1], tree.triangles[t, 2]
+    return load(vertices, i), load(vertices, j), load(vertices, k)
 
 
 @jit_lean
@@ -96,54 +121,3 @@ def _is_positive(value: float, slope: Vec) -> bool:
         return value > 0.0
     first = slope[0] if slope[0] != 0.0 else slope[1] if slope[1] != 0.0 else slope[2]
     return first > 0.0
-
-
-@jit_inlined
-def list_near(low: Vec, high: Vec, tree: BVH, search: Search) -> int:
-    """List in `search.listed` the triangles whose boxes meet that between two corners [m]; return how many.
-
-    None, if a vertex of the mesh or a number of `low` is not finite.
-    """
-    middle, per_metre = (tree.frame[0], tree.frame[1], tree.frame[2]), tree.frame[3]
-    if not isfinite(per_metre * (low[0] + low[1] + low[2])):
-        return 0
-    asked = in_half_sizes(low, middle, per_metre), in_half_sizes(high, middle, per_metre)
-    waiting, listed, gap = search.node, search.listed, search.near
-    found, count = 0, 1
-    waiting[0] = (tree.level_start.shape[0] - 1) << LEVEL_SHIFT
-    while count > 0:
-        count -= 1
-        level, number = waiting[count] >> LEVEL_SHIFT, waiting[count] & ((1 << LEVEL_SHIFT) - 1)
-        _find_gaps(tree.boxes, tree.level_start[level] + number, asked, gap)
-        if level > 0:
-            for s in range(WIDTH):
-                waiting[count] = (level - 1) << LEVEL_SHIFT | (WIDTH * number + s)
-                count += gap[s] <= 0.0
-        else:
-            # The last leaf is filled up with triangles that are there already.
-            for s in range(min(WIDTH, tree.triangles.shape[0] - WIDTH * number)):
-                listed[found] = tree.order[WIDTH * number + s]
-                found += gap[s] <= 0.0
-    return found
-
-
-@jit_lean
-def _find_gaps(boxes: np.ndarray, node: int, asked: tuple[Vec32, Vec32], gap: np.ndarray) -> None:
-    """Write into `gap` how far each child of a node is from a box, by its low and high corner, along some axis.
-
-    In half sizes; ≤ 0: they meet.
-    """
-    x0, y0, z0 = asked[0]
-    x1, y1, z1 = asked[1]
-    for s in range(gap.shape[0]):  # not range(8): that is unrolled, and then not vectorised
-        apart = boxes[node, 0, s] - x1
-        other = x0 - boxes[node, 3, s]
-        apart = apart if apart > other else other
-        other = boxes[node, 1, s] - y1
-        apart = apart if apart > other else other
-        other = y0 - boxes[node, 4, s]
-        apart = apart if apart > other else other
-        other = boxes[node, 2, s] - z1
-        apart = apart if apart > other else other
-        other = z0 - boxes[node, 5, s]
-        gap[s] = apart if apart > other else other

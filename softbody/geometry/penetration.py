@@ -11,10 +11,11 @@ import numpy as np
 
 from softbody.geometry.aabb import AABB, bounding_box, boxes_meet
 from softbody.geometry.bvh import BVH, Search, closest_in_bvh
-from softbody.geometry.bvh_rays import point_in_bvh, point_in_bvh_filtered
+from softbody.geometry.bvh_rays import point_in_bvh, points_in_bvh_filtered
 from softbody.geometry.closest_point import closest_triangle
-from softbody.geometry.polyhedron import UNCERTAIN, point_in_polyhedron
+from softbody.geometry.polyhedron import point_in_polyhedron
 from softbody.jit import jit, jit_lean
+from softbody.lanes import LANES
 from softbody.vec import Vec, add, dot, load, norm, scale, store, sub
 
 # Some ten roundings of 1e-16, of a product of two lengths, and more.
@@ -98,14 +99,25 @@ def find_outcodes(points: Points, mesh: Points, outcode: np.ndarray) -> int:
 
 @jit_lean
 def _find_inside(points: Points, mesh: Points, tree: BVH, search: Search, outcode: np.ndarray) -> tuple[int, int]:
-    """Tell which points of outcode 0 are INSIDE, by a filter in floats; return how many, and how many UNDECIDED."""
-    inside = undecided = 0
+    """Tell which points of outcode 0 are INSIDE, by a filter in floats; return how many, and how many UNDECIDED.
+
+    Eight at a time walk down the tree.
+    """
+    inside = undecided = waiting = 0
     for i in range(points.position.shape[0]):
-        if outcode[i] == 0:
-            answer = point_in_bvh_filtered(load(points.position, i), tree, mesh.position, search)
-            outcode[i] = UNDECIDED if answer == UNCERTAIN else INSIDE * answer
-            inside += answer == 1
-            undecided += answer == UNCERTAIN
+        search.point[waiting] = i
+        waiting += outcode[i] == 0
+        if waiting == LANES or (i == points.position.shape[0] - 1 and waiting > 0):
+            asked = search.point[:waiting]
+            are_inside, in_doubt = points_in_bvh_filtered(points.position, asked, tree, mesh.position, search)
+            for lane in range(waiting):
+                if (are_inside >> lane) & 1:
+                    outcode[asked[lane]] = INSIDE
+                    inside += 1
+                elif (in_doubt >> lane) & 1:
+                    outcode[asked[lane]] = UNDECIDED
+                    undecided += 1
+            waiting = 0
     return inside, undecided
 
 

@@ -11,11 +11,13 @@ import pytest
 from softbody.jit import jit, jit_lean
 from softbody.lanes import (
     LANES,
+    bits_at_most,
     first_lanes,
     gather_lanes,
     in_double,
     least_lane,
     load_lanes,
+    lowest_bit,
     spread,
     square_root,
     store_lanes,
@@ -87,6 +89,39 @@ def least(x):
 def test_what_is_no_number_is_not_the_least():
     x = np.array([2.0, np.nan, 1.0, 3.0, np.nan, 4.0, 5.0, 6.0])
     assert least(x) == 1.0
+
+
+@jit_lean
+def bits_of(x, y, s):
+    a, b = load_lanes(x, 0), load_lanes(y, 0)
+    return bits_at_most(a, b), bits_at_most(a, s), bits_at_most(s, a) & bits_at_most(s, b)
+
+
+@precisions
+def test_bits_tell_in_which_lanes_one_is_at_most_the_other(real):
+    rng = np.random.default_rng(3)
+    for _ in range(50):
+        x, y = rng.integers(-2, 3, (2, 8)).astype(real)
+        x[rng.integers(8)] = np.nan
+        s = real(1.0)
+        expected = [int(np.packbits(lanes, bitorder="little")[0]) for lanes in (x <= y, x <= s, (s <= x) & (s <= y))]
+        assert list(bits_of(x, y, s)) == expected
+
+
+@jit_lean
+def places_of(bits, out):
+    count = 0
+    while bits != 0:
+        out[count] = lowest_bit(bits)
+        bits &= bits - 1
+        count += 1
+    return count
+
+
+@pytest.mark.parametrize("bits", [0, 1, 128, 255, 0b1010_0110, 1 << 40])
+def test_the_lowest_bit_is_where_it_is(bits):
+    out = np.empty(64, np.int64)
+    assert out[: places_of(bits, out)].tolist() == [k for k in range(64) if bits >> k & 1]
 
 
 @jit

@@ -13,7 +13,7 @@ from softbody.geometry import (
     Penetrations,
     bounding_sphere,
     build_bvh,
-    bvh_rays,
+    bvh_boxes,
     find_penetrations,
     find_penetrations_exhaustively,
     penetration,
@@ -78,10 +78,10 @@ def rows(points: np.ndarray, mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
             "reach_ -= 0.05 * norm(axis_)",
         ),
         Fault(
-            "the last triangle of each leaf forgotten by rays",
-            bvh_rays.list_near,
-            "min(WIDTH, left_)",
-            "min(WIDTH - 1, left_)",
+            "the last child of each node of a tree forgotten",
+            bvh_boxes._children_in,
+            "return bits_ & x_ & y_",
+            "return bits_ & x_ & y_ & 127",
         ),
     ),
 )

@@ -4,18 +4,17 @@ import numpy as np
 import pytest
 
 import softbody
-from softbody.collision.point_mesh import way_out
-from softbody.collision.surface import Surface, _wings_and_sides
+from softbody.collision.point_mesh import _across, way_out
+from softbody.collision.surface import Surface, _kind_of
 from softbody.collision.surface_point import value_at
 from softbody.geometry import closest_triangle
 from softbody.geometry.penetration import points_of
-from softbody.mesh import unique_edges
 
 
 def surface_of(mesh):
-    edges = unique_edges(mesh.triangles)
-    wings, sides = _wings_and_sides(edges, mesh.triangles)
-    return Surface(0, edges, wings, mesh.triangles, sides, points_of(np.array(mesh.vertices)))
+    tree, topology = _kind_of(mesh.vertices, mesh.triangles)
+    vertices = points_of(np.array(mesh.vertices))
+    return Surface(0, topology.ridges, topology.wings, tree.triangles, topology.sides, vertices)
 
 
 def way_from(p, mesh):
@@ -45,9 +44,12 @@ def test_neighbours_are_those_that_share_a_side():
     for t, corners in enumerate(mesh.triangles):
         for k in range(3):
             edge = surface.sides[t, k]
-            assert set(surface.edges[edge]) == {corners[k], corners[(k + 1) % 3]}
-            wing = 0 if tuple(surface.edges[edge]) == (corners[k], corners[(k + 1) % 3]) else 1
-            assert surface.wings[edge, wing] == t
+            other = _across(surface, t, k)
+            assert other != t
+            assert {corners[k], corners[(k + 1) % 3]} < set(mesh.triangles[other])
+            if edge >= 0:
+                assert surface.ridges[edge, :2].tolist() == [corners[k], corners[(k + 1) % 3]]
+                assert surface.wings[edge].tolist() == [t, other]
 
 
 def test_the_way_out_is_to_the_closest_point():

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 import softbody
 from softbody.geometry.bvh import build_bvh, search_space
-from softbody.geometry.bvh_rays import point_in_bvh, segment_hits
+from softbody.geometry.bvh_rays import point_in_bvh, points_in_bvh_filtered, segment_hits
 
 CUBE = softbody.box((2.0, 2.0, 2.0))
 TREE = build_bvh(CUBE.vertices, CUBE.triangles)
@@ -18,9 +18,13 @@ points = st.tuples(numbers, numbers, numbers)
 
 
 def hits_of(p, q, vertices=CUBE.vertices, triangles=CUBE.triangles):
-    """Return where the segment from p to q goes through a cube, in order."""
-    places = np.empty(len(triangles))
-    return np.sort(places[: segment_hits(p, q, build_bvh(vertices, triangles), vertices, SEARCH, places)])
+    """Return where the segment from p to q goes through a cube, in order; three others are asked about with it."""
+    hits, places, tree = np.empty(8, np.int64), np.empty((8, len(triangles))), build_bvh(vertices, triangles)
+    ends = np.array([(q, p), (p, q), (p, np.zeros(3)), (np.full(3, np.nan), q), *[(p, q)] * 4])
+    segment_hits(ends, 4, tree, vertices, SEARCH, hits, places)
+    assert hits[0] == hits[1]
+    assert hits[3] == 0
+    return np.sort(places[1, : hits[1]])
 
 
 @given(points, points)
@@ -60,3 +64,18 @@ def test_what_goes_through_an_edge_to_the_last_bit_goes_in_as_often_as_out(p, q,
 @given(points)
 def test_points_in_a_tree_are_those_in_the_mesh(p):
     assert point_in_bvh(p, TREE, CUBE.vertices, SEARCH) == (np.abs(p) < 1.0).all()
+
+
+@given(st.lists(points, min_size=1, max_size=8))
+def test_of_eight_points_each_has_its_own_answer(some):
+    rows = np.array([(np.nan,) * 3, *some])
+    asked = np.arange(1, len(rows))[::-1].copy()
+    inside, in_doubt = points_in_bvh_filtered(rows, asked, TREE, CUBE.vertices, SEARCH)
+    for lane, i in enumerate(asked):
+        assert (in_doubt >> lane) & 1 or (inside >> lane) & 1 == (np.abs(rows[i]) < 1.0).all()
+    assert points_in_bvh_filtered(rows, np.zeros(1, np.int64), TREE, CUBE.vertices, SEARCH) == (0, 0)
+
+
+def test_a_point_under_an_edge_is_in_doubt_and_its_neighbours_are_not():
+    rows = np.array([(0.0, 0.0, 0.0), (0.3, 0.2, 0.0), (3.0, 3.0, 0.0)])
+    assert points_in_bvh_filtered(rows, np.arange(3), TREE, CUBE.vertices, SEARCH) == (0b010, 0b001)
