@@ -92,7 +92,11 @@ class StableStep:
 
 def warn_of_overlap(model: Model, surfaces: Surfaces) -> None:
     """Warn of bodies whose deepest contact, of those noted, is a DEEP one."""
-    pair, depth = surfaces.deepest_pair, float(surfaces.deepest[0])
+    depth, (box, particle) = float(surfaces.deepest[0]), surfaces.deepest_sides.T
+    if not depth > 0.0:
+        return
+    of_soft = np.searchsorted(model.soft_particle_start, particle, side="right") - 1
+    pair = np.sort(np.where(box == NOBODY, of_soft, model.soft_count + box))
     thickness = np.append(model.soft_thickness, model.box_size.min(axis=1))
     if depth > DEEP * thickness[pair].min():
         a, b = (name_of(model, int(k)) for k in pair)

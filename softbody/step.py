@@ -68,7 +68,7 @@ def step(
     if settings.single_soft_contact:
         resolve_in_turn(contacts, now)
     else:
-        push = resolve_contacts(contacts, now, before, work.surfaces.weight_sum, h)
+        push = resolve_contacts(contacts, now, before, work.surfaces.weight_sum, h, work.surfaces.threads)
         if push.any():
             enough = ENOUGH * penetration_slop(controls, h) / h
             hold_pushed_boxes(contacts, now.boxes, push, settings.iterations, enough)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +26,7 @@ from softbody.shape_at_rest import shape_at_rest
 from softbody.snapshot import Snapshot, digest, entry, named_arrays, read, rebuilt, write
 from softbody.state import Controls, Model, State, VertexRings
 from softbody.step import Work, run, run_alone
+from softbody.threads import team_of
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -42,9 +41,8 @@ class World:
 
     `gravity` (3,) [m/s²]. `precision` in which soft bodies move between contacts: "double", or "single", which is
     faster and rounds their positions to 6e-8 of the distance from the origin; everything else is double in both.
-    `threads` that move soft bodies, with the same result to the last bit; they are compiled for when first used, and
-    pay from some 10 000 particles on; contacts, which outweigh motion where many bodies touch, are found on one. Worlds
-    that are stepped at the same time by threads of their own need 1.
+    `threads` that move soft bodies and find and resolve their contacts, with the same result to the last bit; they are
+    compiled for when first used. Worlds that are stepped at the same time by threads of their own need 1.
 
     Choices, all keywords: `integrator`: "rk4_velocity" (the paper's, default), "rk4" or "symplectic_euler". `axes`
     of the separating-axis test of boxes: "complete", or "paper" for face normals only. `contact` of boxes: "manifold",
@@ -116,7 +114,7 @@ class World:
 
     @property
     def threads(self) -> int:
-        """Threads that move soft bodies; may be changed between steps, and is no part of a snapshot."""
+        """Threads that move soft bodies and find their contacts; may be changed, and is no part of a snapshot."""
         return self._threads
 
     @threads.setter
@@ -126,7 +124,7 @@ class World:
         if value > most:
             raise ParameterError(f"threads is {value}, and there are {most} here; give a number from 1 to {most}")
         self._threads = int(value)
-        self._motion = None
+        self._motion = self._surfaces = None
 
     def add_soft_body(
         self,
@@ -232,7 +230,7 @@ class World:
     def _run(self, time_step: float, steps: int, substeps: int) -> tuple[int, int]:
         """Do the steps and count them; return (fault, soft body)."""
         settings = self.settings._replace(substeps=substeps)
-        with _team_of(self.threads):
+        with team_of(self.threads):
             if self._may_collide():
                 grounded = np.zeros(self.model.box_count, bool)
                 work = Work(self._moving(), self._touching(), self._manifold, self.state.copy(), grounded)
@@ -256,9 +254,9 @@ class World:
         return self._motion._replace(rings=self.rings)
 
     def _touching(self) -> Surfaces:
-        """Return what finds the contacts of soft bodies, kept until one is added."""
+        """Return what finds the contacts of soft bodies, kept until one is added or threads change."""
         if self._surfaces is None:
-            self._surfaces = build_surfaces(self.model, self.state.particle_position)
+            self._surfaces = build_surfaces(self.model, self.state.particle_position, self.threads)
         return self._surfaces
 
     def run(self, seconds: float, time_step: float, *, substeps: int = 1, allow_unstable: bool = False) -> None:
@@ -371,17 +369,3 @@ class World:
     def angular_momentum(self) -> np.ndarray:
         """Return Σ x × m v + Σ I ω (3,) [kg m²/s] about the origin."""
         return np.array(angular_momentum(self.model, self.state))
-
-
-@contextmanager
-def _team_of(threads: int) -> Iterator[None]:
-    """Let Numba have that many threads; one, and nothing runs on Numba's threads."""
-    if threads == 1:
-        yield
-        return
-    before = numba.get_num_threads()
-    numba.set_num_threads(threads)
-    try:
-        yield
-    finally:
-        numba.set_num_threads(before)

@@ -12,7 +12,7 @@ import numpy as np
 
 from softbody.collision.law import Material
 from softbody.collision.surface_point import WHOLE, SurfacePoint
-from softbody.jit import jit, jit_lean
+from softbody.jit import jit, jit_inlined, jit_lean
 from softbody.vec import Vec, load, store
 
 NOBODY = -1  # no box, no particle: the ground, or a side of another kind
@@ -82,6 +82,55 @@ class Contacts(NamedTuple):
     cache: ImpulseCache
 
 
+class Listing(NamedTuple):
+    """Some rows of Contacts, for one thread to list what it finds; with the same names."""
+
+    number: np.ndarray  # (1,) of contacts found, more perhaps than there are rows
+    box: np.ndarray
+    particles: np.ndarray
+    weights: np.ndarray
+    point: np.ndarray
+    normal: np.ndarray
+    depth: np.ndarray
+    feature: np.ndarray
+    restitution: np.ndarray
+    friction: np.ndarray
+    impulse: np.ndarray
+
+
+@jit_inlined
+def rows_of(contacts: Contacts | Listing, number: np.ndarray, first: int, end: int) -> Listing:
+    """Return rows from `first` to `end`, whose `number` (1,) found is counted there."""
+    return Listing(
+        number,
+        contacts.box[first:end],
+        contacts.particles[first:end],
+        contacts.weights[first:end],
+        contacts.point[first:end],
+        contacts.normal[first:end],
+        contacts.depth[first:end],
+        contacts.feature[first:end],
+        contacts.restitution[first:end],
+        contacts.friction[first:end],
+        contacts.impulse[first:end],
+    )
+
+
+@jit_lean
+def move_row(contacts: Contacts, k: int, other: Contacts, to: int) -> None:
+    """Copy contact `k` to a row of others."""
+    for c in range(2):
+        other.box[to, c] = contacts.box[k, c]
+        for d in range(3):
+            other.particles[to, c, d] = contacts.particles[k, c, d]
+            other.weights[to, c, d] = contacts.weights[k, c, d]
+    store(other.point, to, load(contacts.point, k))
+    store(other.normal, to, load(contacts.normal, k))
+    other.depth[to], other.feature[to] = contacts.depth[k], contacts.feature[k]
+    other.restitution[to], other.friction[to] = contacts.restitution[k], contacts.friction[k]
+    store(other.impulse, to, load(contacts.impulse, k))
+
+
 def new_contacts(capacity: int) -> Contacts:
     """Return no contacts, and nothing in their cache, with room for `capacity`."""
     cache = ImpulseCache(
@@ -112,7 +161,7 @@ new_contacts_in_kernel = jit(new_contacts)  # Python has the plain function, for
 
 
 @jit_lean
-def add_contact(contacts: Contacts, a: Side, b: Side, touch: Touch, material: Material) -> None:
+def add_contact(contacts: Contacts | Listing, a: Side, b: Side, touch: Touch, material: Material) -> None:
     """Add a contact; if there is no room for it, it is counted only."""
     k = contacts.number[0]
     contacts.number[0] += 1
@@ -137,7 +186,7 @@ def _write_side(box: np.ndarray, particles: np.ndarray, weights: np.ndarray, at:
 
 
 @jit_lean
-def surface_point(contacts: Contacts, k: int, side: int) -> SurfacePoint:
+def surface_point(contacts: Contacts | Listing, k: int, side: int) -> SurfacePoint:
     """Return the point of a soft body's surface that is one side of contact `k`."""
     particles, weights = contacts.particles, contacts.weights
     return SurfacePoint(
@@ -173,16 +222,7 @@ def with_room(contacts: Contacts, kept: int) -> Contacts:
     longer = new_contacts_in_kernel(max(LEAST_ROOM, 2 * contacts.number[0]))
     longer.number[0], longer.number[1] = kept, contacts.number[1]
     for k in range(kept):
-        for c in range(2):
-            longer.box[k, c] = contacts.box[k, c]
-            for d in range(3):
-                longer.particles[k, c, d] = contacts.particles[k, c, d]
-                longer.weights[k, c, d] = contacts.weights[k, c, d]
-        store(longer.point, k, load(contacts.point, k))
-        store(longer.normal, k, load(contacts.normal, k))
-        longer.depth[k], longer.feature[k] = contacts.depth[k], contacts.feature[k]
-        longer.restitution[k], longer.friction[k] = contacts.restitution[k], contacts.friction[k]
-        store(longer.impulse, k, load(contacts.impulse, k))
+        move_row(contacts, k, longer, k)
         for c in range(SOLVER_ROW):
             longer.row[k, c] = contacts.row[k, c]
     longer.cache.number[0] = contacts.cache.number[0]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from softbody.collision.contact import Contacts, Touch, add_contact, box_side, soft_side
+from softbody.collision.contact import Listing, Touch, add_contact, box_side, soft_side
 from softbody.collision.edge_box import edge_in_box
 from softbody.collision.law import Material
 from softbody.collision.point_mesh import way_out
@@ -24,7 +24,7 @@ def find_contacts_in_box(
     with_edges: bool,
     memory: Memory,
     material: Material,
-    contacts: Contacts,
+    contacts: Listing,
 ) -> None:
     """List where particles of a soft body are in a box, (its number, where it is), and its edges if they count.
 
@@ -61,7 +61,7 @@ def find_contacts_in_box(
 
 @jit_lean
 def find_corner_contacts(
-    solid: Solid, box: int, corners: Points, memory: Memory, material: Material, contacts: Contacts
+    solid: Solid, box: int, corners: Points, memory: Memory, material: Material, contacts: Listing
 ) -> None:
     """List which `corners` of a box are inside a soft body, whose tree must have been fitted.
 

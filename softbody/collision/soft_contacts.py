@@ -6,22 +6,25 @@ are listed body by body, in a fixed order.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
+from numba import prange
 
 from softbody.collision.broad_phase import near_pairs, near_pairs_exhaustive
-from softbody.collision.contact import Contacts, fit, with_room
+from softbody.collision.contact import Contacts, Listing, move_row, rows_of, with_room
 from softbody.collision.law import combined, material_of_box, material_of_soft
 from softbody.collision.sat_boxes import PlacedBox
 from softbody.collision.sat_meshes import faces_part
 from softbody.collision.soft_box import find_contacts_in_box, find_corner_contacts
 from softbody.collision.soft_soft import find_soft_soft_contacts
 from softbody.collision.substeps import spheres_of_bodies
-from softbody.collision.surface import Solid, Surfaces, surface_of, tree_of
+from softbody.collision.surface import Desks, Shapes, Solid, Surfaces, memory_at, surface_of, tree_at
 from softbody.geometry.aabb import bounding_box, boxes_meet
 from softbody.geometry.box import box_corner, point_in_box
 from softbody.geometry.bvh import refit_bvh
 from softbody.geometry.penetration import Points
-from softbody.jit import jit, jit_lean
+from softbody.jit import jit, jit_lean, jit_threaded
 from softbody.quaternion import load_quaternion
 from softbody.settings import Settings
 from softbody.state import Model, State
@@ -34,6 +37,14 @@ COARSE = 0.9
 SHALLOW = 0.5
 
 
+class Pairs(NamedTuple):
+    """Which bodies are near which, and which thread asks."""
+
+    start: np.ndarray  # (b + 1,) other[start[i]:start[i + 1]] are the bodies whose bounds meet those of soft body i
+    other: np.ndarray  # boxes are numbered after soft bodies
+    cut: np.ndarray  # (threads + 1,) where the soft bodies are cut into shares
+
+
 @jit
 def find_soft_contacts(
     model: Model, state: State, surfaces: Surfaces, settings: Settings, contacts: Contacts
@@ -41,44 +52,110 @@ def find_soft_contacts(
     """Add every contact of a soft body with another or with a box; return the contacts, with room for all."""
     if model.soft_count == 0:
         return contacts
-    start, near = _near_bodies(model, state, surfaces, settings.exhaustive_pairs)
-    for body in range(model.soft_count):
-        others = near[start[body] : start[body + 1]]
-        if others.shape[0] == 0:
-            continue
-        before = contacts.number[0]
-        while True:
-            _find_contacts_of(model, state, surfaces, (body, settings.edge_contacts), others, contacts)
-            if fit(contacts):
-                break
-            contacts = with_room(contacts, before)
+    shapes, desks = surfaces.shapes, surfaces.desks
+    shares = desks.frame.shape[0]
+    start, near = _near_bodies(model, state, shapes, desks, settings.exhaustive_pairs)
+    pairs = Pairs(start, near, _even_shares(model, start, near, shares))
+    before, found, edges = contacts.number[0], np.zeros(shares, np.int64), settings.edge_contacts
+    while True:
+        rows = rows_of(contacts, found, before, contacts.depth.shape[0])
+        if surfaces.threads is None:
+            find_share(model, state, shapes, desks, edges, pairs, rows, 0)
+        else:
+            find_on_threads(model, state, shapes, desks, edges, pairs, rows)
+        most, room = found.max(), (contacts.depth.shape[0] - before) // shares
+        if most <= room:
+            break
+        contacts.number[0] = before + shares * most
+        contacts = with_room(contacts, before)
+    # One share after another, without gaps.
+    count = before
+    for share in range(shares):
+        for k in range(before + share * room, before + share * room + found[share]):
+            if k != count:
+                move_row(contacts, k, contacts, count)
+            count += 1
+    contacts.number[0] = count
+    _note_deepest(surfaces, contacts, before)
     return contacts
 
 
-@jit
-def _near_bodies(model: Model, state: State, surfaces: Surfaces, exhaustive: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Return (start (b + 1,), near): near[start[i]:start[i + 1]] are all bodies whose bounds meet those of soft body i.
+@jit_threaded
+def find_on_threads(
+    model: Model, state: State, shapes: Shapes, desks: Desks, with_edges: bool, pairs: Pairs, rows: Listing
+) -> None:
+    """Let each thread find a share of the contacts, at a desk of its own."""
+    for share in prange(pairs.cut.shape[0] - 1):
+        find_share(model, state, shapes, desks, with_edges, pairs, rows, share)
 
-    Boxes are numbered after soft bodies. (Contacts among them are found elsewhere.)
+
+@jit_lean
+def find_share(
+    model: Model,
+    state: State,
+    shapes: Shapes,
+    desks: Desks,
+    with_edges: bool,
+    pairs: Pairs,
+    rows: Listing,
+    share: int,
+) -> None:
+    """List the contacts of one share of the soft bodies in its part of the rows, and count them."""
+    room = rows.depth.shape[0] // (pairs.cut.shape[0] - 1)
+    listing = rows_of(rows, rows.number[share : share + 1], share * room, (share + 1) * room)
+    listing.number[0] = 0
+    for body in range(pairs.cut[share], pairs.cut[share + 1]):
+        others = pairs.other[pairs.start[body] : pairs.start[body + 1]]
+        if others.shape[0] > 0:
+            _find_contacts_of(model, state, shapes, desks, share, (body, with_edges), others, listing)
+
+
+@jit
+def _even_shares(model: Model, start: np.ndarray, near: np.ndarray, shares: int) -> np.ndarray:
+    """Return where to cut the soft bodies into `shares` of about as much work each: (shares + 1,).
+
+    Work is counted in particles: of each that is asked, and of all that are asked about.
     """
+    soft, particles = model.soft_count, model.soft_particle_start
+    work = np.zeros(soft + 1)
+    for body in range(soft):
+        work[body + 1] = work[body]
+        for other in near[start[body] : start[body + 1]]:
+            work[body + 1] += (particles[body + 1] - particles[body]) / (start[body + 1] - start[body])
+            work[body + 1] += (particles[other + 1] - particles[other]) if other < soft else 8.0
+    cut = np.full(shares + 1, soft)
+    body = 0
+    for share in range(shares):
+        while body < soft and work[body] * shares < work[soft] * share:
+            body += 1
+        cut[share] = body
+    return cut
+
+
+@jit
+def _near_bodies(
+    model: Model, state: State, shapes: Shapes, desks: Desks, exhaustive: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return (start, other) of `Pairs`. (Contacts of boxes among themselves are found elsewhere.)"""
     soft = model.soft_count
     # Bounding spheres in a grid; then bounding boxes.
     centre, radius, is_soft = spheres_of_bodies(model, state)
     for body in range(soft):
         first, end = model.soft_particle_start[body], model.soft_particle_start[body + 1]
         low, high = bounding_box(state.particle_position[first:end])
-        store(surfaces.low, body, low)
-        store(surfaces.high, body, high)
+        store(shapes.low, body, low)
+        store(shapes.high, body, high)
     pairs = near_pairs_exhaustive(centre, radius, is_soft) if exhaustive else near_pairs(centre, radius, is_soft)
     count = 0
     start = np.zeros(soft + 1, np.int64)
     for k in range(pairs.shape[0]):
         a, b = min(pairs[k, 0], pairs[k, 1]), max(pairs[k, 0], pairs[k, 1])
         if b < soft:
-            bounds = load(surfaces.low, a), load(surfaces.high, a)
-            meet = boxes_meet(bounds, (load(surfaces.low, b), load(surfaces.high, b)))
+            bounds = load(shapes.low, a), load(shapes.high, a)
+            meet = boxes_meet(bounds, (load(shapes.low, b), load(shapes.high, b)))
             if meet and exhaustive:
-                one, other = surface_of(model, state, surfaces, a), surface_of(model, state, surfaces, b)
+                one = surface_of(model, state, shapes, desks, 0, a)
+                other = surface_of(model, state, shapes, desks, 0, b)
                 meet = not faces_part(one.vertices.position, one.triangles, other.vertices.position, other.triangles)
         else:
             meet = _sphere_may_meet_box(model, state, (load(centre, a), radius[a]), b - soft)
@@ -112,40 +189,47 @@ def _sphere_may_meet_box(model: Model, state: State, sphere: tuple[Vec, float], 
 
 @jit_lean
 def _find_contacts_of(
-    model: Model, state: State, surfaces: Surfaces, asked: tuple[int, bool], others: np.ndarray, contacts: Contacts
+    model: Model,
+    state: State,
+    shapes: Shapes,
+    desks: Desks,
+    desk: int,
+    asked: tuple[int, bool],
+    others: np.ndarray,
+    listing: Listing,
 ) -> None:
     """Add what of `others` is in the soft body that is `asked`, and what of it is in boxes; (body, with edges)."""
     body, with_edges = asked
-    soft, memory = model.soft_count, surfaces.memory
-    surface, tree = surface_of(model, state, surfaces, body), tree_of(surfaces, body)
+    soft, memory = model.soft_count, memory_at(desks, desk)
+    surface, tree = surface_of(model, state, shapes, desks, desk, body), tree_at(shapes, desks, desk, body)
     refit_bvh(tree, surface.vertices.position)
     solid = Solid(surface, tree)
     for other in others:
-        before = contacts.number[0]
         if other < soft:
-            probe = surface_of(model, state, surfaces, other)
+            probe = surface_of(model, state, shapes, desks, desk, other)
             length, other_length = model.soft_edge_length[body], model.soft_edge_length[other]
             deepest = SHALLOW * min(length, other_length) if with_edges and other_length >= COARSE * length else 0.0
             material = combined(material_of_soft(model, body), material_of_soft(model, other))
-            find_soft_soft_contacts(probe, solid, deepest, memory, material, contacts)
+            find_soft_soft_contacts(probe, solid, deepest, memory, material, listing)
         else:
             box = other - soft
             material = combined(material_of_soft(model, body), material_of_box(model, box))
             placed = PlacedBox(
                 load(model.box_size, box), load(state.box_position, box), load_quaternion(state.box_orientation, box)
             )
-            find_contacts_in_box(surface, (box, placed), with_edges, memory, material, contacts)
+            find_contacts_in_box(surface, (box, placed), with_edges, memory, material, listing)
+            place, hint = memory.corners.position, memory.corners.hint
             for k in range(8):
-                store(surfaces.corners, k, box_corner(placed.size, placed.position, placed.orientation, k))
-            corners = Points(surfaces.corners, bounding_box(surfaces.corners), surfaces.corner_hint)
-            find_corner_contacts(solid, box, corners, memory, material, contacts)
-        _note_deepest(surfaces, (min(body, other), max(body, other)), contacts.depth, (before, contacts.number[0]))
+                store(place, k, box_corner(placed.size, placed.position, placed.orientation, k))
+            find_corner_contacts(solid, box, Points(place, bounding_box(place), hint), memory, material, listing)
 
 
 @jit_lean
-def _note_deepest(surfaces: Surfaces, pair: tuple[int, int], depth: np.ndarray, rows: tuple[int, int]) -> None:
-    """Note the pair if one of its contacts, in `rows`, is deeper than all before."""
-    for k in range(rows[0], min(rows[1], depth.shape[0])):
-        if depth[k] > surfaces.deepest[0]:
-            surfaces.deepest[0] = depth[k]
-            surfaces.deepest_pair[0], surfaces.deepest_pair[1] = pair
+def _note_deepest(surfaces: Surfaces, contacts: Contacts, first: int) -> None:
+    """Note the contact, from the `first` on, that is deepest, if it is deeper than all before."""
+    for k in range(first, contacts.number[0]):
+        if contacts.depth[k] > surfaces.deepest[0]:
+            surfaces.deepest[0] = contacts.depth[k]
+            for side in range(2):
+                surfaces.deepest_sides[side, 0] = contacts.box[k, side]
+                surfaces.deepest_sides[side, 1] = contacts.particles[k, side, 0]

@@ -16,8 +16,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numba import prange
 
-from softbody.collision.contact import NOBODY, Contacts, surface_point
+from softbody.collision.contact import NOBODY, Contacts, Listing, rows_of, surface_point
 from softbody.collision.held_boxes import add_push, looseness_of_boxes
 from softbody.collision.impulse import (
     apply_impulse,
@@ -28,7 +29,7 @@ from softbody.collision.impulse import (
 from softbody.collision.law import friction_impulse
 from softbody.collision.surface_point import SurfacePoint, add_at, at_particle, inverse_mass_at, value_at
 from softbody.geometry.triangle import area_vector
-from softbody.jit import jit, jit_lean
+from softbody.jit import jit, jit_lean, jit_threaded
 from softbody.state import Particles, RigidBodies
 from softbody.vec import Vec, accumulate, add, cross, dot, load, norm, scale, store, sub
 
@@ -38,6 +39,8 @@ ALONG_SURFACE = 0.05
 # In which two sides part that overlap by more than they have closed in the step, as bodies that start in each other do
 # [s]: so slowly that a tenth of a metre adds no more energy than a fall of 2 mm.
 PARTING_TIME = 0.5
+
+MANY = 400  # contacts from which threads share them: they meet eight times a step, which takes some microseconds each
 
 SWEEPS = 4  # over all contacts of a step; with ten nothing rests better
 
@@ -76,15 +79,18 @@ class Replay(NamedTuple):
 
 
 @jit
-def resolve_contacts(contacts: Contacts, bodies: Bodies, start: Bodies, weight_sum: np.ndarray, h: float) -> np.ndarray:
+def resolve_contacts(
+    contacts: Contacts, bodies: Bodies, start: Bodies, weight_sum: np.ndarray, h: float, threads: int | None = None
+) -> np.ndarray:
     """Resolve the contacts of soft bodies that a step of `h` [s] from `start` has led to; §4.2, §4.3.
 
     Positions and velocities of particles and boxes are changed. `weight_sum` (n,) is zero, and left so. Returns (m, 6):
     the pushes on boxes that stand on something, which that is to hold; see `pass_down`.
     """
-    count, boxes = contacts.number[0], bodies.boxes.inverse_mass.shape[0]
-    if count == contacts.number[1]:
+    boxes, count = bodies.boxes.inverse_mass.shape[0], contacts.number[0] - contacts.number[1]
+    if count == 0:
         return np.zeros((boxes, 6))
+    rows = rows_of(contacts, contacts.number, contacts.number[1], contacts.number[0])
     replay = Replay(
         np.empty((count, 3)),
         np.empty(count),
@@ -98,20 +104,20 @@ def resolve_contacts(contacts: Contacts, bodies: Bodies, start: Bodies, weight_s
         np.ones(boxes),
         np.zeros((boxes, 6)),
     )
-    look_back(contacts, bodies, start, replay, h)
-    replay.loose[:] = looseness_of_boxes(contacts, bodies.boxes, _first_push(contacts, bodies, replay))
+    look_back(rows, bodies, start, replay, h)
+    replay.loose[:] = looseness_of_boxes(contacts, bodies.boxes, _first_push(rows, bodies, replay))
     sums = WeightSums(weight_sum, np.zeros(boxes))
     for _ in range(SWEEPS):
-        if not exchange_impulses(contacts, bodies, sums, replay, h):
+        if not exchange_impulses(rows, bodies, sums, replay, h, threads):
             break
     return replay.held
 
 
 @jit
-def _first_push(contacts: Contacts, bodies: Bodies, replay: Replay) -> np.ndarray:
+def _first_push(contacts: Listing, bodies: Bodies, replay: Replay) -> np.ndarray:
     """Return (m, 6): the push on each box if all stood still, impulse [N s] and moment about the centre [N m s]."""
     push = np.zeros((replay.loose.shape[0], 6))
-    for k in range(contacts.number[1], contacts.number[0]):
+    for k in range(contacts.depth.shape[0]):
         box, a = contacts.box[k, 1], surface_point(contacts, k, 0)
         if box != NOBODY:
             place = load(replay.place, k)
@@ -123,13 +129,13 @@ def _first_push(contacts: Contacts, bodies: Bodies, replay: Replay) -> np.ndarra
 
 
 @jit_lean
-def look_back(contacts: Contacts, bodies: Bodies, start: Bodies, replay: Replay, h: float) -> None:
+def look_back(contacts: Listing, bodies: Bodies, start: Bodies, replay: Replay, h: float) -> None:
     """Find how fast the sides of each contact came, how fast they are to part, and how far a is to come above b.
 
     As far as they overlap, but no farther than they have closed in this step: so contact does no work on springs and
     gas. What they overlap besides, they lose slowly.
     """
-    for k in range(contacts.number[1], contacts.number[0]):
+    for k in range(contacts.depth.shape[0]):
         normal = load(contacts.normal, k)
         place, place_before = _place_now(contacts, k, bodies), _place_now(contacts, k, start)
         replay.approach[k] = max(0.0, -dot(_relative_velocity(contacts, k, start, place_before), normal))
@@ -142,7 +148,7 @@ def look_back(contacts: Contacts, bodies: Bodies, start: Bodies, replay: Replay,
 
 
 @jit_lean
-def height(contacts: Contacts, k: int, bodies: Bodies) -> float:
+def height(contacts: Contacts | Listing, k: int, bodies: Bodies) -> float:
     """Return how far side a is above b along the normal [m]; of a box, above its centre."""
     a, box = value_at(bodies.particles.position, surface_point(contacts, k, 0)), contacts.box[k, 1]
     if box != NOBODY:
@@ -152,7 +158,7 @@ def height(contacts: Contacts, k: int, bodies: Bodies) -> float:
 
 
 @jit_lean
-def _way(contacts: Contacts, k: int, bodies: Bodies, start: Bodies, h: float) -> Vec:
+def _way(contacts: Listing, k: int, bodies: Bodies, start: Bodies, h: float) -> Vec:
     """Return how far [m] side a of a contact has moved in a step of `h` [s], seen from b."""
     a, b = surface_point(contacts, k, 0), surface_point(contacts, k, 1)
     place = value_at(bodies.particles.position, a)
@@ -162,8 +168,10 @@ def _way(contacts: Contacts, k: int, bodies: Bodies, start: Bodies, h: float) ->
     return sub(way, sub(value_at(bodies.particles.position, b), value_at(start.particles.position, b)))
 
 
-@jit_lean
-def exchange_impulses(contacts: Contacts, bodies: Bodies, sums: WeightSums, replay: Replay, h: float) -> bool:
+@jit
+def exchange_impulses(
+    contacts: Listing, bodies: Bodies, sums: WeightSums, replay: Replay, h: float, threads: int | None
+) -> bool:
     """Let the sides of contacts that do not part as fast as they must do so, and take off their sliding.
 
     One impulse along the normal and friction against the sliding, by the law of contact. A point on a surface gives way
@@ -171,10 +179,54 @@ def exchange_impulses(contacts: Contacts, bodies: Bodies, sums: WeightSums, repl
     the end of the step of `h` [s] that, with the velocities, the positions become what they must; a single one changes
     no angular momentum. (A box does not turn by that.) Returns if any contact acts.
     """
-    soft = range(contacts.number[1], contacts.number[0])
-    # When and where contacts act that part too slowly, and how fast they part there, before any impulse.
+    count = contacts.depth.shape[0]
+    if threads is None or count < MANY:
+        active = _look(contacts, bodies, replay, h, (0, count))
+    else:
+        active = _look_on_threads(contacts, bodies.particles, bodies.boxes, replay, h, threads)
+    for k in range(count):
+        if replay.acted[k]:
+            _add_weights(contacts, k, sums, load(replay.place, k))
+    # All impulses before any acts.
+    if threads is None or count < MANY:
+        _find_impulses(contacts, bodies, sums, replay, (0, count))
+    else:
+        _find_impulses_on_threads(contacts, bodies.particles, bodies.boxes, sums, replay, threads)
+    for k in range(count):
+        _apply_impulse(contacts, k, bodies, replay)
+        _clear_weights(contacts, k, sums)
+    return active
+
+
+@jit_threaded
+def _look_on_threads(
+    contacts: Listing, particles: Particles, boxes: RigidBodies, replay: Replay, h: float, threads: int
+) -> bool:
+    active = np.zeros(threads, np.bool_)
+    for share in prange(threads):
+        active[share] = _look(contacts, Bodies(particles, boxes), replay, h, _rows_of_share(contacts, share, threads))
+    return bool(active.any())
+
+
+@jit_threaded
+def _find_impulses_on_threads(
+    contacts: Listing, particles: Particles, boxes: RigidBodies, sums: WeightSums, replay: Replay, threads: int
+) -> None:
+    for share in prange(threads):
+        _find_impulses(contacts, Bodies(particles, boxes), sums, replay, _rows_of_share(contacts, share, threads))
+
+
+@jit_lean
+def _rows_of_share(contacts: Listing, share: int, threads: int) -> tuple[int, int]:
+    count = contacts.depth.shape[0]
+    return count * share // threads, count * (share + 1) // threads
+
+
+@jit_lean
+def _look(contacts: Listing, bodies: Bodies, replay: Replay, h: float, rows: tuple[int, int]) -> bool:
+    """Find when and where contacts act that part too slowly, and how fast they part there; return if any does."""
     active = False
-    for k in soft:
+    for k in range(rows[0], rows[1]):
         u = _relative_velocity(contacts, k, bodies, load(replay.place, k))
         lack = _lack(contacts, k, replay, u)
         if lack > 0.0:
@@ -184,24 +236,23 @@ def exchange_impulses(contacts: Contacts, bodies: Bodies, sums: WeightSums, repl
                 u = _relative_velocity(contacts, k, bodies, place)
                 store(replay.place, k, place)
             replay.acted[k] = active = True
-        if replay.acted[k]:
-            _add_weights(contacts, k, sums, load(replay.place, k))
         store(replay.velocity, k, u)
-    # All impulses before any acts.
-    for k in soft:
+    return active
+
+
+@jit_lean
+def _find_impulses(contacts: Listing, bodies: Bodies, sums: WeightSums, replay: Replay, rows: tuple[int, int]) -> None:
+    """Find the impulses of contacts that part too slowly, and where on b they act; none of the others."""
+    for k in range(rows[0], rows[1]):
         store(replay.impulse, k, (0.0, 0.0, 0.0))
         if replay.acted[k] and _lack(contacts, k, replay, load(replay.velocity, k)) > 0.0:
             impulse = _impulse(contacts, k, bodies, sums, replay)
             store(replay.impulse, k, impulse)
             store(replay.impulse_place, k, _place_on_b(contacts, k, bodies, impulse, replay.ago[k]))
-    for k in soft:
-        _apply_impulse(contacts, k, bodies, replay)
-        _clear_weights(contacts, k, sums)
-    return active
 
 
 @jit_lean
-def _lack(contacts: Contacts, k: int, replay: Replay, velocity: Vec) -> float:
+def _lack(contacts: Listing, k: int, replay: Replay, velocity: Vec) -> float:
     """Return the speed [m/s] that a velocity of side a, seen from b, lacks of that at which they are to part; or ≤ 0.
 
     That is e times the speed at which they come, as far as they did so when the step began: not of what springs, gas
@@ -214,7 +265,7 @@ def _lack(contacts: Contacts, k: int, replay: Replay, velocity: Vec) -> float:
 
 
 @jit_lean
-def _apply_impulse(contacts: Contacts, k: int, bodies: Bodies, replay: Replay) -> None:
+def _apply_impulse(contacts: Listing, k: int, bodies: Bodies, replay: Replay) -> None:
     """Apply the impulse of contact `k` to both sides, and what it has led to since."""
     (particles, boxes), box, ago = bodies, contacts.box[k, 1], replay.ago[k]
     impulse, place = load(replay.impulse, k), load(replay.impulse_place, k)
@@ -249,7 +300,7 @@ def _place(particles: Particles, point: SurfacePoint, ago: float) -> Vec:
 
 
 @jit_lean
-def _place_now(contacts: Contacts, k: int, bodies: Bodies) -> Vec:
+def _place_now(contacts: Listing, k: int, bodies: Bodies) -> Vec:
     """Return the place on b that contact `k` has now: see `Replay`."""
     if contacts.box[k, 1] == NOBODY:
         return surface_point(contacts, k, 1).weights
@@ -258,7 +309,7 @@ def _place_now(contacts: Contacts, k: int, bodies: Bodies) -> Vec:
 
 
 @jit_lean
-def _place_on_b(contacts: Contacts, k: int, bodies: Bodies, direction: Vec, ago: float) -> Vec:
+def _place_on_b(contacts: Listing, k: int, bodies: Bodies, direction: Vec, ago: float) -> Vec:
     """Return where on b side a was `ago` [s], seen along a direction: an impulse there has no moment. See `Replay`."""
     box = contacts.box[k, 1]
     if box == NOBODY:
@@ -268,7 +319,7 @@ def _place_on_b(contacts: Contacts, k: int, bodies: Bodies, direction: Vec, ago:
 
 
 @jit_lean
-def _relative_velocity(contacts: Contacts, k: int, bodies: Bodies, place: Vec) -> Vec:
+def _relative_velocity(contacts: Listing, k: int, bodies: Bodies, place: Vec) -> Vec:
     """Return the velocity [m/s] of side a of a contact, seen from a `place` on b: see `Replay`."""
     velocity, box = value_at(bodies.particles.velocity, surface_point(contacts, k, 0)), contacts.box[k, 1]
     if box == NOBODY:
@@ -278,7 +329,7 @@ def _relative_velocity(contacts: Contacts, k: int, bodies: Bodies, place: Vec) -
 
 
 @jit_lean
-def _impulse(contacts: Contacts, k: int, bodies: Bodies, sums: WeightSums, replay: Replay) -> Vec:
+def _impulse(contacts: Listing, k: int, bodies: Bodies, sums: WeightSums, replay: Replay) -> Vec:
     """Return the impulse [N s] on side a of contact `k`, whose sides part too slowly; none if neither can move."""
     particles, boxes = bodies
     box, normal, place = contacts.box[k, 1], load(contacts.normal, k), load(replay.place, k)
@@ -313,7 +364,7 @@ def _impulse(contacts: Contacts, k: int, bodies: Bodies, sums: WeightSums, repla
 
 
 @jit_lean
-def _add_weights(contacts: Contacts, k: int, sums: WeightSums, place: Vec) -> None:
+def _add_weights(contacts: Listing, k: int, sums: WeightSums, place: Vec) -> None:
     """Add the weights of a contact, at a `place` on b, to the sums of its particles, and 1 to that of its box."""
     particles, weights, box = contacts.particles, contacts.weights, contacts.box[k, 1]
     for c in range(3):
@@ -325,7 +376,7 @@ def _add_weights(contacts: Contacts, k: int, sums: WeightSums, place: Vec) -> No
 
 
 @jit_lean
-def _clear_weights(contacts: Contacts, k: int, sums: WeightSums) -> None:
+def _clear_weights(contacts: Listing, k: int, sums: WeightSums) -> None:
     """Make what `_add_weights` has added zero."""
     particles, box = contacts.particles, contacts.box[k, 1]
     for c in range(3):
@@ -347,22 +398,21 @@ def _split_inverse_mass(inverse_mass: np.ndarray, weight_sum: np.ndarray, point:
 
 
 @jit_lean
-def _line_meets_triangle(contacts: Contacts, k: int, particles: Particles, direction: Vec, ago: float) -> Vec:
+def _line_meets_triangle(contacts: Listing, k: int, particles: Particles, direction: Vec, ago: float) -> Vec:
     """Return the weights of where the line through side a meets the plane of b's triangle, as both were `ago` [s].
 
     There the reaction to an impulse along the line has no moment about it. b's own, if the line is all but along the
     plane, or there is none.
     """
-    point, second = _place(particles, surface_point(contacts, k, 0), ago), surface_point(contacts, k, 1)
-    i, j, m = second.particles
-    weights = second.weights
-    a, b = _place(particles, at_particle(i), ago), _place(particles, at_particle(j), ago)
-    c = _place(particles, at_particle(m), ago)
+    point, (corners, weights) = _place(particles, surface_point(contacts, k, 0), ago), surface_point(contacts, k, 1)
+    a, b = _place(particles, at_particle(corners[0]), ago), _place(particles, at_particle(corners[1]), ago)
+    c = _place(particles, at_particle(corners[2]), ago)
     up = area_vector(a, b, c)
     square, rise = dot(up, up), dot(direction, up)
     if not abs(rise) > ALONG_SURFACE * np.sqrt(square) * norm(direction):
         return weights
-    gap = sub(_place(particles, second, ago), point)
+    here = add(scale(weights[0], a), add(scale(weights[1], b), scale(weights[2], c)))
+    gap = sub(here, point)
     aside = sub(scale(dot(gap, up) / rise, direction), gap)  # from the contact's point, in the plane
     u = 0.5 * dot(cross(sub(a, c), aside), up) / square
     v = 0.5 * dot(cross(sub(b, a), aside), up) / square

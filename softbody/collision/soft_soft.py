@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softbody.collision.contact import Contacts, Touch, add_contact, soft_side
+from softbody.collision.contact import Listing, Touch, add_contact, soft_side
 from softbody.collision.edge_mesh import Crossing, Ridge, edge_across_edge
 from softbody.collision.law import Material
 from softbody.collision.point_mesh import way_out
@@ -24,7 +24,7 @@ REACH = 4.0
 
 @jit_lean
 def find_soft_soft_contacts(
-    one: Surface, other: Solid, deepest: float, memory: Memory, material: Material, contacts: Contacts
+    one: Surface, other: Solid, deepest: float, memory: Memory, material: Material, contacts: Listing
 ) -> None:
     """List what of `one` is inside `other`, whose tree must have been fitted: particles, and edges across its edges.
 
@@ -57,7 +57,7 @@ def half_way(point: Vec, depth: float, out: Vec) -> Vec:
 
 @jit_lean
 def _add_particles(
-    one: Surface, other: Solid, inside: int, memory: Memory, material: Material, contacts: Contacts
+    one: Surface, other: Solid, inside: int, memory: Memory, material: Material, contacts: Listing
 ) -> None:
     """Add the particles that were found `inside`."""
     found = memory.found
@@ -112,7 +112,7 @@ def _add_edges(
     deepest: float,
     memory: Memory,
     material: Material,
-    contacts: Contacts,
+    contacts: Listing,
 ) -> None:
     """Add where those of eight `edges` at most that are partly inside are across edges of the other surface."""
     surface, tree, search, ends = other.surface, other.tree, memory.search, memory.ends
@@ -180,7 +180,7 @@ def _is_inside(one: Surface, edge: int, place: float, lane: int, memory: Memory)
 
 @jit_lean
 def _add_crossing(
-    one: tuple[Surface, int], other: tuple[Surface, int], crossing: Crossing, material: Material, contacts: Contacts
+    one: tuple[Surface, int], other: tuple[Surface, int], crossing: Crossing, material: Material, contacts: Listing
 ) -> None:
     """Add the contact of two edges, each a row of its surface's."""
     (surface, edge), (other_surface, other_edge), (depth, normal, place, other_place, on_left) = one, other, crossing

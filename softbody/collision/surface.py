@@ -28,14 +28,6 @@ class Surface(NamedTuple):
     vertices: Points
 
 
-class Topology(NamedTuple):
-    """What of a kind of surface never changes, or of all kinds, one after another: see `Surface`."""
-
-    ridges: np.ndarray
-    wings: np.ndarray
-    sides: np.ndarray
-
-
 class Solid(NamedTuple):
     """One soft body as what another may be inside of."""
 
@@ -55,31 +47,74 @@ class Memory(NamedTuple):
     way_out: (
         np.ndarray
     )  # (most vertices of a body, 3) unit vector out of the other body, of those that are inside; or 0
+    corners: Points  # of the box that is asked
+
+
+class Shapes(NamedTuple):
+    """What is known of all surfaces, whichever is asked: a row for each body, then rows of kinds, one after another.
+
+    Bodies whose triangles are the same are of one kind: they share what does not move.
+    """
+
+    kind: np.ndarray  # (b,)
+    low: np.ndarray  # (b, 3) [m] corner of the bounding box of each body
+    high: np.ndarray  # (b, 3) [m]
+    start: (
+        np.ndarray
+    )  # (kinds + 1, 7) first row of each kind in each of the following, which `Surface` and `BVH` explain
+    triangles: np.ndarray
+    order: np.ndarray
+    level_start: np.ndarray
+    level_count: np.ndarray
+    ridges: np.ndarray
+    wings: np.ndarray
+    sides: np.ndarray
+
+
+class Desks(NamedTuple):
+    """Memory of as many threads, each with room for the largest surface: one is asked at a time.
+
+    First what follows that surface as it moves, see `BVH`; then hints; then what `memory_at` makes a `Memory` of.
+    """
+
+    corners: np.ndarray  # (threads, leaves, 9, 8)
+    boxes: np.ndarray  # (threads, nodes, 6, 8)
+    frame: np.ndarray  # (threads, 4)
+    hint: np.ndarray  # (threads, n) int32, see `Points`
+    node: np.ndarray
+    bound: np.ndarray
+    near: np.ndarray
+    square: np.ndarray
+    asked: np.ndarray
+    point: np.ndarray
+    listed: np.ndarray
+    meets: np.ndarray
+    inside: np.ndarray
+    triangle: np.ndarray
+    weights: np.ndarray
+    depth: np.ndarray
+    outcode: np.ndarray
+    edge: np.ndarray
+    ends: np.ndarray
+    hits: np.ndarray
+    place: np.ndarray
+    way_out: np.ndarray
+    box_corners: np.ndarray
+    box_hint: np.ndarray
 
 
 class Surfaces(NamedTuple):
-    """What finds the contacts of soft bodies: the BVHs of all kinds of surfaces, one after another, and memory.
+    """What finds the contacts of soft bodies, and what else their response remembers."""
 
-    What follows a surface as it moves (corners, boxes, frame) has room for the largest: one surface is asked at a time.
-    """
-
-    trees: BVH
-    kind: np.ndarray  # (b,) of each body's mesh: bodies whose triangles are the same share what does not move
-    start: np.ndarray  # (kinds + 1, fields of a BVH) first row of each kind in each of its arrays
-    topology: Topology
-    topology_start: np.ndarray  # (kinds + 1, fields of a Topology)
-    low: np.ndarray  # (b, 3) [m] corner of the bounding box of each body
-    high: np.ndarray  # (b, 3) [m]
-    hint: np.ndarray  # (n,) see `Points`
-    corners: np.ndarray  # (8, 3) [m] of the box that is asked
-    corner_hint: np.ndarray  # (8,)
-    memory: Memory
+    shapes: Shapes
+    desks: Desks
+    threads: int | None  # None: one thread, for which nothing but the plain loop needs to be compiled
     weight_sum: np.ndarray  # (n,) see `resolve_contacts`
     deepest: np.ndarray  # (1,) [m] of all contacts since it was last set to 0
-    deepest_pair: np.ndarray  # (2,) the bodies of that contact, boxes numbered after soft bodies
+    deepest_sides: np.ndarray  # (2, 2) box and particle, or NOBODY, on both sides of that contact
 
 
-def build_surfaces(model: Model, position: np.ndarray) -> Surfaces:
+def build_surfaces(model: Model, position: np.ndarray, threads: int = 1) -> Surfaces:
     """Return the surfaces of all soft bodies of a model whose particles are at `position` (n, 3) [m]."""
     # Of the first kind no row is kept: it tells what arrays look like where there are no bodies.
     kinds = [_kind_of(np.eye(4, 3), np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]))]
@@ -90,45 +125,54 @@ def build_surfaces(model: Model, position: np.ndarray) -> Surfaces:
         kind[body] = known.setdefault(triangles.tobytes(), len(known))
         if len(known) == len(kinds):
             kinds.append(_kind_of(position[first:end], triangles))
-    trees = [tree for tree, _ in kinds]
-    (joined, start), (topology, topology_start) = _joined(trees), _joined([topology for _, topology in kinds])
-    largest = max(trees, key=lambda tree: len(tree.order))
-    most = int(np.diff(model.soft_particle_start).max(initial=8))
+    lengths = [[0] * 7, *([len(rows) for rows in topology] for _, topology in kinds[1:])]
+    low, high = np.zeros((2, model.soft_count, 3))
     return Surfaces(
-        trees=BVH(*joined)._replace(corners=largest.corners, boxes=largest.boxes, frame=largest.frame),
-        kind=kind,
-        start=start,
-        topology=Topology(*topology),
-        topology_start=topology_start,
-        low=np.zeros((model.soft_count, 3)),
-        high=np.zeros((model.soft_count, 3)),
-        hint=np.full(len(position), -1),
-        corners=np.zeros((8, 3)),
-        corner_hint=np.full(8, -1),
-        memory=Memory(
-            search_space(largest),
-            room_for_penetrations(most),
-            np.zeros(int(np.diff(model.soft_edge_start).max(initial=0)) + 1, np.int64),
-            np.zeros((LANES, 2, 3)),
-            np.zeros(LANES, np.int64),
-            np.zeros((LANES, int(np.diff(model.soft_triangle_start).max(initial=0)))),
-            np.zeros((most, 3)),
+        Shapes(
+            kind,
+            low,
+            high,
+            np.cumsum(lengths, axis=0),
+            *(
+                np.concatenate([rows[0][:0], *rows[1:]])
+                for rows in zip(*(topology for _, topology in kinds), strict=True)
+            ),
         ),
+        _desks(max((tree for tree, _ in kinds), key=lambda tree: len(tree.order)), model, threads),
+        None if threads == 1 else threads,
         weight_sum=np.zeros(len(position)),
         deepest=np.zeros(1),
-        deepest_pair=np.zeros(2, np.int64),
+        deepest_sides=np.zeros((2, 2), np.int64),
     )
 
 
-def _joined(parts: list[BVH] | list[Topology]) -> tuple[list[np.ndarray], np.ndarray]:
-    """Return the rows of all parts but the first, one after another, and where each starts: (parts, fields)."""
-    lengths = [[0] * len(parts[0]), *([len(rows) for rows in part] for part in parts[1:])]
-    rows = [np.concatenate([rows[0][:0], *rows[1:]]) for rows in zip(*parts, strict=True)]
-    return rows, np.cumsum(lengths, axis=0)
+def _desks(largest: BVH, model: Model, threads: int) -> Desks:
+    """Return room for as many threads to ask a surface with the `largest` tree what of any other is inside."""
+    most = int(np.diff(model.soft_particle_start).max(initial=8))
+    edges = int(np.diff(model.soft_edge_start).max(initial=0))
+    desk = (
+        largest.corners,
+        largest.boxes,
+        largest.frame,
+        np.empty(len(model.particle_inverse_mass), np.int32),
+        *search_space(largest),
+        *room_for_penetrations(most),
+        np.empty(edges + 1, np.int64),
+        np.empty((LANES, 2, 3)),
+        np.empty(LANES, np.int64),
+        np.empty((LANES, len(largest.order))),
+        np.empty((most, 3)),
+        np.empty((8, 3)),
+        np.empty(8, np.int32),
+    )
+    desks = Desks(*(np.zeros((threads, *rows.shape), rows.dtype) for rows in desk))
+    desks.hint[:] = -1
+    desks.box_hint[:] = -1
+    return desks
 
 
-def _kind_of(vertices: np.ndarray, triangles: np.ndarray) -> tuple[BVH, Topology]:
-    """Return the BVH and the topology of a closed mesh; edges are in the order of `unique_edges`."""
+def _kind_of(vertices: np.ndarray, triangles: np.ndarray) -> tuple[BVH, tuple[np.ndarray, ...]]:
+    """Return the BVH of a closed mesh, and its rows in `Shapes`; edges are in the order of `unique_edges`."""
     edges = unique_edges(triangles)
     start, end, third = (np.roll(triangles, -k, axis=1) for k in range(3))
     rows = np.array([len(vertices), 1])
@@ -139,37 +183,64 @@ def _kind_of(vertices: np.ndarray, triangles: np.ndarray) -> tuple[BVH, Topology
     corners[edge, leads_back.astype(int)] = third
     ridges = np.concatenate([edges, corners], axis=1).astype(np.int32)
     sides = np.where(leads_back, -1 - edge, edge).astype(np.int32)
-    return build_bvh(vertices, triangles), Topology(ridges, wings, sides)
+    tree = build_bvh(vertices, triangles)
+    return tree, (tree.triangles, tree.order, tree.level_start, tree.level_count, ridges, wings, sides)
 
 
 @jit_inlined
-def surface_of(model: Model, state: State, surfaces: Surfaces, body: int) -> Surface:
-    """Return one surface, its bounds as they are noted."""
+def surface_of(model: Model, state: State, shapes: Shapes, desks: Desks, desk: int, body: int) -> Surface:
+    """Return one surface, its bounds as they are noted, and hints of one desk."""
     first, end = model.soft_particle_start[body], model.soft_particle_start[body + 1]
-    kind = surfaces.kind[body]
-    topology, one, last = surfaces.topology, surfaces.topology_start[kind], surfaces.topology_start[kind + 1]
-    bounds = load(surfaces.low, body), load(surfaces.high, body)
+    one, last = shapes.start[shapes.kind[body]], shapes.start[shapes.kind[body] + 1]
+    bounds = load(shapes.low, body), load(shapes.high, body)
     return Surface(
         first,
-        topology.ridges[one[0] : last[0]],
-        topology.wings[one[1] : last[1]],
-        surfaces.trees.triangles[surfaces.start[kind, 0] : surfaces.start[kind + 1, 0]],
-        topology.sides[one[2] : last[2]],
-        Points(state.particle_position[first:end], bounds, surfaces.hint[first:end]),
+        shapes.ridges[one[4] : last[4]],
+        shapes.wings[one[5] : last[5]],
+        shapes.triangles[one[0] : last[0]],
+        shapes.sides[one[6] : last[6]],
+        Points(state.particle_position[first:end], bounds, desks.hint[desk, first:end]),
     )
 
 
 @jit_inlined
-def tree_of(surfaces: Surfaces, body: int) -> BVH:
-    """Return the BVH of one body; fit it before it is asked, and before another one is fitted."""
-    trees, kind = surfaces.trees, surfaces.kind[body]
-    first, end = surfaces.start[kind], surfaces.start[kind + 1]
+def tree_at(shapes: Shapes, desks: Desks, desk: int, body: int) -> BVH:
+    """Return the BVH of one body at a desk; fit it before it is asked, and before another one is fitted there."""
+    one, last = shapes.start[shapes.kind[body]], shapes.start[shapes.kind[body] + 1]
+    leaves = (last[1] - one[1]) // LANES
     return BVH(
-        trees.triangles[first[0] : end[0]],
-        trees.order[first[1] : end[1]],
-        trees.corners[: end[2] - first[2]],
-        trees.level_start[first[3] : end[3]],
-        trees.level_count[first[4] : end[4]],
-        trees.boxes,
-        trees.frame,
+        shapes.triangles[one[0] : last[0]],
+        shapes.order[one[1] : last[1]],
+        desks.corners[desk, :leaves],
+        shapes.level_start[one[2] : last[2]],
+        shapes.level_count[one[3] : last[3]],
+        desks.boxes[desk],
+        desks.frame[desk],
+    )
+
+
+@jit_inlined
+def memory_at(desks: Desks, desk: int) -> Memory:
+    """Return the memory of one desk."""
+    no_bounds = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    return Memory(
+        Search(
+            desks.node[desk],
+            desks.bound[desk],
+            desks.near[desk],
+            desks.square[desk],
+            desks.asked[desk],
+            desks.point[desk],
+            desks.listed[desk],
+            desks.meets[desk],
+        ),
+        Penetrations(
+            desks.inside[desk], desks.triangle[desk], desks.weights[desk], desks.depth[desk], desks.outcode[desk]
+        ),
+        desks.edge[desk],
+        desks.ends[desk],
+        desks.hits[desk],
+        desks.place[desk],
+        desks.way_out[desk],
+        Points(desks.box_corners[desk], no_bounds, desks.box_hint[desk]),
     )

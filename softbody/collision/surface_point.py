@@ -42,6 +42,8 @@ def on_edge(i: int, j: int, place: float) -> SurfacePoint:
 def value_at(rows: np.ndarray, point: SurfacePoint) -> Vec:
     """Return Σ w x of `rows` (n, 3): of positions, where the point is [m]; of velocities, its velocity [m/s]."""
     i, j, k = point.particles
+    if i == j == k:  # a particle, as most are
+        return load(rows, i)
     weights = point.weights
     return add(
         scale(weights[0], load(rows, i)), add(scale(weights[1], load(rows, j)), scale(weights[2], load(rows, k)))
@@ -60,6 +62,9 @@ def inverse_mass_at(inverse_mass: np.ndarray, point: SurfacePoint) -> float:
 def add_at(rows: np.ndarray, inverse_mass: np.ndarray, point: SurfacePoint, impulse: Vec) -> None:
     """Add w p/m to each corner's row: of velocities for an `impulse` p [N s], of positions for a shift [kg m]."""
     i, j, k = point.particles
+    if i == j == k:
+        accumulate(rows, i, scale(inverse_mass[i], impulse))
+        return
     weights = point.weights
     accumulate(rows, i, scale(weights[0] * inverse_mass[i], impulse))
     accumulate(rows, j, scale(weights[1] * inverse_mass[j], impulse))

@@ -30,7 +30,7 @@ class Points(NamedTuple):
 
     position: np.ndarray  # (m, 3) [m]
     bounds: AABB
-    hint: np.ndarray  # (m,) int64: the triangle closest to each when it was last inside something, −1 for none
+    hint: np.ndarray  # (m,) int32: the triangle closest to each when it was last inside something, −1 for none
 
 
 class Penetrations(NamedTuple):
@@ -46,7 +46,7 @@ class Penetrations(NamedTuple):
 @jit
 def points_of(position: np.ndarray) -> Points:
     """Return Points at `position` (m, 3) [m], of which nothing is known yet."""
-    return Points(position, bounding_box(position), np.full(position.shape[0], -1))
+    return Points(position, bounding_box(position), np.full(position.shape[0], np.int32(-1)))
 
 
 @jit
@@ -139,7 +139,7 @@ def _find_closest(points: Points, mesh: Points, tree: BVH, search: Search, found
     row, rows = 0, found.point.shape[0]
     for i in range(points.position.shape[0]):
         if found.outcode[i] == INSIDE and row < rows:
-            nearest = closest_in_bvh(load(points.position, i), tree, mesh.position, search, points.hint[i])
+            nearest = closest_in_bvh(load(points.position, i), tree, mesh.position, search, int(points.hint[i]))
             points.hint[i] = nearest[0]
             _write(found, row, i, nearest)
             row += 1

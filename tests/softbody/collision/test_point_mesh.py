@@ -12,9 +12,8 @@ from softbody.geometry.penetration import points_of
 
 
 def surface_of(mesh):
-    tree, topology = _kind_of(mesh.vertices, mesh.triangles)
-    vertices = points_of(np.array(mesh.vertices))
-    return Surface(0, topology.ridges, topology.wings, tree.triangles, topology.sides, vertices)
+    _, (triangles, _, _, _, ridges, wings, sides) = _kind_of(mesh.vertices, mesh.triangles)
+    return Surface(0, ridges, wings, triangles, sides, points_of(np.array(mesh.vertices)))
 
 
 def way_from(p, mesh):

@@ -38,20 +38,19 @@ def test_bodies_of_one_mesh_share_what_does_not_move():
     for k, mesh in enumerate((ball, bar, ball)):
         world.add_soft_body(mesh, mass=1.0, stiffness=100.0, gas=10.0, position=(0.0, 0.0, 2.0 * k))
     surfaces = build_surfaces(world.model, world.state.particle_position)
-    assert surfaces.kind.tolist() == [0, 1, 0]
-    assert len(surfaces.topology.ridges) == 480 + 18
+    assert surfaces.shapes.kind.tolist() == [0, 1, 0]
+    assert len(surfaces.shapes.ridges) == 480 + 18
 
 
 def test_a_ridge_is_an_edge_and_the_corners_beside_it():
     mesh = softbody.torus(1.0, 0.4, 12, 8)
-    tree, topology = _kind_of(mesh.vertices, mesh.triangles)
-    triangles = tree.triangles
-    for (i, j, left, right), (one, other) in zip(topology.ridges, topology.wings, strict=True):
+    _, (triangles, _, _, _, ridges, wings, sides) = _kind_of(mesh.vertices, mesh.triangles)
+    for (i, j, left, right), (one, other) in zip(ridges, wings, strict=True):
         assert i < j
         assert [i, j, left] in [np.roll(triangles[one], k).tolist() for k in range(3)]
         assert [j, i, right] in [np.roll(triangles[other], k).tolist() for k in range(3)]
     for t in range(len(triangles)):
         for k in range(3):
-            start, end, edge = triangles[t, k], triangles[t, (k + 1) % 3], topology.sides[t, k]
+            start, end, edge = triangles[t, k], triangles[t, (k + 1) % 3], sides[t, k]
             leads = [start, end] if edge >= 0 else [end, start]
-            assert topology.ridges[edge if edge >= 0 else -1 - edge, :2].tolist() == leads
+            assert ridges[edge if edge >= 0 else -1 - edge, :2].tolist() == leads
