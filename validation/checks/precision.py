@@ -5,9 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from softbody import World
+from softbody.collision import soft_contacts, soft_response
+from softbody.collision.contact import new_contacts
+from softbody.collision.surface import build_surfaces
 from softbody.dynamics import soft_bodies, vertex_rings
 from softbody.dynamics.soft_bodies import motion_of
-from softbody.step import run_alone
+from softbody.step import Work, run_alone
+from softbody.step import run as run_together
 from validation.cases import lumpy_sphere
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.checks.integrators import breathe
@@ -99,3 +103,64 @@ def threads_leave_every_bit(run: Run) -> Comparison:
             kinds += [precision] * len(other)
     agree = np.concatenate(same)
     return Comparison(agree, np.ones(len(agree), bool), groups=kinds)
+
+
+def crowd(rng: np.random.Generator) -> World:
+    """Return soft bodies of many sizes that press each other and boxes from the start."""
+    world = World()
+    world.add_ground()
+    for k in range(11):
+        mesh = lumpy_sphere(rng, (1, 2, 3, 4)[k % 4])
+        place = 1.7 * (k % 3) + 0.1 * rng.random(), 1.7 * (k // 3 % 2) + 0.1 * rng.random(), 1.5 + 1.7 * (k // 6)
+        world.add_soft_body(mesh, 1.0 + k, 150.0, 40.0, place, friction=0.1 * k)
+        if k % 4 == 0:
+            world.add_box((2.0, 2.0, 0.5 + 0.1 * k), 1.0 + k, (1.7 * (k % 3), 1.7 * (k // 3 % 2), 0.3))
+    return world
+
+
+@check(
+    family=FAMILY,
+    claim="Any number of threads gives the same bits: a crowd of soft bodies and boxes that touch at many places.",
+    section="4.2, 4.3",
+    piece="softbody.collision.soft_contacts.find_on_threads",
+    reference="the same run on one thread",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="each thread lists what it finds apart, and lists are joined in the order of the bodies",
+    detects="one bit; a share that is left out; two threads that meet in one place",
+    faults=(
+        Fault(
+            "threads that list contacts in the same rows",
+            soft_contacts.find_share,
+            "rows_of(rows_, number_, share_ * room_, end_)",
+            "rows_of(rows_, number_, 0, room_)",
+        ),
+        Fault(
+            "lists of threads that are not joined",
+            soft_contacts.find_soft_contacts,
+            "k_ != count_",
+            "False",
+        ),
+        Fault(
+            "a thread that leaves out the last of its impulses",
+            soft_response._find_impulses_on_threads,
+            "_find_impulses(c_, b_, s_, r_, _rows_of_share(c_, share_, threads_))",
+            "rows = _rows_of_share(c_, share_, threads_)\n_find_impulses(c_, b_, s_, r_, (rows[0], rows[1] - 1))",
+        ),
+    ),
+)
+def threads_find_the_same_contacts(run: Run) -> Comparison:
+    ends, contacts = [], []
+    for threads in (1, 2, 3):
+        world = crowd(run.fresh_rng())
+        model, state = world.model, world.state
+        motion = motion_of(model.soft_particle_start, world.rings, threads)
+        surfaces = build_surfaces(model, state.particle_position, threads)
+        work = Work(motion, surfaces, world._manifold, state.copy(), np.zeros(model.box_count, bool))
+        step, steps = 0.5 * world.stable_time_step(), run.count(10, 20, 100)
+        found, *_ = run_together(model, world.controls, state, work, new_contacts(64), world.settings, step, steps)
+        contacts.append(int(found.number[0]))
+        ends.append(np.concatenate([state.particle_position, state.particle_velocity, state.box_velocity]))
+    same = [(ends[0].view(np.uint64) == other.view(np.uint64)).all(axis=1) for other in ends[1:]]
+    agree = np.concatenate(same)
+    return Comparison(agree, np.ones(len(agree), bool), notes=[f"{contacts[0]} contacts at the end"])
