@@ -12,6 +12,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 
+import numba
 import numpy as np
 import pytest
 
@@ -51,6 +52,8 @@ STAGES = (
     "of which all contacts of soft bodies, with response",
 )
 TRAYS = (1, 10, 100, 1_000)
+TWO_THREADS = "the same on two threads"
+FEWEST_SHARED = 10  # bodies, so that threads have something to share
 
 
 @functools.cache
@@ -171,6 +174,20 @@ def bench_tray(race, request: pytest.FixtureRequest, bodies: int) -> None:
         pytest.skip("more bodies are for level full")
     world, step = landed(tray.build, bodies)
     steps = max(2, BODY_STEPS // bodies)
+
+    def rivals() -> dict[str, Peer]:
+        if numba.config.NUMBA_NUM_THREADS < 2 or bodies < FEWEST_SHARED:  # type: ignore[attr-defined]
+            return stages_of(world, step, steps, bodies * steps)
+        shared, _ = landed(tray.build, bodies)
+        shared.threads = 2
+        back = putting_back(shared)
+
+        def on_two_threads() -> None:
+            back()
+            shared.step(step, steps, allow_unstable=True)
+
+        return {TWO_THREADS: (on_two_threads, bodies * steps), **stages_of(world, step, steps, bodies * steps)}
+
     race(
         lambda: world.step(step, steps, allow_unstable=True),
         bodies * steps,
@@ -179,8 +196,8 @@ def bench_tray(race, request: pytest.FixtureRequest, bodies: int) -> None:
         size=bodies,
         of="bodies",
         per="body and step",
-        peers=lambda: stages_of(world, step, steps, bodies * steps),
-        own=STAGES,
+        peers=rivals,
+        own=(TWO_THREADS, *STAGES),
         restore=putting_back(world),
         answer=lambda: world.state,
     )

@@ -99,9 +99,13 @@ class _Flags(Flags):
     """Numba's flags, compared by what was set: Numba lists all options, 200 000 times while a world is compiled."""
 
     def __eq__(self, other: object) -> bool:
-        if isinstance(other, Flags) and self._values == other._values:
-            return True
-        return bool(super().__eq__(other))
+        if not isinstance(other, Flags):
+            return NotImplemented
+        mine, others, options = self._values, other._values, self.options  # type: ignore[attr-defined]
+        return mine == others or all(
+            mine.get(name, options[name].default) == others.get(name, options[name].default)
+            for name in mine.keys() | others.keys()
+        )
 
     def __hash__(self) -> int:
         return _HASH_OF_FLAGS

@@ -59,11 +59,10 @@ def find_soft_contacts(
     before, found, edges = contacts.number[0], np.zeros(shares, np.int64), settings.edge_contacts
     while True:
         rows = rows_of(contacts, found, before, contacts.depth.shape[0])
-        if surfaces.threads is None:
-            find_share(model, state, shapes, desks, edges, pairs, rows, 0)
-        else:
-            find_on_threads(model, state, shapes, desks, edges, pairs, rows)
-        most, room = found.max(), (contacts.depth.shape[0] - before) // shares
+        _find_all(model, state, shapes, desks, edges, pairs, rows, surfaces.threads)
+        most, room = 0, (contacts.depth.shape[0] - before) // shares
+        for share in range(shares):
+            most = max(most, found[share])
         if most <= room:
             break
         contacts.number[0] = before + shares * most
@@ -78,6 +77,24 @@ def find_soft_contacts(
     contacts.number[0] = count
     _note_deepest(surfaces, contacts, before)
     return contacts
+
+
+@jit
+def _find_all(
+    model: Model,
+    state: State,
+    shapes: Shapes,
+    desks: Desks,
+    with_edges: bool,
+    pairs: Pairs,
+    rows: Listing,
+    threads: int | None,
+) -> None:
+    """List the contacts of all shares, each in its part of the rows."""
+    if threads is None:
+        find_share(model, state, shapes, desks, with_edges, pairs, rows, 0)
+    else:
+        find_on_threads(model, state, shapes, desks, with_edges, pairs, rows)
 
 
 @jit_threaded

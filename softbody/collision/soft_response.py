@@ -105,7 +105,9 @@ def resolve_contacts(
         np.zeros((boxes, 6)),
     )
     look_back(rows, bodies, start, replay, h)
-    replay.loose[:] = looseness_of_boxes(contacts, bodies.boxes, _first_push(rows, bodies, replay))
+    loose = looseness_of_boxes(contacts, bodies.boxes, _first_push(rows, bodies, replay))
+    for box in range(boxes):
+        replay.loose[box] = loose[box]
     sums = WeightSums(weight_sum, np.zeros(boxes))
     for _ in range(SWEEPS):
         if not exchange_impulses(rows, bodies, sums, replay, h, threads):

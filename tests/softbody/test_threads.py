@@ -1,0 +1,60 @@
+"""Do worlds get the threads that they ask for, leave them as they were, and the environment too?"""
+
+import os
+
+import numba
+import pytest
+
+import softbody
+from softbody.scenes import tray
+from softbody.threads import team_of
+
+several = pytest.mark.skipif(
+    numba.config.DISABLE_JIT or numba.config.NUMBA_NUM_THREADS < 2, reason="there is one thread here"
+)
+
+
+@several
+def test_a_team_is_as_large_as_asked_and_is_put_back():
+    before = numba.get_num_threads()
+    with team_of(2):
+        assert numba.get_num_threads() == 2
+    assert numba.get_num_threads() == before
+    with pytest.raises(ZeroDivisionError), team_of(2):
+        _ = 1 / 0
+    assert numba.get_num_threads() == before
+
+
+@several
+@pytest.mark.parametrize("choice", [None, "active"])
+def test_the_environment_is_left_as_it_was(monkeypatch, choice):
+    monkeypatch.delenv("OMP_WAIT_POLICY", raising=False)
+    if choice:
+        monkeypatch.setenv("OMP_WAIT_POLICY", choice)
+    with team_of(2):
+        assert os.environ.get("OMP_WAIT_POLICY") == choice
+    assert os.environ.get("OMP_WAIT_POLICY") == choice
+
+
+@several
+def test_a_crowd_goes_on_to_the_same_bits_when_threads_change_between_steps():
+    worlds = [tray.build(6) for _ in range(2)]
+    step = 0.9 * worlds[0].stable_time_step()
+    for threads in (2, 1, 2):
+        worlds[1].threads = threads
+        for world in worlds:
+            world.step(step, 60)
+    assert worlds[0].contacts.number[0] > 0
+    assert worlds[0].state_hash() == worlds[1].state_hash()
+
+
+@several
+def test_a_body_added_between_steps_is_found_by_all_threads():
+    hashes = []
+    for threads in (1, 2):
+        world = softbody.World(threads=threads)
+        for k in range(3):
+            world.add_soft_body(softbody.icosphere(2, 0.5), 1.0, 100.0, 20.0, (0.0, 0.1 * k, 0.99 * k))
+            world.step(1e-4, 5)
+        hashes.append(world.state_hash())
+    assert hashes[0] == hashes[1]
