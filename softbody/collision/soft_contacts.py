@@ -33,6 +33,9 @@ from softbody.vec import Vec, load, store
 # Edges are asked of surfaces whose own are not longer: as a part of their mean length, below which they are not.
 COARSE = 0.9
 
+# Particles from which threads share the work: one takes some 0.05 µs, and to wake a thread up to 100 µs.
+MUCH = 4_000.0
+
 # How deep edges may be across each other, as a part of the shorter mean length: where it is more, particles are inside.
 SHALLOW = 0.5
 
@@ -55,11 +58,12 @@ def find_soft_contacts(
     shapes, desks = surfaces.shapes, surfaces.desks
     shares = desks.frame.shape[0]
     start, near = _near_bodies(model, state, shapes, desks, settings.exhaustive_pairs)
-    pairs = Pairs(start, near, _even_shares(model, start, near, shares))
+    cut, work = _even_shares(model, start, near, shares)
+    pairs = Pairs(start, near, cut)
     before, found, edges = contacts.number[0], np.zeros(shares, np.int64), settings.edge_contacts
     while True:
         rows = rows_of(contacts, found, before, contacts.depth.shape[0])
-        _find_all(model, state, shapes, desks, edges, pairs, rows, surfaces.threads)
+        _find_all(model, state, shapes, desks, edges, pairs, rows, surfaces.threads, work)
         most, room = 0, (contacts.depth.shape[0] - before) // shares
         for share in range(shares):
             most = max(most, found[share])
@@ -89,10 +93,12 @@ def _find_all(
     pairs: Pairs,
     rows: Listing,
     threads: int | None,
+    work: float,
 ) -> None:
     """List the contacts of all shares, each in its part of the rows."""
-    if threads is None:
-        find_share(model, state, shapes, desks, with_edges, pairs, rows, 0)
+    if threads is None or work < MUCH:
+        for share in range(pairs.cut.shape[0] - 1):
+            find_share(model, state, shapes, desks, with_edges, pairs, rows, share)
     else:
         find_on_threads(model, state, shapes, desks, with_edges, pairs, rows)
 
@@ -128,8 +134,8 @@ def find_share(
 
 
 @jit
-def _even_shares(model: Model, start: np.ndarray, near: np.ndarray, shares: int) -> np.ndarray:
-    """Return where to cut the soft bodies into `shares` of about as much work each: (shares + 1,).
+def _even_shares(model: Model, start: np.ndarray, near: np.ndarray, shares: int) -> tuple[np.ndarray, float]:
+    """Return where to cut the soft bodies into `shares` of about as much work each, (shares + 1,), and all the work.
 
     Work is counted in particles: of each that is asked, and of all that are asked about.
     """
@@ -146,7 +152,7 @@ def _even_shares(model: Model, start: np.ndarray, near: np.ndarray, shares: int)
         while body < soft and work[body] * shares < work[soft] * share:
             body += 1
         cut[share] = body
-    return cut
+    return cut, work[soft]
 
 
 @jit

@@ -43,6 +43,9 @@ LOOK = 32
 # microseconds each. Smaller bodies are shared out among the threads.
 LARGE = 8_000
 
+# Particles of a world below which one thread moves all: to wake another may take as long.
+FEW = 2_000
+
 
 class MotionMemory(NamedTuple):
     """Memory for a run, worth keeping for the next: fresh memory costs a large body more than a step does."""
@@ -112,7 +115,7 @@ def _move_all(
 
     Bodies that fail are left where they are after their last good step; (0, −1): none does.
     """
-    if threads is None:
+    if threads is None or bodies.start[-1] < FEW:
         for body in range(bodies.gas.shape[0]):
             move_body(bodies, rings, memory, stretch, body, 0, None)
     else:

@@ -38,7 +38,7 @@ def test_the_environment_is_left_as_it_was(monkeypatch, choice):
 
 @several
 def test_a_crowd_goes_on_to_the_same_bits_when_threads_change_between_steps():
-    worlds = [tray.build(6) for _ in range(2)]
+    worlds = [tray.build(24) for _ in range(2)]
     step = 0.9 * worlds[0].stable_time_step()
     for threads in (2, 1, 2):
         worlds[1].threads = threads
