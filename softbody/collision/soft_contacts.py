@@ -41,11 +41,13 @@ SHALLOW = 0.5
 
 
 class Pairs(NamedTuple):
-    """Which bodies are near which, and which thread asks."""
+    """Which bodies are near which, and how they are asked."""
 
     start: np.ndarray  # (b + 1,) other[start[i]:start[i + 1]] are the bodies whose bounds meet those of soft body i
     other: np.ndarray  # boxes are numbered after soft bodies
     cut: np.ndarray  # (threads + 1,) where the soft bodies are cut into shares
+    work: float  # of all shares, see `_even_shares`
+    with_edges: bool  # or particles and corners only
 
 
 @jit
@@ -59,11 +61,11 @@ def find_soft_contacts(
     shares = desks.frame.shape[0]
     start, near = _near_bodies(model, state, shapes, desks, settings.exhaustive_pairs)
     cut, work = _even_shares(model, start, near, shares)
-    pairs = Pairs(start, near, cut)
-    before, found, edges = contacts.number[0], np.zeros(shares, np.int64), settings.edge_contacts
+    pairs = Pairs(start, near, cut, work, settings.edge_contacts)
+    before, found = contacts.number[0], np.zeros(shares, np.int64)
     while True:
         rows = rows_of(contacts, found, before, contacts.depth.shape[0])
-        _find_all(model, state, shapes, desks, edges, pairs, rows, surfaces.threads, work)
+        _find_all(model, state, shapes, desks, pairs, rows, surfaces.threads)
         most, room = 0, (contacts.depth.shape[0] - before) // shares
         for share in range(shares):
             most = max(most, found[share])
@@ -85,43 +87,26 @@ def find_soft_contacts(
 
 @jit
 def _find_all(
-    model: Model,
-    state: State,
-    shapes: Shapes,
-    desks: Desks,
-    with_edges: bool,
-    pairs: Pairs,
-    rows: Listing,
-    threads: int | None,
-    work: float,
+    model: Model, state: State, shapes: Shapes, desks: Desks, pairs: Pairs, rows: Listing, threads: int | None
 ) -> None:
     """List the contacts of all shares, each in its part of the rows."""
-    if threads is None or work < MUCH:
+    if threads is None or pairs.work < MUCH:
         for share in range(pairs.cut.shape[0] - 1):
-            find_share(model, state, shapes, desks, with_edges, pairs, rows, share)
+            find_share(model, state, shapes, desks, pairs, rows, share)
     else:
-        find_on_threads(model, state, shapes, desks, with_edges, pairs, rows)
+        find_on_threads(model, state, shapes, desks, pairs, rows)
 
 
 @jit_threaded
-def find_on_threads(
-    model: Model, state: State, shapes: Shapes, desks: Desks, with_edges: bool, pairs: Pairs, rows: Listing
-) -> None:
+def find_on_threads(model: Model, state: State, shapes: Shapes, desks: Desks, pairs: Pairs, rows: Listing) -> None:
     """Let each thread find a share of the contacts, at a desk of its own."""
     for share in prange(pairs.cut.shape[0] - 1):
-        find_share(model, state, shapes, desks, with_edges, pairs, rows, share)
+        find_share(model, state, shapes, desks, pairs, rows, share)
 
 
 @jit_lean
 def find_share(
-    model: Model,
-    state: State,
-    shapes: Shapes,
-    desks: Desks,
-    with_edges: bool,
-    pairs: Pairs,
-    rows: Listing,
-    share: int,
+    model: Model, state: State, shapes: Shapes, desks: Desks, pairs: Pairs, rows: Listing, share: int
 ) -> None:
     """List the contacts of one share of the soft bodies in its part of the rows, and count them."""
     room = rows.depth.shape[0] // (pairs.cut.shape[0] - 1)
@@ -130,7 +115,7 @@ def find_share(
     for body in range(pairs.cut[share], pairs.cut[share + 1]):
         others = pairs.other[pairs.start[body] : pairs.start[body + 1]]
         if others.shape[0] > 0:
-            _find_contacts_of(model, state, shapes, desks, share, (body, with_edges), others, listing)
+            _find_contacts_of(model, state, shapes, desks, share, (body, pairs.with_edges), others, listing)
 
 
 @jit
