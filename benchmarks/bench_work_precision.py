@@ -1,4 +1,8 @@
-"""Which integrator gets how near to the true motion for how much time? A soft sphere that shakes for half a second."""
+"""Which integrator gets how near to the true motion for how much time?
+
+A soft sphere that shakes for half a second, by itself; and a whole scene, a ball that turns, falls and bounces off the
+ground, as soft and as stiff as they come. The truth is SciPy's in both.
+"""
 
 from __future__ import annotations
 
@@ -7,56 +11,109 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import softbody
-from references import scipy
+from benchmarks.race import Peer
+from references import ground, scipy
 from softbody.settings import INTEGRATORS
 
-STIFFNESS, GAS, SECONDS = 200.0, 30.0, 0.5
+RADIUS, GAS = 0.5, 30.0  # [m], [J]
+STIFFNESS, SECONDS = 200.0, 0.5  # of the sphere that shakes [N/m], [s]
 STEPS = (150, 300, 600, 1_200, 2_400, 4_800)
+
+# Of the ball that bounces: how stiff [N/m], for how long [s], how fast it comes [m/s], and from how high [m]. In the
+# fewest steps it is just stable.
+STIFF = (1e3, 1e4, 1e5, 1e6)
+BOUNCE_SECONDS, SPEED, HEIGHT, GRAVITY = 0.25, 2.0, 0.6, 9.81
+FEWEST = {1e3: 112, 1e4: 352, 1e5: 1_120, 1e6: 3_520}
+PARTS = (1, 2, 4, 8, 16)
+
+
+def springs_of(mesh: softbody.Mesh, stiffness: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the edges of a mesh, their lengths [m] and their stiffness [N/m]."""
+    lengths = np.linalg.norm(mesh.vertices[mesh.edges[:, 1]] - mesh.vertices[mesh.edges[:, 0]], axis=1)
+    return mesh.edges, lengths, np.full(len(lengths), stiffness)
 
 
 @functools.cache
-def start() -> tuple[softbody.Mesh, np.ndarray, np.ndarray]:
+def shaken() -> tuple[softbody.Mesh, np.ndarray, np.ndarray]:
     """Return a sphere of 162 particles of 1 kg in all, their velocities, and where they truly are in the end."""
-    mesh = softbody.icosphere(2, radius=0.5)
+    mesh = softbody.icosphere(2, radius=RADIUS)
     velocity = np.random.default_rng(0).normal(0.0, 0.3, mesh.vertices.shape)
-    lengths = np.linalg.norm(mesh.vertices[mesh.edges[:, 1]] - mesh.vertices[mesh.edges[:, 0]], axis=1)
-    springs = mesh.edges, lengths, np.full(len(lengths), STIFFNESS)
-    end = scipy.motion(mesh.vertices, velocity, *springs, mesh.triangles, GAS, 1.0 / len(mesh.vertices), SECONDS)
+    body = *springs_of(mesh, STIFFNESS), mesh.triangles, GAS, 1.0 / len(mesh.vertices)
+    return mesh, velocity, scipy.motion(mesh.vertices, velocity, *body, SECONDS)
+
+
+@functools.cache
+def bounced(stiffness: float) -> tuple[softbody.Mesh, np.ndarray, np.ndarray]:
+    """Return a ball of 42 particles of 1 kg in all, their velocities, and where they truly are in the end."""
+    ball = softbody.icosphere(1, radius=RADIUS)
+    turned = Rotation.from_rotvec((0.3, 0.7, 0.2)).apply(ball.vertices)
+    mesh = softbody.Mesh(turned + (0.0, 0.0, HEIGHT), ball.triangles)
+    velocity = np.cross((0.0, 2.0, 1.0), turned) - (0.0, 0.0, SPEED)
+    springs, mass = springs_of(mesh, stiffness), 1.0 / len(turned)
+    end, _ = ground.bounce(mesh.vertices, velocity, springs, mesh.triangles, GAS, mass, GRAVITY, BOUNCE_SECONDS)
     return mesh, velocity, end
 
 
-def shaking(integrator: str, steps: int) -> tuple[Callable[[], np.ndarray], float]:
-    """Return a call that takes the sphere through its time, and how far from the truth it ends [of its radius]."""
-    mesh, velocity, end = start()
-    world = softbody.World(gravity=(0.0, 0.0, 0.0), integrator=integrator)
-    body = world.add_soft_body(mesh, 1.0, STIFFNESS, GAS)
+def moving(
+    world: softbody.World,
+    start: tuple[softbody.Mesh, np.ndarray, np.ndarray],
+    stiffness: float,
+    step: float,
+    steps: int,
+) -> tuple[Callable[[], np.ndarray], float]:
+    """Return a call that takes the body through its time, and how far from the truth it ends [of its radius]."""
+    mesh, velocity, end = start
+    body = world.add_soft_body(mesh, 1.0, stiffness, GAS, friction=0.0)
 
     def call() -> np.ndarray:
         body.positions[:], body.velocities[:] = mesh.vertices, velocity
-        world.step(SECONDS / steps, steps, allow_unstable=True)
+        world.step(step, steps, allow_unstable=True)
         return body.positions
 
-    call()
-    return call, float(np.linalg.norm(body.positions - end, axis=1).max()) / 0.5
+    return call, float(np.linalg.norm(call() - end, axis=1).max()) / RADIUS
 
 
 @pytest.mark.parametrize("steps", STEPS)
 def bench_work_precision(race, steps: int) -> None:
     """The same time in more and more steps."""
-    calls = {name: shaking(name, steps) for name in INTEGRATORS}
-    particles = len(start()[0].vertices)
+    weightless = {name: softbody.World(gravity=(0.0, 0.0, 0.0), integrator=name) for name in INTEGRATORS}
+    calls = {name: moving(world, shaken(), STIFFNESS, SECONDS / steps, steps) for name, world in weightless.items()}
+    compare(race, calls, len(shaken()[0].vertices) * SECONDS, "particle and simulated second", steps, TITLES[0])
+
+
+@pytest.mark.parametrize("parts", PARTS)
+@pytest.mark.parametrize("stiffness", STIFF)
+def bench_bounce(race, stiffness: float, parts: int) -> None:
+    """The same bounce in more and more steps."""
+    steps, calls = parts * FEWEST[stiffness], {}
+    for name in INTEGRATORS:
+        world = softbody.World(gravity=(0.0, 0.0, -GRAVITY), integrator=name)
+        world.add_ground(friction=0.0)
+        calls[name] = moving(world, bounced(stiffness), stiffness, BOUNCE_SECONDS / steps, steps)
+    compare(race, calls, BOUNCE_SECONDS, "simulated second", steps, TITLES[1].format(stiffness))
+
+
+TITLES = "Work and precision of the integrators", "Work and precision: a ball of springs of {:g} N/m bounces"
+
+
+def compare(
+    race, calls: dict[str, tuple[Callable[[], np.ndarray], float]], units: float, per: str, steps: int, title: str
+) -> None:
+    """Time the calls in turns; their errors stand beside them."""
     (ours, _), *_ = calls.values()
+    peers: dict[str, Peer] = {name: (call, units) for name, (call, _) in list(calls.items())[1:]}
     race(
         ours,
-        particles * SECONDS,
-        table="Work and precision of the integrators",
+        units,
+        table=title,
         name=next(iter(calls)),
         size=steps,
         of="steps",
-        per="particle and simulated second",
-        peers={name: (call, particles * SECONDS) for name, (call, _) in list(calls.items())[1:]},
-        own=list(calls)[1:],
+        per=per,
+        peers=peers,
+        own=list(peers),
         errors={name: error for name, (_, error) in calls.items()},
     )

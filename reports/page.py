@@ -47,6 +47,7 @@ class Table:
     series: list[tuple[str, str, str]]  # name, colour and marker of each competitor
     growth: float | None  # exponent with which our whole cost grows with the size
     of_motion: bool  # times are per second of motion, so that they have a real-time factor
+    cheapest: list[tuple[float, Timing]]  # for each error that was asked for, where errors were measured
     trends: list[Timing]  # those of the rows that have one
 
 
@@ -155,12 +156,22 @@ def tables_of(timings: list[Timing]) -> list[Table]:
     for title in dict.fromkeys(timing.table for timing in timings):
         rows = [timing for timing in timings if timing.table == title]
         of_motion = rows[0].per == "simulated second"
-        plot = None if of_motion else plots.work_plot(rows) or plots.timing_plot(rows)
+        plot = plots.work_plot(rows) or (None if of_motion else plots.timing_plot(rows))
         series = [(name, plots.VARIABLES[c], plots.MARKERS[m]) for name, (c, m) in plots.series(rows).items()]
         drawn = Markup(plot) if plot else None
         trends = [timing for timing in rows if timing.trend]
-        tables.append(Table(title, rows, drawn, series, growth_of(rows), of_motion, trends))
+        tables.append(Table(title, rows, drawn, series, growth_of(rows), of_motion, cheapest_of(rows), trends))
     return tables
+
+
+def cheapest_of(rows: list[Timing]) -> list[tuple[float, Timing]]:
+    """Return the cheapest row that errs by no more than each of some powers of ten, as far as there is one."""
+    found = []
+    for power in range(-1, -9, -1):
+        near = [row for row in plots.drawable(rows) if row.error is not None and row.error <= 10.0**power]
+        if near:
+            found.append((10.0**power, min(near, key=lambda row: row.nanoseconds)))
+    return found
 
 
 def growth_of(rows: list[Timing]) -> float | None:

@@ -13,7 +13,7 @@ from typing import Any, cast
 
 import numba
 from numba.core import types
-from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.caching import FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, Flags
 from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
@@ -21,29 +21,10 @@ from numba.core.errors import NumbaTypeError
 from numba.core.registry import CPUDispatcher
 from numba.core.targetconfig import ConfigStack
 
+from softbody.cache_file import CacheFile
 from softbody.core_digest import CORE_DIGEST
 
 FIRST, LAST = (0, 60), (0, 68)  # Numba's versions that `make matrix` has seen this work with
-
-
-class _CacheFile(IndexDataCacheFile):
-    """Numba's files of one function, where what cannot be read counts as not there, and is written anew.
-
-    So it is after an upgrade: an index names the types of the core that wrote it, and some may be gone.
-    """
-
-    def load(self, key: Any) -> Any:
-        """Return what is kept under a key, or None."""
-        try:
-            return super().load(key)
-        except Exception:  # whatever unpickling raises
-            return None
-
-    def _load_index(self) -> Any:
-        try:
-            return super()._load_index()
-        except Exception:
-            return {}
 
 
 class _CoreCache(FunctionCache):
@@ -55,8 +36,7 @@ class _CoreCache(FunctionCache):
 
     def __init__(self, function: Any) -> None:
         super().__init__(function)
-        path, impl = self._cache_path, self._impl
-        self._cache_file = _CacheFile(path, impl.filename_base, impl.locator.get_source_stamp())
+        self._cache_file: Any = CacheFile(self._cache_path, self._impl.filename_base)
 
     def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
         return (*super()._index_key(sig, codegen), CORE_DIGEST)

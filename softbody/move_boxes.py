@@ -10,7 +10,7 @@ from softbody.collision.ground import resolve_ground_of_boxes
 from softbody.collision.impulse import resolve_contact
 from softbody.collision.law import combined, material_of_box
 from softbody.collision.sat_boxes import PlacedBoxes, placed_box
-from softbody.collision.sequential_impulses import solve_positions, solve_velocities
+from softbody.collision.sequential_impulses import hold_pushed_boxes, solve_positions, solve_velocities
 from softbody.collision.single_contact import paper_contact
 from softbody.collision.solver_row import prepare_contacts
 from softbody.collision.warm_start import cache_impulses, warm_start
@@ -30,17 +30,18 @@ def move_boxes(
     model: Model,
     controls: Controls,
     state: State,
-    grounded: np.ndarray,
+    grounded: np.ndarray | None,
     contacts: Contacts,
     settings: Settings,
     h: float,
 ) -> None:
     """Advance all boxes by `h` [s], the velocities at all their contacts solved together.
 
-    `grounded` (m,) of bool is set to which of them the ground holds. Contacts come from where the boxes are, velocities
-    are made to suit them, and then the boxes move: so a box that rests never enters what it rests on.
+    `grounded` (m,) of bool is set to which of them the ground holds; None: there are no boxes. Contacts come from where
+    the boxes are, velocities are made to suit them, and then the boxes move: so a box that rests never enters what it
+    rests on.
     """
-    if model.box_count == 0:
+    if grounded is None:
         return
     boxes, slop = boxes_of(model, state), penetration_slop(controls, h)
     # Velocities.
@@ -60,10 +61,31 @@ def move_boxes(
 
 
 @jit
+def hold_boxes(
+    model: Model,
+    controls: Controls,
+    state: State,
+    grounded: np.ndarray | None,
+    contacts: Contacts,
+    push: np.ndarray | None,
+    settings: Settings,
+    h: float,
+) -> None:
+    """Let what boxes stand on hold those that soft bodies have pushed in a step of `h` [s], if any: `push` (m, 6)."""
+    if grounded is None or push is None:
+        return
+    if push.any():
+        enough = ENOUGH * penetration_slop(controls, h) / h
+        hold_pushed_boxes(contacts, boxes_of(model, state), push, settings.iterations, enough)
+
+
+@jit
 def move_boxes_singly(
-    model: Model, controls: Controls, state: State, grounded: np.ndarray, settings: Settings, h: float
+    model: Model, controls: Controls, state: State, grounded: np.ndarray | None, settings: Settings, h: float
 ) -> None:
     """Advance all boxes by `h` [s], then part each pair that overlaps by one impulse, as in the paper; §4.4, §5.2."""
+    if grounded is None:
+        return
     boxes = boxes_of(model, state)
     accelerate_boxes(model, controls, state, h)
     advance_boxes(model, state, h, settings.gyroscopic)

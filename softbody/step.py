@@ -6,12 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softbody.collision.box_contacts import find_box_contacts, penetration_slop
+from softbody.collision.box_contacts import find_box_contacts
 from softbody.collision.contact import Contacts
 from softbody.collision.ground import resolve_ground
 from softbody.collision.manifold import Manifold
 from softbody.collision.paper_response import resolve_in_turn
-from softbody.collision.sequential_impulses import hold_pushed_boxes
 from softbody.collision.soft_contacts import find_soft_contacts
 from softbody.collision.soft_response import Bodies, resolve_contacts
 from softbody.collision.substeps import subdivision
@@ -19,20 +18,23 @@ from softbody.collision.surface import Surfaces
 from softbody.dynamics.rigid_boxes import limit_boxes
 from softbody.dynamics.soft_bodies import Motion, move_soft_bodies
 from softbody.jit import jit, jit_inlined
-from softbody.move_boxes import ENOUGH, move_boxes, move_boxes_singly
+from softbody.move_boxes import hold_boxes, move_boxes, move_boxes_singly
 from softbody.settings import Settings
 from softbody.state import Controls, Model, State, boxes_of, copied, particles_of, soft_bodies_of
 from softbody.vec import load, store
 
 
 class Work(NamedTuple):
-    """What a step needs besides what it is a function of: structures that follow the bodies, and memory."""
+    """What a step needs besides what it is a function of: structures that follow the bodies, and memory.
 
-    motion: Motion
-    surfaces: Surfaces
-    manifold: Manifold
+    Where there are no boxes, or no soft bodies, what is theirs is None, and nothing of it is compiled.
+    """
+
+    motion: Motion | None
+    surfaces: Surfaces | None
+    manifold: Manifold | None
     start: State  # of the step
-    grounded: np.ndarray  # (m,) of bool: which boxes touch the ground
+    grounded: np.ndarray | None  # (m,) of bool: which boxes touch the ground
 
 
 @jit_inlined
@@ -63,17 +65,34 @@ def step(
         move_boxes(model, controls, state, work.grounded, contacts, settings, h)
     limit_boxes(model, state, settings, work.grounded)
     contacts = find_soft_contacts(model, state, work.surfaces, settings, contacts)
-    now = Bodies(particles_of(model, state), boxes_of(model, state))
-    before = Bodies(particles_of(model, work.start), boxes_of(model, work.start))
-    if settings.single_soft_contact:
-        resolve_in_turn(contacts, now)
-    else:
-        push = resolve_contacts(contacts, now, before, work.surfaces.weight_sum, h, work.surfaces.threads)
-        if push.any():
-            enough = ENOUGH * penetration_slop(controls, h) / h
-            hold_pushed_boxes(contacts, now.boxes, push, settings.iterations, enough)
+    push = resolve_soft_contacts(model, state, work.start, work.surfaces, contacts, settings, h)
+    hold_boxes(model, controls, state, work.grounded, contacts, push, settings, h)
     resolve_ground(model, state)
     return contacts, 0, -1
+
+
+@jit
+def resolve_soft_contacts(
+    model: Model,
+    state: State,
+    start: State,
+    surfaces: Surfaces | None,
+    contacts: Contacts,
+    settings: Settings,
+    h: float,
+) -> np.ndarray | None:
+    """Resolve the contacts of soft bodies that a step of `h` [s] has led to, together or in turn.
+
+    Returns (m, 6), (0, 6) or None: the pushes on boxes that what they stand on is to hold, see `resolve_contacts`.
+    """
+    if surfaces is None:
+        return None
+    now = Bodies(particles_of(model, state), boxes_of(model, state))
+    if settings.single_soft_contact:
+        resolve_in_turn(contacts, now)
+        return np.empty((0, 6))
+    before = Bodies(particles_of(model, start), boxes_of(model, start))
+    return resolve_contacts(contacts, now, before, surfaces.weight_sum, h, surfaces.threads, surfaces.with_boxes)
 
 
 @jit
@@ -93,7 +112,7 @@ def run(
     good step.
     """
     for done in range(steps):
-        parts = subdivision(model, state, h) if settings.split_steps else 1
+        parts = subdivision(model, state, h) if settings.split_steps and model.soft_count > 0 else 1
         start = copied(state) if parts > 1 else state
         for _ in range(parts):
             contacts, fault, body = step(model, controls, state, work, contacts, settings, h / parts)

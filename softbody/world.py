@@ -221,10 +221,12 @@ class World:
             self._is_fresh = False
             return self._run(time_step, 1, substeps)
         surfaces = self._touching()
-        surfaces.deepest[0] = 0.0
+        if surfaces is not None:
+            surfaces.deepest[0] = 0.0
         stopped = self._run(time_step, 1, substeps)
         self._is_fresh = False
-        warn_of_overlap(self.model, surfaces)
+        if surfaces is not None:
+            warn_of_overlap(self.model, surfaces)
         return stopped
 
     def _run(self, time_step: float, steps: int, substeps: int) -> tuple[int, int]:
@@ -232,8 +234,7 @@ class World:
         settings = self.settings._replace(substeps=substeps)
         with team_of(self.threads):
             if self._may_collide():
-                grounded = np.zeros(self.model.box_count, bool)
-                work = Work(self._moving(), self._touching(), self._manifold, self.state.copy(), grounded)
+                work = self._work()
                 what = self.model, self.controls, self.state, work, self.contacts
                 self.contacts, done, fault, body = run(*what, settings, time_step, steps)
             else:
@@ -247,15 +248,23 @@ class World:
         """Tell whether there is more than one soft body and, perhaps, the ground."""
         return self.model.box_count > 0 or self.model.soft_count > 1
 
+    def _work(self) -> Work:
+        """Return what a step needs, with nothing for a kind of bodies that there is none of."""
+        motion = self._moving() if self.model.soft_count else None
+        has_boxes = self.model.box_count > 0
+        manifold = self._manifold if has_boxes else None
+        grounded = np.zeros(self.model.box_count, bool) if has_boxes else None
+        return Work(motion, self._touching(), manifold, self.state.copy(), grounded)
+
     def _moving(self) -> Motion:
         """Return what moves soft bodies; its memory is kept until bodies are added or threads change."""
         if self._motion is None:
             self._motion = motion_of(self.model.soft_particle_start, self.rings, self.threads)
         return self._motion._replace(rings=self.rings)
 
-    def _touching(self) -> Surfaces:
-        """Return what finds the contacts of soft bodies, kept until one is added or threads change."""
-        if self._surfaces is None:
+    def _touching(self) -> Surfaces | None:
+        """Return what finds the contacts of soft bodies, if any; it is kept until one is added or threads change."""
+        if self._surfaces is None and self.model.soft_count:
             self._surfaces = build_surfaces(self.model, self.state.particle_position, self.threads)
         return self._surfaces
 

@@ -76,16 +76,17 @@ def find_box_contacts(
     model: Model,
     controls: Controls,
     state: State,
-    manifold: Manifold,
+    manifold: Manifold | None,
     contacts: Contacts,
     settings: Settings,
     h: float,
 ) -> Contacts:
     """Find where boxes touch each other or the ground, or may do so within `h` [s]; return contacts with room for all.
 
-    Contacts of the step before are forgotten; what the solver remembers of them is in the cache.
+    Contacts of the step before are forgotten; what the solver remembers of them is in the cache. `manifold` is None
+    where there are no boxes.
     """
-    if model.box_count == 0:
+    if manifold is None:
         return contacts
     margin = np.empty(model.box_count)
     for i in range(model.box_count):

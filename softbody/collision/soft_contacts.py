@@ -19,7 +19,7 @@ from softbody.collision.sat_meshes import faces_part
 from softbody.collision.soft_box import find_contacts_in_box, find_corner_contacts
 from softbody.collision.soft_soft import find_soft_soft_contacts
 from softbody.collision.substeps import spheres_of_bodies
-from softbody.collision.surface import Desks, Shapes, Solid, Surfaces, memory_at, surface_of, tree_at
+from softbody.collision.surface import Desks, Memory, Shapes, Solid, Surfaces, memory_at, surface_of, tree_at
 from softbody.geometry.aabb import bounding_box, boxes_meet
 from softbody.geometry.box import box_corner, point_in_box
 from softbody.geometry.bvh import refit_bvh
@@ -48,20 +48,24 @@ class Pairs(NamedTuple):
     cut: np.ndarray  # (threads + 1,) where the soft bodies are cut into shares
     work: float  # of all shares, see `_even_shares`
     with_edges: bool  # or particles and corners only
+    with_boxes: bool | None  # see `Surfaces`
 
 
 @jit
 def find_soft_contacts(
-    model: Model, state: State, surfaces: Surfaces, settings: Settings, contacts: Contacts
+    model: Model, state: State, surfaces: Surfaces | None, settings: Settings, contacts: Contacts
 ) -> Contacts:
-    """Add every contact of a soft body with another or with a box; return the contacts, with room for all."""
-    if model.soft_count == 0:
+    """Add every contact of a soft body with another or with a box; return the contacts, with room for all.
+
+    `surfaces` is None where there are no soft bodies.
+    """
+    if surfaces is None:
         return contacts
     shapes, desks = surfaces.shapes, surfaces.desks
     shares = desks.frame.shape[0]
     start, near = _near_bodies(model, state, shapes, desks, settings.exhaustive_pairs)
     cut, work = _even_shares(model, start, near, shares)
-    pairs = Pairs(start, near, cut, work, settings.edge_contacts)
+    pairs = Pairs(start, near, cut, work, settings.edge_contacts, surfaces.with_boxes)
     before, found = contacts.number[0], np.zeros(shares, np.int64)
     while True:
         rows = rows_of(contacts, found, before, contacts.depth.shape[0])
@@ -113,9 +117,8 @@ def find_share(
     listing = rows_of(rows, rows.number[share : share + 1], share * room, (share + 1) * room)
     listing.number[0] = 0
     for body in range(pairs.cut[share], pairs.cut[share + 1]):
-        others = pairs.other[pairs.start[body] : pairs.start[body + 1]]
-        if others.shape[0] > 0:
-            _find_contacts_of(model, state, shapes, desks, share, (body, pairs.with_edges), others, listing)
+        if pairs.start[body] < pairs.start[body + 1]:
+            _find_contacts_of(model, state, shapes, desks, pairs, listing, share, body)
 
 
 @jit
@@ -201,35 +204,54 @@ def _find_contacts_of(
     state: State,
     shapes: Shapes,
     desks: Desks,
-    desk: int,
-    asked: tuple[int, bool],
-    others: np.ndarray,
+    pairs: Pairs,
     listing: Listing,
+    desk: int,
+    body: int,
 ) -> None:
-    """Add what of `others` is in the soft body that is `asked`, and what of it is in boxes; (body, with edges)."""
-    body, with_edges = asked
+    """Add what of other bodies is in a soft body, and what of it is in boxes."""
     soft, memory = model.soft_count, memory_at(desks, desk)
     surface, tree = surface_of(model, state, shapes, desks, desk, body), tree_at(shapes, desks, desk, body)
     refit_bvh(tree, surface.vertices.position)
     solid = Solid(surface, tree)
-    for other in others:
+    for other in pairs.other[pairs.start[body] : pairs.start[body + 1]]:
         if other < soft:
             probe = surface_of(model, state, shapes, desks, desk, other)
             length, other_length = model.soft_edge_length[body], model.soft_edge_length[other]
-            deepest = SHALLOW * min(length, other_length) if with_edges and other_length >= COARSE * length else 0.0
+            has_edges = pairs.with_edges and other_length >= COARSE * length
+            deepest = SHALLOW * min(length, other_length) if has_edges else 0.0
             material = combined(material_of_soft(model, body), material_of_soft(model, other))
             find_soft_soft_contacts(probe, solid, deepest, memory, material, listing)
         else:
-            box = other - soft
-            material = combined(material_of_soft(model, body), material_of_box(model, box))
-            placed = PlacedBox(
-                load(model.box_size, box), load(state.box_position, box), load_quaternion(state.box_orientation, box)
+            _find_contacts_with_box(
+                model, state, solid, memory, pairs.with_edges, listing, (body, other - soft), pairs.with_boxes
             )
-            find_contacts_in_box(surface, (box, placed), with_edges, memory, material, listing)
-            place, hint = memory.corners.position, memory.corners.hint
-            for k in range(8):
-                store(place, k, box_corner(placed.size, placed.position, placed.orientation, k))
-            find_corner_contacts(solid, box, Points(place, bounding_box(place), hint), memory, material, listing)
+
+
+@jit_lean
+def _find_contacts_with_box(
+    model: Model,
+    state: State,
+    solid: Solid,
+    memory: Memory,
+    with_edges: bool,
+    listing: Listing,
+    pair: tuple[int, int],
+    with_boxes: bool | None,
+) -> None:
+    """Add what of a soft body is in a box, and which corners of the box are in it: (body, box)."""
+    if with_boxes is None:
+        return
+    body, box = pair
+    material = combined(material_of_soft(model, body), material_of_box(model, box))
+    placed = PlacedBox(
+        load(model.box_size, box), load(state.box_position, box), load_quaternion(state.box_orientation, box)
+    )
+    find_contacts_in_box(solid.surface, (box, placed), with_edges, memory, material, listing)
+    place, hint = memory.corners.position, memory.corners.hint
+    for k in range(8):
+        store(place, k, box_corner(placed.size, placed.position, placed.orientation, k))
+    find_corner_contacts(solid, box, Points(place, bounding_box(place), hint), memory, material, listing)
 
 
 @jit_lean

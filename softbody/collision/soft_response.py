@@ -80,12 +80,19 @@ class Replay(NamedTuple):
 
 @jit
 def resolve_contacts(
-    contacts: Contacts, bodies: Bodies, start: Bodies, weight_sum: np.ndarray, h: float, threads: int | None = None
+    contacts: Contacts,
+    bodies: Bodies,
+    start: Bodies,
+    weight_sum: np.ndarray,
+    h: float,
+    threads: int | None = None,
+    with_boxes: bool | None = True,
 ) -> np.ndarray:
     """Resolve the contacts of soft bodies that a step of `h` [s] from `start` has led to; §4.2, §4.3.
 
     Positions and velocities of particles and boxes are changed. `weight_sum` (n,) is zero, and left so. Returns (m, 6):
-    the pushes on boxes that stand on something, which that is to hold; see `pass_down`.
+    the pushes on boxes that stand on something, which that is to hold; see `pass_down`. `threads` and `with_boxes`: see
+    `Surfaces`.
     """
     boxes, count = bodies.boxes.inverse_mass.shape[0], contacts.number[0] - contacts.number[1]
     if count == 0:
@@ -105,14 +112,22 @@ def resolve_contacts(
         np.zeros((boxes, 6)),
     )
     look_back(rows, bodies, start, replay, h)
-    loose = looseness_of_boxes(contacts, bodies.boxes, _first_push(rows, bodies, replay))
-    for box in range(boxes):
-        replay.loose[box] = loose[box]
+    _loosen_boxes(contacts, rows, bodies, replay, with_boxes)
     sums = WeightSums(weight_sum, np.zeros(boxes))
     for _ in range(SWEEPS):
         if not exchange_impulses(rows, bodies, sums, replay, h, threads):
             break
     return replay.held
+
+
+@jit
+def _loosen_boxes(contacts: Contacts, rows: Listing, bodies: Bodies, replay: Replay, with_boxes: bool | None) -> None:
+    """Find which part of a push moves each box, and is not held by what it stands on."""
+    if with_boxes is None:
+        return
+    loose = looseness_of_boxes(contacts, bodies.boxes, _first_push(rows, bodies, replay))
+    for box in range(loose.shape[0]):
+        replay.loose[box] = loose[box]
 
 
 @jit

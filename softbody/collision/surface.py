@@ -109,6 +109,7 @@ class Surfaces(NamedTuple):
     shapes: Shapes
     desks: Desks
     threads: int | None  # None: one thread, for which nothing but the plain loop needs to be compiled
+    with_boxes: bool | None  # None: there are none, and nothing that touches them needs to be compiled
     weight_sum: np.ndarray  # (n,) see `resolve_contacts`
     deepest: np.ndarray  # (1,) [m] of all contacts since it was last set to 0
     deepest_sides: np.ndarray  # (2, 2) box and particle, or NOBODY, on both sides of that contact
@@ -140,6 +141,7 @@ def build_surfaces(model: Model, position: np.ndarray, threads: int = 1) -> Surf
         ),
         _desks(max((tree for tree, _ in kinds), key=lambda tree: len(tree.order)), model, threads),
         None if threads == 1 else threads,
+        None if model.box_count == 0 else True,
         weight_sum=np.zeros(len(position)),
         deepest=np.zeros(1),
         deepest_sides=np.zeros((2, 2), np.int64),

@@ -79,12 +79,14 @@ def turned(q: Quaternion, rotation: Vec) -> Quaternion:
 
 
 @jit
-def limit_boxes(model: Model, state: State, settings: Settings, grounded: np.ndarray) -> None:
+def limit_boxes(model: Model, state: State, settings: Settings, grounded: np.ndarray | None) -> None:
     """Hold every box to the paper's limits; paper §6. `grounded` (m,) tells which boxes touch the ground.
 
     Speed and angular speed are cut to their ceilings. A box on the ground that turns more slowly than the floor stops
     turning, and its axes snap to the nearest multiples of 90°.
     """
+    if grounded is None:
+        return
     for i in range(state.box_position.shape[0]):
         if model.box_inverse_mass[i] > 0.0:
             v, w = load(state.box_velocity, i), load(state.box_angular_velocity, i)

@@ -86,12 +86,15 @@ def motion_of(start: np.ndarray, rings: VertexRings, threads: int = 1) -> Motion
 
 @jit
 def move_soft_bodies(
-    bodies: SoftBodies, motion: Motion, settings: Settings, h: float, steps: int
+    bodies: SoftBodies, motion: Motion | None, settings: Settings, h: float, steps: int
 ) -> tuple[int, int, int]:
     """Advance the soft bodies alone by `steps` steps of `h` [s], each in sub-steps; return (steps done, fault, body).
 
-    On a fault (DIVERGED or COLLAPSED, else 0) the bodies are where they are after the last good step of all.
+    On a fault (DIVERGED or COLLAPSED, else 0) the bodies are where they are after the last good step of all. `motion`
+    is None where there are none.
     """
+    if motion is None:
+        return steps, 0, -1
     rings, memory, threads = motion
     part, substeps = h / settings.substeps, settings.substeps
     stretch = Stretch(part, steps * substeps, settings.integrator)

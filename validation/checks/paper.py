@@ -181,7 +181,7 @@ def _overlapping(points: np.ndarray, other_points: np.ndarray, rng: np.random.Ge
             "particles_.inverse_mass[i] > 0.0 and not same_",
             "c == 0",
         ),
-        Fault("contacts all at once", step.step, "settings.single_soft_contact", "False"),
+        Fault("contacts all at once", step.resolve_soft_contacts, "settings.single_soft_contact", "False"),
         Fault("restitution off by 1e-9", law.normal_impulse, "1.0 + restitution_", "1.000000001 + restitution_"),
     ),
 )
@@ -471,8 +471,8 @@ def early_outs_change_nothing(run: Run) -> Comparison:
         Fault(
             "steps that are split",
             step.run,
-            "subdivision(model, state, h) if settings.split_steps else 1",
-            "subdivision(model, state, h)",
+            "settings.split_steps and model.soft_count > 0",
+            "model.soft_count > 0",
         ),
     ),
 )
