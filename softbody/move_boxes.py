@@ -8,7 +8,6 @@ from softbody.collision.box_contacts import near_boxes, penetration_slop
 from softbody.collision.contact import NOBODY, Contacts
 from softbody.collision.ground import resolve_ground_of_boxes
 from softbody.collision.impulse import resolve_contact
-from softbody.collision.law import combined, material_of_box
 from softbody.collision.sat_boxes import PlacedBoxes, placed_box
 from softbody.collision.sequential_impulses import hold_pushed_boxes, solve_positions, solve_velocities
 from softbody.collision.single_contact import paper_contact
@@ -16,6 +15,7 @@ from softbody.collision.solver_row import prepare_contacts
 from softbody.collision.warm_start import cache_impulses, warm_start
 from softbody.dynamics.rigid_boxes import accelerate_boxes, advance_boxes, shift_boxes
 from softbody.jit import jit
+from softbody.law import combined, material_of_box
 from softbody.settings import Settings
 from softbody.state import Controls, Model, RigidBodies, State, boxes_of
 from softbody.vec import Vec, accumulate, scale

@@ -10,12 +10,12 @@ import numpy as np
 
 from softbody.collision.broad_phase import near_pairs, near_pairs_exhaustive
 from softbody.collision.contact import GROUND, Contacts, Touch, add_contact, box_side, fit, with_room
-from softbody.collision.law import combined, material_of_box, material_of_ground
 from softbody.collision.manifold import Manifold, stopped_manifold, swept_manifold
 from softbody.collision.sat_boxes import BoxFrames, Limits, PlacedBoxes, bounds_apart, frames_of
 from softbody.collision.swept_boxes import STILL, Sweep
 from softbody.geometry.box import box_corner
 from softbody.jit import jit, jit_lean
+from softbody.law import combined, material_of_box, material_of_ground
 from softbody.quaternion import load_quaternion
 from softbody.settings import Settings
 from softbody.state import Controls, Model, State

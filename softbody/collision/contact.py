@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softbody.collision.law import Material
 from softbody.collision.surface_point import WHOLE, SurfacePoint
 from softbody.jit import jit, jit_inlined, jit_lean
+from softbody.law import Material
 from softbody.vec import Vec, load, store
 
 NOBODY = -1  # no box, no particle: the ground, or a side of another kind

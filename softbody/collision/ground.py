@@ -1,28 +1,23 @@
-"""What happens to particles and boxes that reach below the ground?
+"""What happens to boxes that reach below the ground, by the paper's single impulses?
 
-Boxes whose contacts are solved together have theirs with the ground among them; here is what the paper's single
-impulses do instead.
+Boxes whose contacts are solved together have theirs with the ground among them; particles land in `softbody.landing`.
 """
 
 from __future__ import annotations
-
-from math import sqrt
 
 import numpy as np
 
 from softbody.collision.contact import NOBODY
 from softbody.collision.impulse import apply_friction, apply_impulse, inverse_effective_mass_at, velocity_of_point
-from softbody.collision.law import (
+from softbody.geometry.box import box_corner
+from softbody.jit import jit
+from softbody.law import (
     Material,
     combined,
     material_of_box,
     material_of_ground,
-    material_of_soft,
-    sliding_kept,
     speed_after,
 )
-from softbody.geometry.box import box_corner
-from softbody.jit import jit, jit_lean
 from softbody.quaternion import load_quaternion
 from softbody.state import Model, RigidBodies, State
 from softbody.vec import Vec, load
@@ -32,31 +27,6 @@ UP = (0.0, 0.0, 1.0)
 # A box that lies flat touches with four corners at once; impulses at one corner undo those at the others.
 # Sixteen rounds leave 1e-13 of the approach speed for a cube and 9e-5 for a tower of 1:1:5.
 BOX_ROUNDS = 16
-
-
-@jit_lean
-def resolve_ground(model: Model, state: State) -> None:
-    """Lift particles that are below the ground on to it, and let those that still go down bounce."""
-    for body in range(model.soft_count):
-        material = combined(material_of_soft(model, body), material_of_ground(model))
-        for i in range(model.soft_particle_start[body], model.soft_particle_start[body + 1]):
-            if state.particle_position[i, 2] < model.ground_height:
-                state.particle_position[i, 2] = model.ground_height
-                bounce_particle(state.particle_velocity, i, material)
-
-
-@jit_lean
-def bounce_particle(velocity: np.ndarray, i: int, material: Material) -> None:
-    """Reflect particle `i` that goes down: v_z' = −e v_z; friction takes at most μ (1 + e) |v_z| off its slide."""
-    down = -velocity[i, 2]
-    if down <= 0.0:
-        return
-    velocity[i, 2] = speed_after(down, material.restitution)
-    slide = sqrt(velocity[i, 0] ** 2 + velocity[i, 1] ** 2)
-    if slide > 0.0:
-        kept = sliding_kept(slide, down, material)
-        velocity[i, 0] *= kept
-        velocity[i, 1] *= kept
 
 
 @jit

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from softbody.collision.contact import NOBODY
-from softbody.collision.law import Material, friction_impulse, normal_impulse
 from softbody.jit import jit_lean
+from softbody.law import Material, friction_impulse, normal_impulse
 from softbody.quaternion import Quaternion, load_quaternion, rotate_diagonal
 from softbody.state import RigidBodies
 from softbody.vec import Vec, accumulate, add, cross, dot, load, norm, scale, sub

@@ -12,7 +12,6 @@ import numpy as np
 
 from softbody.collision.contact import NOBODY, Contacts
 from softbody.collision.held_boxes import pass_down
-from softbody.collision.law import speed_after, within_friction_cone
 from softbody.collision.solver_row import (
     APPROACH,
     COUPLING,
@@ -43,6 +42,7 @@ from softbody.collision.solver_row import (
 from softbody.collision.support_trees import solve_trees
 from softbody.collision.sweep_order import sweep_order
 from softbody.jit import jit, jit_lean
+from softbody.law import speed_after, within_friction_cone
 from softbody.state import RigidBodies
 from softbody.vec import Vec, add, load, scale, store, sub
 

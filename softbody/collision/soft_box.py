@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from softbody.collision.contact import Listing, Touch, add_contact, box_side, soft_side
 from softbody.collision.edge_box import edge_in_box
-from softbody.collision.law import Material
 from softbody.collision.point_mesh import way_out
 from softbody.collision.sat_boxes import PlacedBox
 from softbody.collision.soft_soft import candidate_edges, half_way, point_between
@@ -13,6 +12,7 @@ from softbody.collision.surface_point import at_particle, on_edge
 from softbody.geometry.box import point_in_box
 from softbody.geometry.penetration import INSIDE, Points, find_penetrations
 from softbody.jit import jit_lean
+from softbody.law import Material
 from softbody.quaternion import rotate_inverse
 from softbody.vec import load, scale, sub
 

@@ -13,7 +13,6 @@ from numba import prange
 
 from softbody.collision.broad_phase import near_pairs, near_pairs_exhaustive
 from softbody.collision.contact import Contacts, Listing, move_row, rows_of, with_room
-from softbody.collision.law import combined, material_of_box, material_of_soft
 from softbody.collision.sat_boxes import PlacedBox
 from softbody.collision.sat_meshes import faces_part
 from softbody.collision.soft_box import find_contacts_in_box, find_corner_contacts
@@ -25,6 +24,7 @@ from softbody.geometry.box import box_corner, point_in_box
 from softbody.geometry.bvh import refit_bvh
 from softbody.geometry.penetration import Points
 from softbody.jit import jit, jit_lean, jit_threaded
+from softbody.law import combined, material_of_box, material_of_soft
 from softbody.quaternion import load_quaternion
 from softbody.settings import Settings
 from softbody.state import Model, State

@@ -6,7 +6,6 @@ import numpy as np
 
 from softbody.collision.contact import Listing, Touch, add_contact, soft_side
 from softbody.collision.edge_mesh import Crossing, Ridge, edge_across_edge
-from softbody.collision.law import Material
 from softbody.collision.point_mesh import way_out
 from softbody.collision.surface import Memory, Solid, Surface
 from softbody.collision.surface_point import SurfacePoint, at_particle, on_edge
@@ -16,6 +15,7 @@ from softbody.geometry.bvh_rays import segment_hits
 from softbody.geometry.penetration import INSIDE, find_penetrations
 from softbody.jit import jit_lean
 from softbody.lanes import LANES, lowest_bit
+from softbody.law import Material
 from softbody.vec import Vec, add, dot, load, norm, scale, store, sub
 
 # How deep a ridge is that an edge goes through, at most, as a part of the edge's way inside: for one of 28° and more.

@@ -16,7 +16,6 @@ import numpy as np
 
 from softbody.collision.cholesky import factor, solve_lower, solve_upper
 from softbody.collision.contact import NOBODY, Contacts
-from softbody.collision.law import within_friction_cone
 from softbody.collision.solver_row import (
     ANGULAR_A,
     ANGULAR_B,
@@ -34,6 +33,7 @@ from softbody.collision.solver_row import (
 )
 from softbody.collision.sweep_order import SweepOrder
 from softbody.jit import jit, jit_lean
+from softbody.law import within_friction_cone
 from softbody.quaternion import load_quaternion, rotate_diagonal
 from softbody.state import RigidBodies
 from softbody.vec import Vec, add, cross, load, scale, sub

@@ -8,6 +8,7 @@ of the updates below. Everything is computed in the precision of the arrays.
 
 from __future__ import annotations
 
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -28,7 +29,9 @@ from softbody.dynamics.ring_forces import (
     ring_forces,
 )
 from softbody.jit import jit_lean, jit_threaded
+from softbody.landing import land
 from softbody.lanes import LANES, Lanes, load_lanes, store_lanes, where_less
+from softbody.law import Material
 from softbody.settings import RK4, RK4_VELOCITY, SYMPLECTIC_EULER
 from softbody.state import END, FIRST, SoftBodies, VertexRings
 
@@ -37,11 +40,16 @@ STABILITY_LIMIT = (2.0, 2.0 * 2.0**0.5, 2.0)  # ω h, likewise
 
 
 class Stretch(NamedTuple):
-    """So many steps of so long, by one integrator."""
+    """So many steps of so long, by one integrator; on the way the ground, if there is one, stops what comes down."""
 
     h: float  # [s]
+    begin: int  # steps that were done before
     steps: int
     integrator: int
+    landing: int  # the ground acts after every so many steps
+    height: float  # of the ground [m]; −inf: there is none
+    restitution: float  # of body and ground together, as is the
+    friction: float
 
 
 class StageRows(NamedTuple):
@@ -80,7 +88,7 @@ def _advance_body(
     so that the result is the same for any `cut`. `block_moment` (blocks,) is scratch. Returns the least volume [m³]
     of all starts of steps and of the end (NaN if one is NaN).
     """
-    h, steps, integrator = stretch
+    h, steps, integrator = stretch.h, stretch.steps, stretch.integrator
     one, other = work[POSITION : POSITION + 6], work[NEXT_POSITION : NEXT_POSITION + 6]
     pull, area = work[PULL : PULL + 3], work[AREA : AREA + 3]
     velocity, shift, inverse_mass = (
@@ -122,6 +130,8 @@ def _advance_body(
                 part = rings.block[cut[share], FIRST], rings.block[cut[share + 1] - 1, END]
                 rows = StageRows(pull, area, inverse_mass, start, end, velocity, shift, gravity)
                 _update(integrator, part, rows, pace)
+                if stage == stages - 1 and stretch.height > -inf and (stretch.begin + step + 1) % stretch.landing == 0:
+                    land(end[:3], end[3:], part, stretch.height, Material(stretch.restitution, stretch.friction))
     if steps % 2 == 1:
         copy_rows(work, NEXT_POSITION, POSITION, rings.block[cut[-1] - 1, END])
     return least

@@ -27,6 +27,7 @@ from softbody.dynamics.ring_forces import (
 )
 from softbody.jit import jit, jit_lean, jit_threaded
 from softbody.lanes import LANES, first_lanes, in_double, least_lane, load_lanes, spread, sum_of_lanes, where_less
+from softbody.law import Material
 from softbody.settings import Settings
 from softbody.state import END, FIRST, NUMBER, SoftBodies, VertexRings
 from softbody.vec import load, store
@@ -42,6 +43,8 @@ LOOK = 32
 # Particles from which a body is worth all threads together: they meet eight times a step, which takes some
 # microseconds each. Smaller bodies are shared out among the threads.
 LARGE = 8_000
+
+BARE = Material(0.0, 0.0)
 
 # Particles of a world below which one thread moves all: to wake another may take as long.
 FEW = 2_000
@@ -86,9 +89,18 @@ def motion_of(start: np.ndarray, rings: VertexRings, threads: int = 1) -> Motion
 
 @jit
 def move_soft_bodies(
-    bodies: SoftBodies, motion: Motion | None, settings: Settings, h: float, steps: int
+    bodies: SoftBodies,
+    motion: Motion | None,
+    settings: Settings,
+    h: float,
+    steps: int,
+    height: float = -np.inf,
+    material: Material = BARE,
 ) -> tuple[int, int, int]:
     """Advance the soft bodies alone by `steps` steps of `h` [s], each in sub-steps; return (steps done, fault, body).
+
+    After each step, ground at `height` [m] stops what comes down; −inf: there is none, or it acts later. `material` is
+    that of body and ground together.
 
     On a fault (DIVERGED or COLLAPSED, else 0) the bodies are where they are after the last good step of all. `motion`
     is None where there are none.
@@ -96,18 +108,24 @@ def move_soft_bodies(
     if motion is None:
         return steps, 0, -1
     rings, memory, threads = motion
-    part, substeps = h / settings.substeps, settings.substeps
-    stretch = Stretch(part, steps * substeps, settings.integrator)
+    stretch = _stretch(settings, h, steps, height, material)
     fault, culprit = _move_all(bodies, rings, memory, stretch, threads)
     if fault:
         # Once more, now that it is known how far all can go.
-        steps = memory.done[culprit] // substeps
-        stretch = Stretch(part, steps * substeps, settings.integrator)
-        _move_all(bodies, rings, memory, stretch, threads)
+        steps = memory.done[culprit] // settings.substeps
+        _move_all(bodies, rings, memory, _stretch(settings, h, steps, height, material), threads)
     for i in range(bodies.position.shape[0]):
         store(bodies.position, i, load(memory.position, i))
         store(bodies.velocity, i, load(memory.velocity, i))
     return steps, fault, culprit
+
+
+@jit_lean
+def _stretch(settings: Settings, h: float, steps: int, height: float, material: Material) -> Stretch:
+    """Return `steps` steps of `h` [s] as a stretch of sub-steps, after each of which steps the ground acts."""
+    substeps = settings.substeps
+    e, mu = material
+    return Stretch(h / substeps, 0, steps * substeps, settings.integrator, substeps, height, e, mu)
 
 
 @jit
@@ -174,13 +192,14 @@ def move_body(
     cut = rings.block_start[body : body + 2] if threads is None else even_cut(rings, body, threads)
     least_volume = bodies.deflated_below[body] * bodies.mesh_volume[body]
     done, fault, look = 0, 0, LOOK
-    while done < stretch.steps and fault == 0:
-        part = Stretch(stretch.h, min(look, stretch.steps - done), stretch.integrator)
+    h, _, steps, integrator, landing, height, restitution, friction = stretch
+    while done < steps and fault == 0:
+        part = Stretch(h, done, min(look, steps - done), integrator, landing, height, restitution, friction)
         if threads is None:
             volume = advance_body(bodies, rings, body, part, cut, work, memory.block_moment)
         else:
             volume = advance_body_on_threads(bodies, rings, body, part, cut, work, memory.block_moment)
-        fault = find_fault(rings, body, work[POSITION : POSITION + 6], stretch.h, volume, least_volume)
+        fault = find_fault(rings, body, work[POSITION : POSITION + 6], h, volume, least_volume)
         if fault == 0:
             done += part.steps
             _store_rows(work, particle, memory)

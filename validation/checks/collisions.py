@@ -8,14 +8,14 @@ from itertools import pairwise
 import numpy as np
 
 import softbody
-from softbody import Mesh, World
-from softbody.collision import law, soft_contacts, soft_response
+from softbody import Mesh, World, law
+from softbody.collision import soft_contacts, soft_response
 from softbody.collision.contact import Touch, add_contact, box_side, new_contacts, soft_side
-from softbody.collision.law import Material
 from softbody.collision.soft_response import Bodies, resolve_contacts
 from softbody.collision.surface_point import SurfacePoint
 from softbody.geometry import bvh_rays
 from softbody.geometry.box import box_inertia
+from softbody.law import Material
 from softbody.state import Particles, RigidBodies
 from validation.cases import random_orientations, rotated, rotation_matrix
 from validation.check import Comparison, Misprint, Run, check

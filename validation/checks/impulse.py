@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from softbody import quaternion
-from softbody.collision import impulse, law
-from softbody.collision.law import Material
+from softbody import law, quaternion
+from softbody.collision import impulse
 from softbody.geometry import box
 from softbody.geometry.box import box_inertia
+from softbody.law import Material
 from softbody.state import RigidBodies
 from validation.cases import BoxPairs, box_separations, random_box_pairs, rotation_matrix
 from validation.check import Comparison, Misprint, Run, check

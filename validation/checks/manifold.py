@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from softbody import World
-from softbody.collision import edge_edge, law, manifold, sat_boxes, sequential_impulses
+from softbody import World, law
+from softbody.collision import edge_edge, manifold, sat_boxes, sequential_impulses
 from softbody.collision.contact import new_contacts
 from softbody.collision.impulse import resolve_contact
-from softbody.collision.law import Material
 from softbody.collision.sequential_impulses import solve_velocities
 from softbody.collision.solver_row import prepare_contacts
 from softbody.geometry.box import box_inertia
+from softbody.law import Material
 from softbody.state import RigidBodies
 from validation.cases import BoxPairs, box_separations, random_box_pairs, random_orientations, rotation_matrix
 from validation.check import Comparison, Misprint, Run, check

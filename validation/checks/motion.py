@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from softbody import World
-from softbody.collision import box_contacts, law, manifold, sequential_impulses
+from softbody import World, law
+from softbody.collision import box_contacts, manifold, sequential_impulses
 from softbody.dynamics import rigid_boxes
 from softbody.geometry.box import box_corners
 from validation.cases import random_orientations, rotation_matrix

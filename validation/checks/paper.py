@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import softbody
-from softbody import Mesh, OverlapWarning, World, move_boxes, step
-from softbody.collision import law, paper_response, sat_meshes, single_contact, soft_contacts
+from softbody import Mesh, OverlapWarning, World, law, move_boxes, step
+from softbody.collision import paper_response, sat_meshes, single_contact, soft_contacts
 from softbody.dynamics import rigid_boxes
 from validation.cases import corners_of, dented_sphere, random_box_pairs, random_orientations, rotated, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check

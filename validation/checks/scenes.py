@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 import softbody
-from softbody import Box, Mesh, SoftBody, World
-from softbody.collision import ground, law, soft_contacts, soft_response
+from softbody import Box, Mesh, SoftBody, World, landing, law
+from softbody.collision import soft_contacts, soft_response
 from softbody.scenes import boxes_on_torus, rolling_torus, sphere_on_torus, torus_stack
 from validation.cases import random_orientations, rotated, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check
@@ -421,9 +421,9 @@ def overlaps_part(run: Run) -> Comparison:
     faults=(
         Fault(
             "ground that soft bodies fall through",
-            ground.resolve_ground,
-            "z_ < model_.ground_height",
-            "z_ < model_.ground_height - 1e9",
+            landing.land,
+            "z_ < height_",
+            "z_ < height_ - 1e9",
         ),
     ),
 )

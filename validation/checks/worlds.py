@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 import softbody
-from softbody import SoftBody, World
-from softbody.collision import law, soft_contacts, soft_response, soft_soft, surface_point
+from softbody import SoftBody, World, law
+from softbody.collision import soft_contacts, soft_response, soft_soft, surface_point
 from softbody.collision.contact import Touch, add_contact, box_side, new_contacts, soft_side
-from softbody.collision.law import Material
 from softbody.collision.soft_response import Bodies, resolve_contacts
 from softbody.collision.surface_point import SurfacePoint, at_particle
+from softbody.law import Material
 from softbody.scenes import boxes_on_torus, rolling_torus, sphere_on_torus, torus_stack, tray
 from softbody.state import Particles, RigidBodies
 from validation.cases import random_orientations, rotation_matrix
@@ -266,7 +266,7 @@ def torus_rolls(run: Run) -> Comparison:
     family=FAMILY,
     claim="Scene 2: where the rolling torus touches the ground it sticks: it slides at under 2 % of its speed.",
     section="9",
-    piece="softbody.collision.ground.resolve_ground",
+    piece="softbody.landing.resolve_ground",
     reference="rolling without sliding",
     unit="of the speed",
     tolerance=0.02,

@@ -19,8 +19,8 @@ from softbody.collision.contact import (
     surface_point,
     with_room,
 )
-from softbody.collision.law import Material
 from softbody.collision.surface_point import SurfacePoint, at_particle
+from softbody.law import Material
 from softbody.world import FIRST_ROOM
 
 

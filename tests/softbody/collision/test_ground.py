@@ -8,40 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import softbody
-from softbody.collision.ground import bounce_box, bounce_particle, resolve_ground, resolve_ground_of_boxes
+from softbody.collision.ground import bounce_box, resolve_ground_of_boxes
 from softbody.collision.impulse import velocity_of_point
-from softbody.collision.law import Material
 from softbody.dynamics.energy import kinetic_energy
 from softbody.geometry.box import box_corners
+from softbody.law import Material
 from softbody.state import boxes_of
-
-
-@pytest.mark.parametrize(
-    ("velocity", "restitution", "friction", "after"),
-    [
-        ((0.0, 0.0, -2.0), 0.5, 0.0, (0.0, 0.0, 1.0)),
-        ((3.0, 4.0, -2.0), 0.0, 0.0, (3.0, 4.0, 0.0)),
-        ((3.0, 4.0, -2.0), 0.0, 0.5, (2.4, 3.2, 0.0)),
-        ((3.0, 4.0, -2.0), 1.0, 0.5, (1.8, 2.4, 2.0)),
-        ((3.0, 4.0, -2.0), 0.0, 9.0, (0.0, 0.0, 0.0)),
-        ((3.0, 4.0, 2.0), 0.5, 0.5, (3.0, 4.0, 2.0)),
-        ((3.0, 4.0, 0.0), 0.5, 0.5, (3.0, 4.0, 0.0)),
-    ],
-)
-def test_a_particle_bounces_and_slides_by_hand(velocity, restitution, friction, after):
-    velocities = np.array([[9.0, 9.0, 9.0], velocity])
-    bounce_particle(velocities, 1, Material(restitution, friction))
-    assert velocities[1] == pytest.approx(np.array(after), abs=1e-15)
-    assert velocities[0].tolist() == [9.0, 9.0, 9.0]
-
-
-def test_only_particles_below_the_ground_are_lifted_on_to_it():
-    world = softbody.World()
-    world.add_ground(height=-0.5)
-    world.add_soft_body(softbody.octahedron(), 1.0, 1.0, 0.0, velocity=(0.0, 0.0, -3.0), restitution=1.0)
-    resolve_ground(world.model, world.state)
-    assert world.state.particle_position[:, 2].tolist() == [0.0, 0.0, 0.0, 0.0, 1.0, -0.5]
-    assert world.state.particle_velocity[:, 2].tolist() == [-3.0] * 5 + [3.0]
 
 
 def landing(size, height, velocity, angular_velocity=(0.0, 0.0, 0.0), q=(1.0, 0.0, 0.0, 0.0), e=0.0, friction=0.0):

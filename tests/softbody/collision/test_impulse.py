@@ -14,7 +14,7 @@ from softbody.collision.impulse import (
     resolve_contact,
     velocity_of_point,
 )
-from softbody.collision.law import Material
+from softbody.law import Material
 from softbody.state import RigidBodies
 
 REST = (1.0, 0.0, 0.0, 0.0)

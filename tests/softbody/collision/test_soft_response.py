@@ -8,10 +8,10 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from softbody.collision.contact import Touch, add_contact, box_side, new_contacts, soft_side
-from softbody.collision.law import Material
 from softbody.collision.soft_response import Bodies, resolve_contacts
 from softbody.collision.surface_point import WHOLE, SurfacePoint, at_particle
 from softbody.geometry.box import box_inertia
+from softbody.law import Material
 from softbody.state import Particles, RigidBodies
 
 seeds = st.integers(0, 10**6)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from softbody.collision.law import Material, combined
+from softbody.law import Material, combined
 
 
 def both_ways(a, b):

@@ -1,0 +1,56 @@
+"""What happens to particles that come down on the ground?
+
+Each by itself: it is fixed, and holds a particle as far as that would go below it. Contacts of boxes with the ground
+are found in `softbody.collision.box_contacts`, and by the paper in `softbody.collision.ground`.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import numpy as np
+
+from softbody.jit import jit, jit_lean
+from softbody.law import Material, combined, material_of_ground, material_of_soft, sliding_kept, speed_after
+from softbody.state import Model, State
+
+
+@jit_lean
+def resolve_ground(model: Model, state: State) -> None:
+    """Lift particles that are below the ground on to it, and let those that still go down bounce."""
+    for body in range(model.soft_count):
+        part = model.soft_particle_start[body], model.soft_particle_start[body + 1]
+        material = material_on_ground(model, body)
+        land(state.particle_position.T, state.particle_velocity.T, part, model.ground_height, material)
+
+
+@jit
+def material_on_ground(model: Model, body: int) -> Material:
+    """Return the material of a soft body and the ground together."""
+    return combined(material_of_soft(model, body), material_of_ground(model))
+
+
+@jit_lean
+def land(position: np.ndarray, velocity: np.ndarray, part: tuple[int, int], height: float, material: Material) -> None:
+    """Lift particles of a `part` (first, end) that are below z = `height` [m] on to it, and let them bounce.
+
+    `position` [m] and `velocity` [m/s] are (3, n), a row for each component.
+    """
+    for i in range(part[0], part[1]):
+        if position[2, i] < height:
+            position[2, i] = height
+            bounce_particle(velocity, i, material)
+
+
+@jit_lean
+def bounce_particle(velocity: np.ndarray, i: int, material: Material) -> None:
+    """Reflect particle `i` that goes down: v_z' = −e v_z; friction takes at most μ (1 + e) |v_z| off its slide."""
+    down = -velocity[2, i]
+    if down <= 0.0:
+        return
+    velocity[2, i] = speed_after(down, material.restitution)
+    slide = sqrt(velocity[0, i] ** 2 + velocity[1, i] ** 2)
+    if slide > 0.0:
+        kept = sliding_kept(slide, down, material)
+        velocity[0, i] *= kept
+        velocity[1, i] *= kept
