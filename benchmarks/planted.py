@@ -16,7 +16,7 @@ from benchmarks.cores import CORE, kept
 from benchmarks.sides import Side
 
 KERNEL = "step.py"
-BEFORE = "    # Without a ground it meets nothing, and need not stop after every step.\n"
+BEFORE = "    bodies, material = soft_bodies_of(model, controls, state), BARE\n"
 EXTRA = """    spare = copied(state)
     move_soft_bodies(soft_bodies_of(model, controls, spare), motion, settings, h, (steps * {percent} + 50) // 100)
 """
