@@ -8,7 +8,7 @@ RUN := .venv/bin/python
 .PHONY: report test bench faults matrix lint lock upgrade clean
 
 report: .venv/ready  ## judge every claim, time the step, make build/report/index.html
-	$(RUN) -m validation $(ARGS)
+	$(RUN) -m validation --require-all $(ARGS)
 
 test: .venv/ready  ## run the project's own tests
 	$(RUN) -m pytest -n auto --dist worksteal $(ARGS)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from reports.notation import number
 from reports.verdicts import is_count, verdict, why
-from validation.record import FAILS, HOLDS, NOT_RUN, ClaimRecord, Report, Timing
+from validation.record import BROKEN, FAILS, HOLDS, NOT_RUN, ClaimRecord, Report, Timing
 
 # Both have the same seed, hence the same cases: that the largest error doubles is no chance of the draw. Below a tenth
 # of the tolerance there is room for it, and rounding moves small errors by such factors when sums change their order.
@@ -59,7 +59,7 @@ def change_of(old: ClaimRecord | None, new: ClaimRecord | None) -> Change | None
     if old is None:
         return Change(NEW, new.id, now)
     if now != was:
-        return Change(NOT_RUN_NOW if now == NOT_RUN else HOLDS_NOW, new.id, why(new) or f"it was: {was}")
+        return Change(NOT_RUN_NOW if now in (NOT_RUN, BROKEN) else HOLDS_NOW, new.id, why(new) or f"it was: {was}")
     if now != HOLDS:
         return None
     if new.tolerance > old.tolerance:

@@ -79,6 +79,7 @@ def page(report: Report, folder: Path | None = None) -> str:
         sentence=verdicts.sentence(report.claims),
         overall=verdicts.overall(report.claims),
         tally=verdicts.tally(report.claims),
+        kinds=verdicts.kinds(report.claims),
         command=f"python -m validation --seed {report.seed} --level {shlex.quote(report.level)}",
         tables=tables_of(report.timings),
         has_trends=any(timing.trend for timing in report.timings),

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from validation.record import FAILS, HOLDS, NOT_RUN, ClaimRecord
+from validation.record import BROKEN, FAILS, HOLDS, KINDS, NOT_RUN, ClaimRecord
 
-SYMBOLS = {HOLDS: "✓", FAILS: "✗", NOT_RUN: "–"}
-CSS = {HOLDS: "holds", FAILS: "fails", NOT_RUN: "open"}
+SYMBOLS = {HOLDS: "✓", FAILS: "✗", BROKEN: "!", NOT_RUN: "–"}
+CSS = {HOLDS: "holds", FAILS: "fails", BROKEN: "open", NOT_RUN: "open"}
 COUNTED = "disagreements"  # the unit of claims that count wrong yes-or-no answers instead of measuring an error
 
 
 def verdict(claim: ClaimRecord) -> str:
-    """Return HOLDS, FAILS or NOT_RUN. What claims to hold without numbers that say so, fails."""
-    if claim.verdict == NOT_RUN:
-        return NOT_RUN
+    """Return HOLDS, FAILS, BROKEN or NOT_RUN. What claims to hold without numbers that say so, fails."""
+    if claim.verdict in (NOT_RUN, BROKEN):
+        return claim.verdict
     return FAILS if claim.verdict != HOLDS or contradiction(claim) else HOLDS
 
 
@@ -37,9 +37,19 @@ def why(claim: ClaimRecord) -> str | None:
 
 
 def tally(claims: list[ClaimRecord]) -> dict[str, int]:
-    """Return the number of claims that hold, fail and were not run."""
+    """Return the number of claims that hold, fail, whose engine is broken, and that were not run."""
     found = [verdict(claim) for claim in claims]
     return {name: found.count(name) for name in SYMBOLS}
+
+
+def kinds(claims: list[ClaimRecord]) -> list[tuple[str, str, int, int]]:
+    """Return, for each kind of judge that there is, its name, what it is, its claims, and how many of them hold."""
+    rows = []
+    for kind, meaning in KINDS.items():
+        those = [claim for claim in claims if claim.kind == kind]
+        if those:
+            rows.append((kind, meaning, len(those), tally(those)[HOLDS]))
+    return rows
 
 
 def sentence(claims: list[ClaimRecord]) -> str:
@@ -50,13 +60,18 @@ def sentence(claims: list[ClaimRecord]) -> str:
         return "Nothing was claimed, so nothing is shown"
     if counts[FAILS]:
         verb = "FAILS" if counts[FAILS] == 1 else "FAIL"
-        rest = f", {counts[NOT_RUN]} not run" if counts[NOT_RUN] else ""
-        return f"{counts[FAILS]} of {n} {claims_word} {verb}{rest}"
+        return f"{counts[FAILS]} of {n} {claims_word} {verb}{_rest(counts)}"
     if counts[NOT_RUN] == n:
         return f"None of {n} {claims_word} was run"
-    if counts[NOT_RUN]:
-        return f"{counts[HOLDS]} hold{'s' if counts[HOLDS] == 1 else ''}, {counts[NOT_RUN]} not run"
+    if counts[NOT_RUN] or counts[BROKEN]:
+        return f"{counts[HOLDS]} hold{'s' if counts[HOLDS] == 1 else ''}{_rest(counts)}"
     return "The only claim holds" if n == 1 else f"All {n} claims hold"
+
+
+def _rest(counts: dict[str, int]) -> str:
+    """Return what else there is besides claims that hold or fail, to be added to a sentence."""
+    broken = f", {counts[BROKEN]} with a broken engine" if counts[BROKEN] else ""
+    return broken + (f", {counts[NOT_RUN]} not run" if counts[NOT_RUN] else "")
 
 
 def overall(claims: list[ClaimRecord]) -> str:

@@ -7,16 +7,23 @@ import pkgutil
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from math import inf
 from typing import Any
 
 import numpy as np
 
 from validation.engines import PACKAGES
 from validation.fault import Fault
+from validation.record import ENGINE, KINDS, LIBRARY
 
 LEVELS = ("quick", "standard", "full")
 
 DISAGREEMENTS = "disagreements"
+
+# Import names of what is another simulator, or a collision library, and not mathematics.
+ENGINES = frozenset({"pybullet", "panda3d", "mujoco", "dartpy", "rapier3d", "fcl", "coal"})
+
+LEAST = 6  # cases that a claim compares, if it does not say that there are fewer
 
 
 @dataclass
@@ -24,8 +31,9 @@ class Comparison:
     """What the core answered and what the judge answered, case by case.
 
     `measured` and `expected` are (n,) or (n, k); the error of a case is the length of the difference of its
-    rows, divided by `scale` (a number or (n,)). Yes-or-no answers are compared as such. `groups` (n,) names the
-    kind of each case. `printed` holds what the paper's printed form answers, for an erratum.
+    rows, divided by `scale` (a number or (n,), finite and above 0). Yes-or-no answers are compared as such. `groups`
+    (n,) names the kind of each case. `printed` holds what the paper's printed form answers, for an erratum: finite.
+    No two of them may share memory: what is compared with itself agrees.
     """
 
     measured: Any
@@ -80,6 +88,8 @@ class Check:
     compare: Callable[[Run], Comparison]
     erratum: Misprint | None = None
     faults: tuple[Fault, ...] = ()  # that turn it red
+    least: int = 1  # cases that it must compare
+    kind: str = "closed form"  # of judge: one of KINDS
 
     @property
     def lane(self) -> str:
@@ -104,10 +114,16 @@ def check(
     unit: str = "relative",
     engines: tuple[str, ...] = (),
     erratum: Misprint | None = None,
+    least: int = LEAST,
+    kind: str | None = None,
 ) -> Callable[[Callable[[Run], Comparison]], Callable[[Run], Comparison]]:
     """Declare a check; its id is the module's and the function's name, such as `volume.closed_forms`.
 
-    Raises ValueError for an engine that no reference declares, and for a check without a fault that it sees.
+    `least`: how many cases it must compare at every level; where they are fewer than LEAST, it says so itself. `kind`
+    of judge, one of KINDS: with engines and without one it is ENGINE or LIBRARY.
+
+    Raises ValueError for an engine that no reference declares, for a tolerance that is no finite number from 0 on, for
+    fewer than one case, and for a check without a fault that it sees.
     """
 
     def register(compare: Callable[[Run], Comparison]) -> Callable[[Run], Comparison]:
@@ -120,6 +136,13 @@ def check(
                 f"{name} leans on {unknown[0]!r}, which no file of references/ declares: say there "
                 f'PACKAGES = {{"{unknown[0]}": "the name to install it by"}}'
             )
+        judge = kind or _kind_of(engines)
+        if judge not in KINDS:
+            raise ValueError(f"{name} does not say what kind of judge it has; choose from {', '.join(KINDS)}")
+        if not 0.0 <= tolerance < inf:
+            raise ValueError(f"{name} has a tolerance of {tolerance}: it must be finite and not below 0")
+        if least < 1:
+            raise ValueError(f"{name} may compare {least} cases: a claim compares one at least")
         if not faults:
             raise ValueError(f"{name} names no fault that turns it red: a claim that cannot fail says nothing")
         CHECKS[name] = Check(
@@ -137,10 +160,19 @@ def check(
             compare=compare,
             erratum=erratum,
             faults=faults,
+            least=least,
+            kind=judge,
         )
         return compare
 
     return register
+
+
+def _kind_of(engines: tuple[str, ...]) -> str | None:
+    """Return the kind of judge that some engines are, or None if there is none."""
+    if ENGINES.intersection(engines):
+        return ENGINE
+    return LIBRARY if engines else None
 
 
 def all_checks() -> dict[str, Check]:

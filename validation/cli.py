@@ -50,8 +50,10 @@ LEVEL, SEED = "standard", 20080101
     show_default=True,
     help="Folder for index.html, report.json and junit.xml.",
 )
-@click.option("--require", "required", multiple=True, metavar="ENGINE", help="Exit with 3 if ENGINE is missing.")
-@click.option("--require-all", is_flag=True, help="Exit with 3 if any engine that a claim needs is missing.")
+@click.option(
+    "--require", "required", multiple=True, metavar="ENGINE", help="Exit with 3 if ENGINE is missing or broken."
+)
+@click.option("--require-all", is_flag=True, help="Exit with 3 if any engine that a claim needs is missing or broken.")
 @click.option("--timings/--no-timings", default=None, help="Measure step costs too. Default: yes, but not with -k.")
 @click.option("--pictures/--no-pictures", default=None, help="Run, film and compare scenes too. Default: as --timings.")
 @click.option("--jobs", type=click.IntRange(min=1), default=min(os.cpu_count() or 1, 4), show_default=True)
@@ -69,7 +71,8 @@ def main(
 ) -> None:
     """Check every claim about the core against its judge, and write a report.
 
-    Exit code: 0 all claims hold, 1 a claim fails, 2 wrong usage, 3 a required engine is missing.
+    Exit code: 0 all claims hold, or were not run, 1 a claim fails, 2 wrong usage, 3 a required engine is missing or
+    broken.
     """
     checks = chosen(patterns)
     if list_only:
@@ -93,7 +96,7 @@ def main(
     summarize(report, out)
     if interrupted:
         sys.exit(INTERRUPTED)
-    sys.exit(exit_code(report))
+    sys.exit(exit_code(report, required, require_all))
 
 
 def chosen(patterns: tuple[str, ...]) -> list[Check]:
@@ -255,8 +258,8 @@ def progress_console() -> Console:
     return Console(stderr=True)
 
 
-STYLES = {"holds": "green", "fails": "bold red", "not run": "yellow"}
-SYMBOLS = {"holds": "✓", "fails": "✗", "not run": "–"}
+STYLES = {"holds": "green", "fails": "bold red", "engine broken": "bold yellow", "not run": "yellow"}
+SYMBOLS = {"holds": "✓", "fails": "✗", "engine broken": "!", "not run": "–"}
 
 
 def line_of(record: ClaimRecord) -> str:
@@ -289,12 +292,16 @@ def summarize(report: Report, out: Path) -> None:
     for record in report.claims:
         if record.verdict != "holds":
             click.echo(line_of(record))
-    click.echo(", ".join(f"{n} {verdict}" for verdict, n in counts.items()) + f", in {report.seconds:.0f} s")
+    said = [f"{n} {verdict}" for verdict, n in counts.items() if n or verdict != "engine broken"]
+    click.echo(", ".join(said) + f", in {report.seconds:.0f} s")
     for name in ("index.html", "report.json", "junit.xml"):
         if (out / name).exists():
             click.echo(f"  {out / name}")
 
 
-def exit_code(report: Report) -> int:
-    """Return ALL_HOLD or A_CLAIM_FAILS. "Not run" is no failure here: --require-all makes it one."""
-    return A_CLAIM_FAILS if any(record.verdict == "fails" for record in report.claims) else ALL_HOLD
+def exit_code(report: Report, required: tuple[str, ...] = (), require_all: bool = False) -> int:
+    """Return ALL_HOLD, A_CLAIM_FAILS, or ENGINE_MISSING if a demanded engine is broken. "Not run" is no failure."""
+    if any(record.verdict == "fails" for record in report.claims):
+        return A_CLAIM_FAILS
+    broken = {engine for record in report.claims if record.verdict == "engine broken" for engine in record.engines}
+    return ENGINE_MISSING if broken and (require_all or broken & set(required)) else ALL_HOLD

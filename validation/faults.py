@@ -28,7 +28,7 @@ from validation.record import FAILS, HOLDS, write_whole
 
 ROOT = Path(__file__).parents[1]
 
-CAUGHT, ESCAPED, NOT_RUN = "caught", "escaped", "not run"
+CAUGHT, ESCAPED, NOT_RUN, CRASHED = "caught", "escaped", "not run", "crashed"
 PATIENCE = 900.0  # seconds that the claims of one fault may take; some take 60, and a fault may be one that never ends
 
 
@@ -85,7 +85,8 @@ class Bench:
                 report = json.loads(Path(out, "report.json").read_text(encoding="utf-8"))
             except (subprocess.TimeoutExpired, FileNotFoundError):
                 return {}
-        return {claim["id"]: claim["verdict"] for claim in report["claims"]}
+        # Red means measured: a claim whose core crashed, hung or raised has seen nothing.
+        return {claim["id"]: claim["verdict"] if claim["n"] else CRASHED for claim in report["claims"]}
 
 
 def planted_faults() -> dict[Fault, tuple[str, ...]]:

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import importlib.util
 import time
 import traceback
+from pathlib import Path
 
 import numpy as np
 
 from validation.check import DISAGREEMENTS, Check, Comparison, Run
-from validation.record import FAILS, HOLDS, NOT_RUN, ClaimRecord, Distribution, Erratum, Group
+from validation.record import BROKEN, FAILS, HOLDS, NOT_RUN, ClaimRecord, Distribution, Erratum, Group
 
 BINS = 40  # of the histogram of a claim's errors
+MOST_WHOLE = 2**53  # up to which whole numbers are doubles
 
 
 def judge(check: Check, run: Run) -> ClaimRecord:
-    """Run one check. A missing engine makes it "not run"; anything else that goes wrong makes it fail."""
+    """Run one check; whatever goes wrong makes it fail, but for an engine that is missing or broken."""
     record = blank_record(check, run.seed)
     start = time.perf_counter()
     try:
@@ -26,11 +29,33 @@ def judge(check: Check, run: Run) -> ClaimRecord:
 
 
 def verdict_on(error: Exception, engines: tuple[str, ...]) -> tuple[str, str]:
-    """Return the verdict on a check that raised, and why: only a missing engine of its own excuses it."""
-    if isinstance(error, ModuleNotFoundError) and error.name and error.name.split(".")[0] in engines:
+    """Return the verdict on a check that raised, and why: only an engine of its own excuses it.
+
+    One that is not installed, that cannot be imported, or that raised: called by a reference or by the check itself,
+    and not by way of the core.
+    """
+    where = traceback.extract_tb(error.__traceback__)
+    why = f"raised {type(error).__name__}: {error} (in {where[-1].name}, line {where[-1].lineno})"
+    if isinstance(error, ModuleNotFoundError) and error.name in engines and not _folders(error.name):
         return NOT_RUN, f"{error.name} is not installed"
-    where = traceback.extract_tb(error.__traceback__)[-1]
-    return FAILS, f"raised {type(error).__name__}: {error} (in {where.name}, line {where.lineno})"
+    core, judges = _folders("softbody"), _folders("references")
+    theirs = judges + [folder for engine in engines for folder in _folders(engine)]
+    through_core = any(_is_in(frame.filename, core) for frame in where)
+    if engines and not through_core and (isinstance(error, ImportError) or _is_in(where[-1].filename, theirs)):
+        return BROKEN, f"{', '.join(engines)} {why}"
+    return FAILS, why
+
+
+def _folders(package: str) -> list[Path]:
+    """Return where a package lies, or the file of a module; nothing if it is not installed."""
+    spec = importlib.util.find_spec(package)
+    if spec is None:
+        return []
+    return [Path(place) for place in spec.submodule_search_locations or [spec.origin or ""]]
+
+
+def _is_in(file: str, folders: list[Path]) -> bool:
+    return any(Path(file).is_relative_to(folder) for folder in folders)
 
 
 def blank_record(check: Check, seed: int) -> ClaimRecord:
@@ -55,6 +80,7 @@ def blank_record(check: Check, seed: int) -> ClaimRecord:
         why=None,
         seconds=0.0,
         erratum=None if misprint is None else Erratum(misprint.id, misprint.prints, misprint.right),
+        kind=check.kind,
     )
 
 
@@ -63,8 +89,9 @@ def weigh(check: Check, comparison: Comparison, record: ClaimRecord) -> None:
     errors = errors_of(comparison.measured, comparison.expected, comparison.scale)
     record.n = len(errors)
     record.notes = comparison.notes
-    if len(errors) == 0:
-        record.verdict, record.why = FAILS, "compared nothing"
+    if len(errors) < check.least:
+        few = f"compared {len(errors)} cases, and is to compare {check.least} at least"
+        record.verdict, record.why = FAILS, few if len(errors) else "compared nothing"
         return
     counts = check.unit == DISAGREEMENTS
     record.value = float(errors.sum() if counts else errors.max())
@@ -87,6 +114,9 @@ def weigh_printed(check: Check, comparison: Comparison, record: ClaimRecord) -> 
     """Measure the paper's printed form on the same cases. An erratum holds only if that form is really wrong."""
     assert record.erratum is not None
     errors = errors_of(comparison.printed, comparison.expected, comparison.scale)
+    if not np.isfinite(errors).all():
+        record.verdict, record.why = FAILS, "the printed form gives no number in some cases: choose others"
+        return
     counts = check.unit == DISAGREEMENTS
     value = float(errors.sum() if counts else errors.max())
     record.erratum.printed_value = value
@@ -97,19 +127,47 @@ def weigh_printed(check: Check, comparison: Comparison, record: ClaimRecord) -> 
 
 
 def errors_of(measured: object, expected: object, scale: object) -> np.ndarray:
-    """Return the error (n,) of each case; raises ValueError if there are not as many answers on both sides."""
-    a, b = np.asarray(measured), np.asarray(expected)
+    """Return the error (n,) of each case.
+
+    Raises ValueError for answers that are no yes-or-no, real or exact whole numbers, in shapes (n,) or (n, k) that are
+    the same on both sides; for sides that share memory; and for a scale that is not finite and above 0.
+    """
+    a, b = _answers(measured, "measured"), _answers(expected, "expected")
     if a.shape != b.shape:
         raise ValueError(f"measured has shape {a.shape} and expected {b.shape}: they must be the same")
+    if measured is expected or np.shares_memory(a, b):
+        raise ValueError("measured and expected share memory: what is compared with itself agrees")
     if a.dtype == bool or b.dtype == bool:
         if a.dtype != b.dtype:
             raise ValueError(f"measured is {a.dtype} and expected {b.dtype}: compare yes-or-no with yes-or-no")
-        return (a != b).astype(float)
+        wrong = a != b
+        return (wrong if wrong.ndim == 1 else wrong.any(axis=1)).astype(float)
+    if a.dtype != b.dtype and any(side.dtype.kind in "iu" and _largest(side) > MOST_WHOLE for side in (a, b)):
+        raise ValueError("whole numbers beyond 2⁵³ are no doubles: compare them with whole numbers of their kind")
+    unit = np.asarray(scale, float)
+    if unit.shape not in ((), a.shape[:1]) or not ((unit > 0.0) & np.isfinite(unit)).all():
+        raise ValueError(f"scale is {scale}: it must be a number, or ({len(a)},) of them, finite and above 0")
     with np.errstate(all="ignore"):  # what is not finite fails the claim; it needs no warning
         difference = a.astype(float) - b.astype(float)
+        difference[(difference == 0.0) & (a != b)] = 1.0  # of whole numbers that are one double
         if difference.ndim == 2:
             difference = np.linalg.norm(difference, axis=1)
-        return np.abs(difference) / np.asarray(scale, float)
+        return np.abs(difference) / unit
+
+
+def _answers(side: object, name: str) -> np.ndarray:
+    """Return the answers of one side, as they are, if they can be compared; raises ValueError."""
+    answers = np.asarray(side)
+    if answers.dtype.kind not in "biuf":
+        raise ValueError(f"{name} is {answers.dtype}: give yes-or-no, real or whole numbers")
+    if answers.ndim not in (1, 2) or (answers.ndim == 2 and answers.shape[1] == 0):
+        raise ValueError(f"{name} has shape {answers.shape}: give (n,), or (n, k) with k ≥ 1")
+    return answers
+
+
+def _largest(whole: np.ndarray) -> int:
+    """Return the largest absolute value of whole numbers."""
+    return max(abs(int(whole.min())), abs(int(whole.max()))) if whole.size else 0
 
 
 def distribution(errors: np.ndarray) -> Distribution:

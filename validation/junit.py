@@ -6,7 +6,7 @@ from pathlib import Path
 
 from junitparser import Error, Failure, JUnitXml, Skipped, TestCase, TestSuite
 
-from validation.record import FAILS, NOT_RUN, Report, write_whole
+from validation.record import BROKEN, FAILS, NOT_RUN, Report, write_whole
 
 
 def write_junit(report: Report, path: Path) -> None:
@@ -21,6 +21,8 @@ def write_junit(report: Report, path: Path) -> None:
             if claim.verdict == FAILS:
                 kind = Failure if claim.value is not None else Error
                 case.result = [kind(f"{claim.claim}: {claim.why}")]
+            elif claim.verdict == BROKEN:
+                case.result = [Error(f"engine broken: {claim.why}")]
             elif claim.verdict == NOT_RUN:
                 case.result = [Skipped(claim.why or "")]
             suite.add_testcase(case)

@@ -19,6 +19,20 @@ SCHEMA = "softbody-report/1"
 HOLDS = "holds"
 FAILS = "fails"
 NOT_RUN = "not run"
+BROKEN = "engine broken"  # an engine that is installed gave no answer, or nonsense: no fault of the core
+
+# Who judges: an engine or a library that somebody else wrote, or what needs none.
+ENGINE, LIBRARY = "third-party engine", "third-party library"
+KINDS = {
+    ENGINE: "another simulator, or collision library, answers the same question",
+    LIBRARY: "mathematics of SciPy, libigl or trimesh, on formulas written apart from the core",
+    "closed form": "a formula, evaluated by NumPy apart from the core",
+    "exact arithmetic": "rational numbers: no rounding at all",
+    "exhaustive search": "every possible answer tried, apart from the core",
+    "invariant": "what must not change, whatever the answer is",
+    "bound": "what must not be exceeded",
+    "the core in another form": "two ways of the core itself must agree: nobody from outside is asked",
+}
 
 
 @dataclass
@@ -72,13 +86,14 @@ class ClaimRecord:
     detects: str  # the smallest fault that turns the claim red
     n: int  # comparisons made
     seed: int
-    verdict: str  # HOLDS, FAILS or NOT_RUN
-    why: str | None  # of a FAILS or NOT_RUN, in words
+    verdict: str  # HOLDS, FAILS, NOT_RUN or BROKEN
+    why: str | None  # if it does not hold, in words
     seconds: float
     errors: Distribution | None = None
     groups: list[Group] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)  # what the judge saw, such as cases that it had to skip
     erratum: Erratum | None = None
+    kind: str = ""  # of judge, such as "third-party engine"; "" in records that do not know
 
 
 @dataclass

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -92,13 +93,14 @@ def test_a_demanded_engine_that_is_missing_ends_with_3(
     assert not (tmp_path / "out").exists()
 
 
-def test_a_crash_fails_its_claim_and_no_other(tmp_path: Path) -> None:
+def test_a_crash_or_a_wait_fails_its_claim_and_no_other(tmp_path: Path) -> None:
     shutil.copytree(ROOT / "validation", tmp_path / "validation", ignore=shutil.ignore_patterns("__pycache__"))
     (tmp_path / "validation" / "checks" / "aaa.py").write_text(
         "import os\n"
         "from validation.check import Comparison, check\n"
         "from validation.fault import Fault\n"
         "words = dict.fromkeys(('family', 'section', 'piece', 'reference', 'because', 'detects'), 'crash')\n"
+        "words |= {'least': 1, 'kind': 'invariant'}\n"
         "words['faults'] = (Fault('a fault', 'softbody.world.PRECISIONS', 'x_', 'None'),)\n"
         "@check(claim='This one dies.', tolerance=0.0, **words)\n"
         "def dies(run):\n"
@@ -106,13 +108,20 @@ def test_a_crash_fails_its_claim_and_no_other(tmp_path: Path) -> None:
         "@check(claim='This one lives.', tolerance=0.0, **words)\n"
         "def lives(run):\n"
         "    return Comparison([1.0], [1.0])\n"
+        "@check(claim='This one hangs.', tolerance=0.0, **words)\n"
+        "def waits(run):\n"
+        "    import time\n"
+        "    time.sleep(1e6)\n"
     )
-    done = validate("-k", "aaa.", "--jobs", "1", "--out", "out", folder=tmp_path)
+    runner = tmp_path / "validation" / "runner.py"
+    runner.write_text(re.sub(r'"quick": [\d.]+', '"quick": 20.0', runner.read_text()))
+    done = validate("-k", "aaa.", "--jobs", "1", "--level", "quick", "--out", "out", folder=tmp_path)
     assert done.returncode == 1
     claims = json.loads((tmp_path / "out" / "report.json").read_text())["claims"]
     assert [(claim["id"], claim["verdict"], claim["why"]) for claim in claims] == [
         ("aaa.dies", "fails", "the process crashed"),
         ("aaa.lives", "holds", None),
+        ("aaa.waits", "fails", "it was not done after 20 s"),
     ]
 
 

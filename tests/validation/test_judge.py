@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
+import sys
+
 import numpy as np
 import pytest
 
+import softbody
 from validation.check import DISAGREEMENTS, Check, Comparison, Misprint, Run
 from validation.judge import errors_of, judge
 
@@ -77,7 +81,7 @@ def test_an_exception_fails_and_is_named():
 def test_disagreements_are_counted():
     options = {"unit": DISAGREEMENTS, "tolerance": 0.0}
     answers = np.array([True, False, True])
-    assert verdict_of(lambda run: Comparison(answers, answers), **options)[0] == "holds"
+    assert verdict_of(lambda run: Comparison(answers, answers.copy()), **options)[0] == "holds"
     verdict, record = verdict_of(lambda run: Comparison(answers, ~answers, groups=["a", "a", "b"]), **options)
     assert (verdict, record.value) == ("fails", 3.0)
     assert [(group.label, group.max) for group in record.groups] == [("a", 2.0), ("b", 1.0)]
@@ -109,3 +113,96 @@ def test_each_check_has_random_numbers_of_its_own_that_depend_on_the_seed():
     a, b, c = Run("quick", 1, "a"), Run("quick", 1, "b"), Run("quick", 2, "a")
     assert a.fresh_rng().random() == a.fresh_rng().random()
     assert len({a.fresh_rng().random(), b.fresh_rng().random(), c.fresh_rng().random()}) == 3
+
+
+def test_fewer_cases_than_the_claim_asks_for_fail():
+    few = dataclasses.replace(make_check(lambda run: Comparison([1.0, 2.0], [1.0, 2.0])), least=3)
+    record = judge(few, Run("quick", 0, "family.claim"))
+    assert record.verdict == "fails"
+    assert "compared 2 cases" in record.why
+
+
+@pytest.mark.parametrize("scale", [0.0, -1.0, np.inf, np.nan, [1.0, -1.0], [1.0, np.inf], [[1.0], [1.0]]])
+def test_a_scale_must_be_finite_and_above_0(scale):
+    verdict, record = verdict_of(lambda run: Comparison([1.0, 2.0], [1.0, 2.0], scale=scale))
+    assert verdict == "fails"
+    assert "scale" in record.why
+
+
+@pytest.mark.parametrize("shape", [(), (2, 0), (2, 2, 2)])
+def test_answers_are_numbers_or_rows_of_them(shape):
+    verdict, record = verdict_of(lambda run: Comparison(np.ones(shape), np.ones(shape)))
+    assert verdict == "fails"
+    assert "shape" in record.why
+
+
+@pytest.mark.parametrize("answers", [np.array([1.0 + 1j]), np.array([None]), np.array(["1"])])
+def test_what_is_no_real_number_is_refused(answers):
+    verdict, record = verdict_of(lambda run: Comparison(answers, answers.copy()))
+    assert verdict == "fails"
+    assert "numbers" in record.why
+
+
+def test_whole_numbers_are_compared_exactly_or_not_at_all():
+    large = np.array([2**60, 2**60 + 1])
+    assert errors_of(large, large[::-1].copy(), 1.0).tolist() == [1.0, 1.0]
+    assert errors_of(large, large.copy(), 1.0).tolist() == [0.0, 0.0]
+    with pytest.raises(ValueError, match="no doubles"):
+        errors_of(large, large.astype(float), 1.0)
+
+
+def test_what_is_compared_with_itself_is_refused():
+    both = np.ones(4)
+    answers = [1.0, 2.0]
+    for measured, expected in ((both, both), (both, both[:]), (both[::2], both[:2]), (answers, answers)):
+        verdict, record = verdict_of(lambda run, pair=(measured, expected): Comparison(*pair))
+        assert verdict == "fails"
+        assert "share memory" in record.why
+    columns = np.ones((3, 2))
+    assert verdict_of(lambda run: Comparison(columns[:, 0], columns[:, 1]))[0] == "holds"
+
+
+def test_rows_of_yes_or_no_are_one_case_each():
+    assert errors_of([[True, False], [True, True]], [[True, True], [True, True]], 1.0).tolist() == [1.0, 0.0]
+
+
+@pytest.mark.parametrize("printed", [[np.nan, 2.0], [np.inf, 2.0]])
+def test_a_printed_form_that_gives_no_number_shows_nothing(printed):
+    made = Comparison([1.0, 1.0], [1.0, 1.0], printed=printed)
+    verdict, record = verdict_of(lambda run: made, erratum=Misprint("E1", "wrong", "right"))
+    assert verdict == "fails"
+    assert "printed" in record.why
+
+
+@pytest.fixture
+def engine(tmp_path, monkeypatch):
+    """Return a function that installs an engine, a file of Python, and returns its name."""
+
+    def install(text):
+        (tmp_path / "some_engine.py").write_text(text)
+        monkeypatch.syspath_prepend(tmp_path)
+        monkeypatch.delitem(sys.modules, "some_engine", raising=False)
+        return ("some_engine",)
+
+    return install
+
+
+@pytest.mark.parametrize(
+    "text", ["raise ImportError('no lib')", "import a_package_that_nobody_has", "def ask():\n    raise KeyError(1)"]
+)
+def test_an_engine_that_is_installed_and_breaks_is_no_fault_of_the_core(engine, text):
+    def compare(run):
+        import some_engine
+
+        some_engine.ask()
+
+    verdict, record = verdict_of(compare, engines=engine(text))
+    assert verdict == "engine broken"
+    assert "some_engine" in record.why
+
+
+def test_a_core_that_raises_is_a_fault_of_the_core_whoever_judges(engine):
+    def compare(run):
+        softbody.World().add_box((0.0, 0.0, 0.0), 1.0)
+
+    assert verdict_of(compare, engines=engine(""))[0] == "fails"

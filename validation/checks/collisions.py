@@ -126,6 +126,7 @@ KINDS = ("soft–soft", "soft–rigid")
     piece="softbody.collision.soft_response",
     reference="invariant",
     unit="energy gained, of the kinetic",
+    kind="invariant",
     tolerance=1e-3,
     because="what has closed in a step is undone as if it had not been, which does no work; 0 of 240 gained any",
     detects="an impulse that bounces more than e",
@@ -145,7 +146,7 @@ def collisions_add_no_energy(run: Run) -> Comparison:
         for kind in KINDS:
             for k, integrator in enumerate(("rk4_velocity", "rk4", "symplectic_euler")):
                 restitution = 0.5 * ((len(gained) // 6 + k) % 3)
-                gained.append(max(0.0, _gains(kind, int(seed), 0.8, restitution, integrator)[0]))
+                gained.append(np.maximum(0.0, _gains(kind, int(seed), 0.8, restitution, integrator)[0]))
                 kinds.append(f"{kind}, {integrator}")
     return Comparison(gained, np.zeros(len(gained)), groups=kinds)
 
@@ -157,6 +158,7 @@ def collisions_add_no_energy(run: Run) -> Comparison:
     piece="softbody.collision.soft_response",
     reference="invariant",
     unit="of the angular momentum",
+    kind="invariant",
     tolerance=1e-4,
     because="impulses act where both sides were when they touched; what later sweeps add is of second order: 8e-6",
     detects="bodies moved apart other than by an impulse; friction or impulses at two different points",
@@ -189,6 +191,8 @@ def collisions_keep_angular_momentum(run: Run) -> Comparison:
     piece="softbody.collision.soft_contacts, softbody.collision.soft_response",
     reference="closed form: in the centre's frame both velocities turn round; restitution 0 is that of a particle only",
     unit="of the closing speed",
+    kind="closed form",
+    least=2,
     tolerance=0.02,
     because="each hit takes a particle's share; the surface rings: 2 % at 642 particles, ten times that at 42",
     detects="a restitution of the whole body; a surface that does not feel the particle",
@@ -233,6 +237,8 @@ def _limit(measure: Callable[[float], np.ndarray]) -> tuple[np.ndarray, float]:
     piece="softbody.collision.soft_contacts, softbody.collision.soft_response",
     reference="closed form: hard smooth spheres exchange their velocities along the line of centres",
     unit="of the closing speed",
+    kind="closed form",
+    least=1,
     tolerance=0.06,
     because="the surface keeps 1 % ringing; facets of 642 particles turn the normal by 1/20, most if they graze",
     detects="an impulse along another line than that of the centres",
@@ -269,6 +275,8 @@ def off_centre_spheres_deflect(run: Run) -> Comparison:
     piece="softbody.collision.soft_contacts, softbody.collision.soft_response",
     reference="closed form: a smooth ball meets the box as a particle of its mass would, with restitution 1",
     unit="of the speeds before",
+    kind="closed form",
+    least=1,
     tolerance=0.08,
     because="the surface keeps 1 % ringing; the vertex that touches first is up to 0.04 m aside, 0.01 m on average",
     detects="a box without inertia; an impulse at another point of the box",
@@ -304,6 +312,7 @@ def stiff_sphere_strikes_box(run: Run) -> Comparison:
     piece="softbody.collision.soft_contacts, softbody.collision.soft_response",
     reference="symmetry, of every particle, after 0.3 s",
     unit="of the size",
+    kind="invariant",
     tolerance=1e-8,
     because="only the rounding of sums differs; where a tip meets its own image, which balances, that grows threefold"
     " every 5 ms: such pairs are looked at after 0.1 s, well within their contact",
@@ -352,6 +361,8 @@ PRISM_FACES = np.array([[0, 2, 1], [3, 4, 5], [0, 1, 4], [0, 4, 3], [1, 2, 5], [
     piece="softbody.collision.edge_mesh",
     reference="closed form: how far the line of one ridge is below that of the other where they cross, seen from above",
     unit="of the height of a roof",
+    kind="closed form",
+    least=4,
     tolerance=1e-3,
     because="each step ends with the two ridges parted to rounding; a step of the fall is 2e-3, a missed ridge 1",
     detects="edges that pass through each other between their ends",
@@ -383,7 +394,7 @@ def crossed_ridges_hold(run: Run) -> Comparison:
             (p, q), (u, v) = lower.positions[[2, 5]], upper.positions[[2, 5]]
             t = np.linalg.solve(np.column_stack([(q - p)[:2], (u - v)[:2]]), (u - p)[:2])
             if ((t > 0.05) & (t < 0.95)).all():  # later it may have slid off
-                deepest = max(deepest, (p + t[0] * (q - p))[2] - (u + t[1] * (v - u))[2])
+                deepest = np.maximum(deepest, (p + t[0] * (q - p))[2] - (u + t[1] * (v - u))[2])
         through.append(deepest / 0.5)
     return Comparison(through, np.zeros(len(through)))
 
@@ -426,6 +437,7 @@ def _point_strikes_box(rng: np.random.Generator) -> tuple[np.ndarray, ...]:
     piece="softbody.collision.soft_response.exchange_impulses",
     reference="closed form: the point is a particle of mass 1/(Σ w²/m)",
     unit="of the speeds",
+    kind="closed form",
     tolerance=1e-13,
     because="rounding, with masses up to 100:1",
     detects="a bounce from the masses alone, weights that are not squared",

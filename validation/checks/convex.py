@@ -157,6 +157,7 @@ def depth_of_meshes(run: Run) -> Comparison:
     reference="exact rational arithmetic on the same floating-point inputs",
     engines=("scipy",),
     unit=DISAGREEMENTS,
+    kind="exact arithmetic",
     tolerance=0.0,
     because="pairs within the core's rounding, 2e-14 m for directions that are themselves rounded, are passed over",
     detects="one wrong answer",

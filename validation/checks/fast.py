@@ -54,6 +54,7 @@ def shoot(target: str, rng: np.random.Generator, make: Callable[..., World] = Wo
     piece="softbody.collision.substeps.subdivision",
     reference="invariant: what was in front stays in front",
     unit=DISAGREEMENTS,
+    kind="invariant",
     tolerance=0.0,
     because="one passage is one too many",
     detects="a step that takes a ball through a plate: without splitting, a third of the shots",

@@ -262,6 +262,7 @@ def leaning_boxes_as_in_dart(run: Run) -> Comparison:
     piece="softbody.collision.sequential_impulses.solve_velocities",
     reference="closed form, summed over steps: four corners carry the weight, at half the diagonal from the axis",
     unit="of the angle",
+    kind="closed form",
     tolerance=4e-7,
     because="sweeps end at 1e-4 g h, 2.5e-7 m/s: 4e-8",
     detects="friction at a corner that does not oppose its own sliding",
@@ -298,6 +299,7 @@ def spinning_box_stops(run: Run) -> Comparison:
     piece="softbody.collision.sequential_impulses.solve_velocities",
     reference="closed form: the sum over steps of what the pull exceeds μ m g by",
     unit="of the speed at the end",
+    kind="closed form",
     tolerance=2e-4,
     because="sweeps end at 1e-4 g h, 1e-6 m/s, or after 30: 5e-5",
     detects="friction that gives way too early or too late, or keeps pushing; forces that friction does not feel",
@@ -335,6 +337,7 @@ def pulled_box_breaks_loose(run: Run) -> Comparison:
     piece="softbody.collision.sequential_impulses.solve_velocities",
     reference="closed form: Newton's law with Coulomb's bound at both faces",
     unit="of the speed",
+    kind="closed form",
     tolerance=3e-3,
     because="what the sweeps leave: up to 1e-3",
     detects="the wrong pair's coefficient; a lower box that does not feel its load's friction",
@@ -376,6 +379,7 @@ def pulled_from_under(run: Run) -> Comparison:
     piece="softbody.collision.sequential_impulses.solve_velocities",
     reference="Newton's and Coulomb's laws, by the motion before and after a step",
     unit="of the weight's impulse",
+    kind="closed form",
     tolerance=4e-4,
     because="sweeps that end before the direction of the sliding has settled: 2e-4; momenta to 1e-13",
     detects="friction along another line than the sliding, or bounded by another number",
@@ -448,6 +452,7 @@ def after_bounce(velocity: np.ndarray, normal: np.ndarray, friction: float, rest
     piece="softbody.landing.resolve_ground",
     reference="closed form for a particle",
     unit="m, m/s",
+    kind="closed form",
     tolerance=5e-12,
     because="rounding; springs of 1e-9 N/m give a particle 1e-13 m/s",
     detects="a ground without restitution or with less friction; coefficients of one side only",
@@ -489,6 +494,7 @@ def particles_strike_the_ground(run: Run) -> Comparison:
     piece="softbody.landing.resolve_ground",
     reference="closed form of the flights between bounces",
     unit="of the height of the fall, and of the speed",
+    kind="closed form",
     tolerance=3e-3,
     because="a bounce counts from the end of its step: h v of 0.1 ms, three times: 1e-3",
     detects="a restitution that is not e, or friction of one bounce that is not μ (1 + e)",
@@ -517,7 +523,7 @@ def particles_bounce_along(run: Run) -> Comparison:
             measured.append(
                 np.array([body.positions[low, 2].mean() / fall, *(body.velocities[low].mean(axis=0)[:2] / speed)])
             )
-            expected.append(np.array([apex / fall, *(max(0.0, 1.0 - lost / speed) * way[:2])]))
+            expected.append(np.array([apex / fall, *(np.maximum(0.0, 1.0 - lost / speed) * way[:2])]))
             time += rising
     return Comparison(np.array(measured), np.array(expected))
 
@@ -539,6 +545,7 @@ def vertex_first(rng: np.random.Generator, normal: np.ndarray, gap: float) -> so
     piece="softbody.collision.soft_response.exchange_impulses",
     reference="closed form for a particle",
     unit="m/s",
+    kind="closed form",
     tolerance=1e-11,
     because="springs of 1e-9 N/m give a particle 1e-12 m/s",
     detects="a bounce of another coefficient; friction of another bound or along another line",
@@ -607,6 +614,7 @@ FLOORS = ("the ground", "a static box", "a soft body that is held", "a rigid box
     piece="softbody.collision.soft_response.exchange_impulses, softbody.landing.resolve_ground",
     reference="closed form for what does not bend",
     unit="of the distance, and of the speed",
+    kind="closed form",
     tolerance=1e-2,
     because="springs of 20 kN/m give way by 1e-4 of the size, and ring: 3e-3",
     detects="friction of soft bodies that is not μ times what they press",
@@ -654,6 +662,7 @@ def soft_box_slides_to_rest(run: Run) -> Comparison:
     piece="softbody.collision.soft_response.exchange_impulses",
     reference="closed form for what does not bend",
     unit="of the speed, and of the way",
+    kind="closed form",
     tolerance=3e-3,
     because="as above: 1e-3",
     detects="friction that only one side feels, or that goes on when nothing slides",
@@ -695,6 +704,7 @@ def soft_box_drags_a_box(run: Run) -> Comparison:
     piece="softbody.landing.resolve_ground",
     reference="closed form of a thin shell: I = ⅔ m r², and friction does not change the moment about the ground",
     unit="of the speed",
+    kind="closed form",
     tolerance=0.05,
     because="it lies on a dent that makes it 4 % lower, and rolls over its facets: 3 %",
     detects="friction that takes more or less than the sliding, or does not turn the ball",

@@ -40,6 +40,7 @@ def _energy(ball: SoftBody, mass: float) -> float:
     " and gas by SciPy's judge",
     engines=("scipy",),
     unit="of the size; of the weight × size",
+    kind="closed form",
     tolerance=2e-3,
     because="what is pressed sinks by what the solver leaves in a step: 1e-5",
     detects="boxes that are pressed into the ground, or fly off; bodies that sink into boxes; energy from there",
@@ -70,7 +71,7 @@ def light_boxes_carry(run: Run) -> Comparison:
             start, most = _energy(ball, ratio), 0.0
             while world.time < 3.0:
                 world.run(0.05, STEP * world.stable_time_step())
-                most = max(most, _energy(ball, ratio) - start)
+                most = np.maximum(most, _energy(ball, ratio) - start)
             heights = world.state.box_position[:, 2] - (tops - 0.5 * sizes[:, 2])
             off += [np.abs(heights).max(), ball.positions[:, 2].min() - tops[-1], most / (GRAVITY * SIZE)]
             kinds += [f"{what}, 1 : {1.0 / ratio:.0f}" for what in ("boxes", "soft body", "energy")]
@@ -88,6 +89,7 @@ PLANK, PEDESTAL = (1.2, 0.4, 0.1), (0.3, 0.4, 0.5)  # [m]
     piece="softbody.collision.held_boxes",
     reference="statics: M g e against m g (x − e), with e the half width of the pedestal",
     unit=DISAGREEMENTS,
+    kind="closed form",
     tolerance=0,
     because="the cube is 5 cm and more from where it would balance, and rocks by 1 cm; by 0.6 s what tips has leant by"
     " 0.1 rad and more, what does not by 0.01 at most",

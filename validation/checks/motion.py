@@ -52,6 +52,7 @@ def spins(run: Run, count: int) -> list[tuple[np.ndarray, np.ndarray, np.ndarray
     reference="SciPy DOP853 on Euler's equations, extrapolating our steps h and h/2 as for an order of 2",
     engines=("scipy",),
     unit="of the rotation matrix",
+    least=4,
     tolerance=2e-6,
     because="after 2 s the rest beyond the order h², which is of order h³, with h = 0.5 ms and |ω| of up to 8 rad/s",
     detects="a scheme of order 1; a torque 1e-6 off",
@@ -78,6 +79,7 @@ def free_rotation(run: Run) -> Comparison:
     reference="MuJoCo, RK4, steps of 1 ms",
     engines=("mujoco",),
     unit="of the rotation matrix",
+    least=4,
     tolerance=2e-6,
     because="as above; MuJoCo itself is within 1e-8",
     detects="a scheme of order 1; a torque 1e-6 off",
@@ -100,6 +102,7 @@ def free_rotation_by_mujoco(run: Run) -> Comparison:
     section="5.2",
     piece="softbody.dynamics.rigid_boxes.advance_boxes",
     reference="invariants",
+    kind="invariant",
     tolerance=1e-11,
     because="rounding of a thousand steps, 1e-15 each, always the same way at worst",
     detects="a torque that is not exactly ω × I ω over the step",
@@ -134,6 +137,7 @@ def free_rotation_keeps(run: Run) -> Comparison:
     piece="softbody.move_boxes.move_boxes",
     reference="closed form e²ⁿ h",
     unit="of the first height",
+    kind="closed form",
     tolerance=2e-3,
     because="an impact is seen up to a step early, v h = 1e-3 m above the ground, v = 4.4 m/s, h = 1/4 ms",
     detects="restitution 0.1 % off; energy gained at an impact",
@@ -161,7 +165,7 @@ def bounce_heights(run: Run) -> Comparison:
                 height = box.position[2] - 0.5 * size[2]
                 rises = box.velocity[2] > 0.0
                 if rises:
-                    top, falling = max(top, height), False
+                    top, falling = np.maximum(top, height), False
                 elif not falling:
                     tops.append(top)
                     top, falling = 0.0, True
@@ -178,6 +182,8 @@ def bounce_heights(run: Run) -> Comparison:
     piece="softbody.collision.sequential_impulses.solve_velocities",
     reference="closed form",
     unit="of the way",
+    kind="closed form",
+    least=4,
     tolerance=5e-3,
     because="Euler's steps: the way differs by v h / 2 of v²/2μg, which is μ g h / v",
     detects="friction 0.5 % off; friction that does not point against the sliding",
@@ -207,6 +213,7 @@ def sliding_distance(run: Run) -> Comparison:
     piece="softbody.collision.sequential_impulses.solve_velocities",
     reference="closed form",
     unit="of g t²/2",
+    kind="closed form",
     tolerance=2e-3,
     because="Euler's steps: t² becomes t (t + h), h/t = 1e-3; θ is 1 % or more off the threshold",
     detects="friction 0.2 % off; a box that creeps",
@@ -226,7 +233,7 @@ def incline(run: Run) -> Comparison:
         box = world.add_box((1.0, 1.0, 0.2), 1.0, 0.6 * up, tilt, friction=friction)
         world.step(1e-3, 1000)
         measured.append(np.linalg.norm(box.position - 0.6 * up) / (0.5 * G))
-        expected.append(max(0.0, np.sin(slope) - friction * np.cos(slope)))
+        expected.append(np.maximum(0.0, np.sin(slope) - friction * np.cos(slope)))
         kinds.append("slides" if i % 2 else "holds")
     return Comparison(measured, expected, groups=kinds)
 
@@ -238,6 +245,7 @@ def incline(run: Run) -> Comparison:
     piece="softbody.move_boxes.move_boxes",
     reference="closed form: the edge is under the centre at tan θ = width / height",
     unit=DISAGREEMENTS,
+    kind="closed form",
     tolerance=0.0,
     because="a yes-or-no answer, 1 % or more of the angle off the threshold",
     detects="one wrong answer",
@@ -269,6 +277,8 @@ def toppling(run: Run) -> Comparison:
     reference="bounds; pybullet's stack is in the note",
     engines=("pybullet",),
     unit="of the bound",
+    kind="bound",
+    least=3,
     tolerance=1.0,
     because="bounds: sinking 10 g h² (one fall in a step at each contact), drift 1 % of a side, speed at rest g h / 4",
     detects="a stack that topples, creeps, sinks or shakes",
@@ -326,6 +336,8 @@ def _rest(position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
     reference="pybullet's pile of the same boxes; bounds on energy and speed",
     engines=("pybullet",),
     unit="of the bound",
+    kind="bound",
+    least=4,
     tolerance=1.0,
     because="bounds: Bullet's deepest of all steps below the ground (12 piles: 0.1 to 0.35 of it), twice its deepest "
     "inside each other (0.4 to 1.5: one extreme of thousands of impacts), 1e-3 of all energy gained in a step (by "
@@ -363,11 +375,11 @@ def pile(run: Run) -> Comparison:
     for _ in range(round(4.0 / h)):
         world.step(h)
         now = world.energy()
-        rise, energy = max(rise, now - energy), now
+        rise, energy = np.maximum(rise, now - energy), now
         contacts = world.contacts
         depth, other = contacts.depth[: contacts.number[0]], contacts.box[: contacts.number[0], 1]
-        below = max(below, depth[other < 0].max(initial=0.0))
-        inside = max(inside, depth[other >= 0].max(initial=0.0))
+        below = np.maximum(below, depth[other < 0].max(initial=0.0))
+        inside = np.maximum(inside, depth[other >= 0].max(initial=0.0))
         bullet.step()
         deepest = np.maximum(deepest, bullet.deepest())
     speed, theirs = (
@@ -397,6 +409,7 @@ def pile(run: Run) -> Comparison:
     piece="softbody.collision.sequential_impulses.solve_positions",
     reference="bounds",
     unit="m/s gained, m inside",
+    kind="bound",
     tolerance=1e-6,
     because="displacements are no velocities: the speed is exactly 0; depths decay by a fifth a step, to 1e-15",
     detects="a push that becomes a velocity; boxes that stay inside each other",
@@ -419,7 +432,7 @@ def deep_start(run: Run) -> Comparison:
             world.add_box(rng.uniform(0.5, 1.0, 3), rng.uniform(0.1, 10.0), rng.uniform(-0.2, 0.2, 3), q)
         world.step(1e-2, 1_500)
         contacts = world.contacts
-        speed = max(np.abs(world.state.box_velocity).max(), np.abs(world.state.box_angular_velocity).max())
+        speed = np.maximum(np.abs(world.state.box_velocity).max(), np.abs(world.state.box_angular_velocity).max())
         measured += [speed, contacts.depth[: contacts.number[0]].max(initial=0.0)]
         kinds += ["speed", "depth left"]
     return Comparison(measured, np.zeros(len(measured)), groups=kinds)

@@ -265,6 +265,7 @@ def _in_frame(case: Passing, speed: float, place: int) -> list[tuple[Any, ...]]:
     reference="closed form: the outlines of two boxes, seen along their relative motion, are apart",
     engines=("scipy",),
     unit=DISAGREEMENTS,
+    kind="closed form",
     tolerance=0.0,
     because="what is not touched is not struck",
     detects="one ghost of 10 000",
@@ -286,6 +287,7 @@ def near_misses(run: Run) -> Comparison:
     reference="closed form: the outlines of two boxes, seen along their relative motion, overlap or are apart",
     engines=("scipy",),
     unit=DISAGREEMENTS,
+    kind="closed form",
     tolerance=0.0,
     because="a hit changes a velocity by far more than rounding",
     detects="one hit of 3 000 that is missed",
@@ -377,6 +379,7 @@ def turning_hits_by_engines(run: Run) -> Comparison:
     piece="softbody.collision.swept_boxes.meeting_of",
     reference="closed form: v(t) = v(0), ω = 0",
     unit="of the speed",
+    kind="closed form",
     tolerance=1.7e-4,
     because="the solver ends when no speed changes by more than 1e-3 of what gravity adds in a step: 1.64e-4 of 1 m/s",
     detects="a seam that is felt as an edge",
@@ -422,6 +425,7 @@ def flush_tiles(run: Run) -> Comparison:
     piece="softbody.collision.swept_boxes.meeting_of",
     reference="closed form: v = 0 across, ω = 0, and what falls comes no nearer",
     unit="of the speed",
+    kind="closed form",
     tolerance=1e-5,
     because="what a tilt of 1e-5 rad, and the sweeps, leave of the speed: 1e-6",
     detects="faces all but parallel taken for edges that cross",
@@ -457,7 +461,7 @@ def flat_landings(run: Run) -> Comparison:
         place = (*rng.uniform(-0.15, 0.15, 2), 0.5 * sizes[1][2] + rng.uniform(0.05, 0.95) * speed * h)
         box = world.add_box(sizes[1], 1.0, place, turn / np.linalg.norm(turn), (0.0, 0.0, -speed))
         world.step(h, 2)
-        aside = [*box.velocity[:2], max(0.0, -box.velocity[2]), *(box.angular_velocity * sizes[1].max())]
+        aside = [*box.velocity[:2], np.maximum(0.0, -box.velocity[2]), *(box.angular_velocity * sizes[1].max())]
         off.append(np.array(aside) / speed)
         kinds.append("with weight" if heavy else "without")
     return Comparison(off, np.zeros((len(off), 6)), groups=kinds)

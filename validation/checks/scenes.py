@@ -68,7 +68,7 @@ def _deepest(world: World) -> float:
     for i, box in enumerate(boxes):
         turn = rotation_matrix(box.orientation)
         surfaces.append(((cube.vertices * world.model.box_size[i]) @ turn.T + box.position, cube.triangles))
-    depth = max(world.model.ground_height - float(points[:, 2].min()) for points, _ in surfaces[: len(soft)])
+    depth = np.max([world.model.ground_height - points[:, 2].min() for points, _ in surfaces[: len(soft)]])
     for i, (corners, faces) in enumerate(surfaces):
         sides = [0.5 * (corners[faces[:, k]] + corners[faces[:, k - 1]]) for k in range(3)]
         points = np.concatenate([corners, corners[faces].mean(axis=1), *sides])
@@ -77,7 +77,7 @@ def _deepest(world: World) -> float:
             if i != j and min(i, j) < len(soft) and len(near):
                 inside = igl.points_in_mesh_by_distance(near, vertices, triangles)
                 if inside.any():
-                    depth = max(depth, float(igl.closest_points(near[inside], vertices, triangles)[0].max()))
+                    depth = np.maximum(depth, float(igl.closest_points(near[inside], vertices, triangles)[0].max()))
     return depth
 
 
@@ -103,7 +103,7 @@ def bodies_stay_apart(run: Run) -> Comparison:
         step = STEP * world.stable_time_step()
         for _ in range(run.count(20, 40, 200)):
             world.run(0.1, step)
-            depths.append(max(0.0, _deepest(world)) / SIZE)
+            depths.append(np.maximum(0.0, _deepest(world)) / SIZE)
             kinds.append(name)
     return Comparison(depths, np.zeros(len(depths)), groups=kinds)
 
@@ -116,6 +116,7 @@ def bodies_stay_apart(run: Run) -> Comparison:
     piece="softbody.step.run",
     reference="invariant: kinetic, spring, gas, gravity energy, less the work of the constant force",
     unit="risen above the least so far, of weight × size",
+    kind="invariant",
     tolerance=1e-3,
     because="position correction lifts them by a step's approach: 3e-4 between two touches of the bouncing stack",
     detects="contacts that feed a bounce",
@@ -138,8 +139,8 @@ def scenes_gain_no_energy(run: Run) -> Comparison:
         for _ in range(20 * seconds):
             world.run(0.05, step)
             energy = world.energy()
-            risen.append(max(0.0, energy - least) / unit)
-            least = min(least, energy)
+            risen.append(np.maximum(0.0, energy - least) / unit)
+            least = np.minimum(least, energy)
             kinds.append(name)
     return Comparison(risen, np.zeros(len(risen)), groups=kinds)
 
@@ -153,6 +154,7 @@ def scenes_gain_no_energy(run: Run) -> Comparison:
     reference="rest: no centre moves any more, none has left its place sideways, and each is still above those that it"
     " was above, by at least half as much",
     unit="of the size a second, or of the size",
+    kind="bound",
     tolerance=0.03,
     because="cubes tremble at 0.01 m/s, what gravity adds in a step; the stack after 5 s, and the sphere, by less",
     detects="bodies that creep, slide off, or jump for ever",
@@ -195,6 +197,7 @@ def _centres(world: World) -> tuple[np.ndarray, np.ndarray]:
     " and gas of the torus tell by the judge's own formulas",
     engines=("scipy",),
     unit="of the sphere's weight",
+    least=2,
     tolerance=0.05,
     because="overlap is parted by moving particles, which takes part of the load off the springs or adds to it: 0.02",
     detects="a sphere that stands on the ground, in the hole of the torus",
@@ -239,6 +242,7 @@ def _reaction_of_ground(world: World, weight: float) -> float:
     piece="softbody.scenes.rolling_torus",
     reference="a hoop as fast as v² > g R/3 stays upright; the axis by the judge's principal moments of the particles",
     unit="rad, lean of the axis",
+    kind="closed form",
     tolerance=0.2,
     because="a hoop that leans by 0.02 steers by that until it is fast enough; toppling is 1.5 rad",
     detects="friction or contacts that topple it; too weak a push",
@@ -276,6 +280,7 @@ def torus_stays_upright(run: Run) -> Comparison:
     piece="softbody.collision.soft_contacts, softbody.collision.soft_response",
     reference="the same world, its bodies added the other way round",
     unit="of the size, centres",
+    kind="invariant",
     tolerance=1e-3,
     because="only the order of sums differs, by 1e-16, which bouncing and rocking makes 1e-6 of in 3 s",
     detects="a pair that is handled one way round only; a contact that sees what those before it have done",
@@ -329,6 +334,7 @@ def _soft_body(world: World, rng: np.random.Generator, size: float, position: np
     reference="bounds: no centre is faster than a fall from ten times the size, and no more energy is added than"
     " stretching springs to the size takes, k × size²",
     unit="of the bounds",
+    kind="bound",
     tolerance=1.5,
     because="particles are moved by up to half of the size at once, and the surfaces that this stretches spring back",
     detects="overlap that is turned into speed",
@@ -360,8 +366,8 @@ def overlaps_do_not_explode(run: Run) -> Comparison:
                 world.run(0.05, step)
                 soft, boxes = _bodies(world)
                 rows = [body.velocities.mean(axis=0) for body in soft] + [box.velocity for box in boxes]
-                speed = max(speed, float(np.linalg.norm(rows, axis=1).max()))
-                energy = max(energy, world.energy() - start)
+                speed = np.maximum(speed, float(np.linalg.norm(rows, axis=1).max()))
+                energy = np.maximum(energy, world.energy() - start)
             grown += [speed / np.sqrt(2.0 * 9.81 * 10.0), energy / SPRINGS]
             kinds += [f"{kind}: {what}" for what in ("speed", "energy")]
     return Comparison(grown, np.zeros(len(grown)), groups=kinds)
@@ -375,6 +381,7 @@ def overlaps_do_not_explode(run: Run) -> Comparison:
     reference="igl's signed distance (pseudonormals)",
     engines=("igl",),
     unit="deepest overlap, of the size",
+    least=4,
     tolerance=0.01,
     because="apart, or touching, as bodies at rest do; from deeper inside they may stay",
     detects="overlap that stays",
@@ -402,7 +409,7 @@ def overlaps_part(run: Run) -> Comparison:
             left = []
             for _ in range(5):
                 world.run(0.1, step)
-                left.append(max(0.0, _deepest(world)))
+                left.append(np.maximum(0.0, _deepest(world)))
             depths.append(min(left))
             kinds.append(kind)
     return Comparison(depths, np.zeros(len(depths)), groups=kinds)
@@ -415,6 +422,7 @@ def overlaps_part(run: Run) -> Comparison:
     piece="softbody.step.run",
     reference="invariant: everything finite, above the ground, no faster than its fall; nobody's volume gone",
     unit=DISAGREEMENTS,
+    kind="invariant",
     tolerance=0.0,
     because="yes or no, at every twentieth of a second",
     detects="NaN, tunnelling through the ground, explosions",
@@ -460,8 +468,8 @@ def _is_sane(world: World, fall: float) -> bool:
     if not all(np.isfinite(array).all() for array in state):
         return False
     soft, boxes = _bodies(world)
-    fast = max(np.linalg.norm(body.velocities.mean(axis=0)) for body in soft)
-    fast = max([fast, *(np.linalg.norm(box.velocity) for box in boxes)])
+    fast = np.max([np.linalg.norm(body.velocities.mean(axis=0)) for body in soft])
+    fast = np.max([fast, *(np.linalg.norm(box.velocity) for box in boxes)])
     low = min([float(body.positions[:, 2].min()) for body in soft] + [float(box.position[2]) for box in boxes])
     flat = min(body.volume / np.prod(np.ptp(body.positions, axis=0)) for body in soft)
     return bool(fast < 2.0 * fall and low > -0.01 and flat > 0.01)

@@ -167,6 +167,7 @@ SCENES = {
     piece="softbody.collision.soft_contacts, softbody.collision.soft_response",
     reference="the same world, changed; every particle, and the centres of boxes, changed back",
     unit="of the size",
+    kind="invariant",
     tolerance=1e-9,
     because="only sums are rounded otherwise, by 1e-16, of which half a second of vibration and rolling makes 1e-10",
     detects="a contact that depends on which of two triangles was found first, on which body is asked, on what others"

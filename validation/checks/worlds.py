@@ -109,6 +109,7 @@ KINDS = [(kind, count) for kind in ("soft–soft", "soft–rigid") for count in 
     piece="softbody.collision.soft_response.exchange_impulses",
     reference="invariant",
     unit="of the momenta",
+    kind="invariant",
     tolerance=2e-14,
     because="rounding of some dozens of products",
     detects="weights that do not sum to one; an impulse at two different points; a bounce from the masses alone",
@@ -148,6 +149,7 @@ def impulses_keep_momenta(run: Run) -> Comparison:
     piece="softbody.collision.soft_response.exchange_impulses",
     reference="invariant",
     unit="energy gained, relative",
+    kind="invariant",
     tolerance=1e-14,
     because="rounding of the sums; any real gain is of the order of the energy itself",
     detects="friction that reverses the sliding; an effective mass without the box's inertia (E13); shares of"
@@ -175,7 +177,7 @@ def impulses_add_no_energy(run: Run) -> Comparison:
             contacts = Contacts(rng, kind, count)
             before = contacts.energy()
             contacts.part()
-            gained.append(max(0.0, contacts.energy() / before - 1.0))
+            gained.append(np.maximum(0.0, contacts.energy() / before - 1.0))
             kinds.append(f"{kind}, {count} at once")
     return Comparison(gained, np.zeros(len(gained)), groups=kinds)
 
@@ -187,6 +189,8 @@ def impulses_add_no_energy(run: Run) -> Comparison:
     piece="softbody.collision.soft_contacts, softbody.collision.soft_response",
     reference="invariant",
     unit="of Σ m |v|",
+    kind="invariant",
+    least=1,
     tolerance=1e-13,
     because="thousands of steps of rounding over 324 particles",
     detects="a contact that pushes one body only",
@@ -248,6 +252,7 @@ def _roll(friction: float, seconds: float) -> list[tuple[float, float, float]]:
     piece="softbody.scenes.rolling_torus",
     reference="closed form: a closed surface rolls like a belt, whose length counts and not its loaded height",
     unit="of 1, means over a tenth of the time",
+    kind="closed form",
     tolerance=0.05,
     because="the shape breathes by some 10 % on the way; the gas stretches the belt by a few percent",
     detects="a torus that slides",
@@ -269,6 +274,8 @@ def torus_rolls(run: Run) -> Comparison:
     piece="softbody.landing.resolve_ground",
     reference="rolling without sliding",
     unit="of the speed",
+    kind="closed form",
+    least=1,
     tolerance=0.02,
     because="particles that just arrive still move; the mean over time is compared",
     detects="friction too weak, or applied the wrong way",
@@ -326,6 +333,7 @@ def resting_bodies_do_not_overlap(run: Run) -> Comparison:
     piece="softbody.step.run",
     reference="the same scene, built and run again",
     unit=DISAGREEMENTS,
+    kind="the core in another form",
     tolerance=0.0,
     because="every sum and every contact has its order",
     detects="one bit",
@@ -352,6 +360,7 @@ def same_bits_twice(run: Run) -> Comparison:
     piece="softbody.World.save, softbody.World.load",
     reference="the same world, not interrupted",
     unit=DISAGREEMENTS,
+    kind="the core in another form",
     tolerance=0.0,
     because="nothing that a step depends on comes from what was before, but for what is saved",
     detects="one bit; a structure that remembers where bodies were when it was made",
