@@ -42,7 +42,8 @@ def shaken() -> tuple[softbody.Mesh, np.ndarray, np.ndarray]:
     mesh = softbody.icosphere(2, radius=RADIUS)
     velocity = np.random.default_rng(0).normal(0.0, 0.3, mesh.vertices.shape)
     body = *springs_of(mesh, STIFFNESS), mesh.triangles, GAS, 1.0 / len(mesh.vertices)
-    return mesh, velocity, scipy.motion(mesh.vertices, velocity, *body, SECONDS)
+    end, _ = scipy.motion(mesh.vertices, velocity, *body, SECONDS)
+    return mesh, velocity, end
 
 
 @functools.cache

@@ -113,17 +113,23 @@ def motion(
     gas: float,
     particle_mass: float,
     seconds: float,
-) -> np.ndarray:
-    """Return where the vertices (n, 3) [m] are after `seconds` without weight, by DOP853; see equilibrium."""
+    force: np.ndarray | float = 0.0,
+    rtol: float = RTOL,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return where the vertices (n, 3) [m] are after `seconds`, and how fast [m/s], by DOP853; see equilibrium.
+
+    `force` (n, 3) [N] acts on them besides springs and gas; there is no weight.
+    """
     body = _Body(edges, rest_length, stiffness, triangles, gas)
 
     def derivative(_: float, y: np.ndarray) -> np.ndarray:
         x, v = y.reshape(2, -1, 3)
-        return np.concatenate([v.ravel(), -body._gradient(x).ravel() / particle_mass])
+        return np.concatenate([v.ravel(), (force - body._gradient(x)).ravel() / particle_mass])
 
     begin = np.concatenate([vertices.ravel(), velocity.ravel()])
-    run = scipy.integrate.solve_ivp(derivative, (0.0, seconds), begin, method="DOP853", rtol=RTOL, atol=ATOL)
-    return np.asarray(run.y[:, -1].reshape(2, -1, 3)[0])
+    run = scipy.integrate.solve_ivp(derivative, (0.0, seconds), begin, method="DOP853", rtol=rtol, atol=ATOL)
+    x, v = run.y[:, -1].reshape(2, -1, 3)
+    return x, v
 
 
 def highest_frequency(

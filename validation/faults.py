@@ -18,6 +18,7 @@ from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -85,8 +86,15 @@ class Bench:
                 report = json.loads(Path(out, "report.json").read_text(encoding="utf-8"))
             except (subprocess.TimeoutExpired, FileNotFoundError):
                 return {}
-        # Red means measured: a claim whose core crashed, hung or raised has seen nothing.
-        return {claim["id"]: claim["verdict"] if claim["n"] else CRASHED for claim in report["claims"]}
+        return {claim["id"]: claim["verdict"] if _has_seen(claim) else CRASHED for claim in report["claims"]}
+
+
+def _has_seen(claim: dict[str, Any]) -> bool:
+    """Tell whether a claim has measured something, or was told by the core itself that the simulation went wrong.
+
+    A core that crashes, hangs or raises whatever else shows nothing.
+    """
+    return claim["n"] > 0 or (claim["why"] or "").startswith("raised SimulationError")
 
 
 def planted_faults() -> dict[Fault, tuple[str, ...]]:

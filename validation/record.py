@@ -29,6 +29,7 @@ KINDS = {
     "closed form": "a formula, evaluated by NumPy apart from the core",
     "exact arithmetic": "rational numbers: no rounding at all",
     "exhaustive search": "every possible answer tried, apart from the core",
+    "specification": "what the documentation promises, in so many words",
     "invariant": "what must not change, whatever the answer is",
     "bound": "what must not be exceeded",
     "the core in another form": "two ways of the core itself must agree: nobody from outside is asked",

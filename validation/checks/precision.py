@@ -133,16 +133,16 @@ def crowd(rng: np.random.Generator) -> World:
     detects="one bit; a share that is left out; two threads that meet in one place",
     faults=(
         Fault(
-            "threads that list contacts in the same rows",
+            "the last body of each thread's share left out",
             soft_contacts.find_share,
-            "rows_of(rows_, number_, share_ * room_, end_)",
-            "rows_of(rows_, number_, 0, room_)",
+            "range(cut_[share_], cut_[share_ + 1])",
+            "range(cut_[share_], cut_[share_ + 1] - 1)",
         ),
         Fault(
-            "lists of threads that are not joined",
+            "a contact lost where the list of a second thread is joined",
             soft_contacts.find_soft_contacts,
-            "k_ != count_",
-            "False",
+            "range(before + share * room, end_)",
+            "range(before + share * room + min(share, found[share]), end_)",
         ),
         Fault(
             "a thread that leaves out the last of its impulses",

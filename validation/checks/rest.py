@@ -90,7 +90,9 @@ def reactions_carry_the_weight(run: Run) -> Comparison:
     for pressed in _pressed_spheres(run).values():
         force, touching = pressed.force, np.logical_or.reduce(list(pressed.sides.values()))
         total = -force[touching].sum(axis=0) - [0.0, 0.0, pressed.weight]
-        pulled = np.max([(sign * force[mask, 2]).max() for mask, sign in zip(pressed.sides.values(), (1.0, -1.0))])
+        pulled = np.max(
+            [(sign * force[mask, 2]).max(initial=0.0) for mask, sign in zip(pressed.sides.values(), (1.0, -1.0))]
+        )
         loose, sideways = np.abs(force[~touching]).max(), np.abs(force[:, :2]).max()
         off += [value / pressed.weight for value in (np.linalg.norm(total), loose, sideways, np.maximum(0.0, pulled))]
         kinds += ["reaction less weight", "force on a free particle", "force sideways", "pull of a contact"]

@@ -1,0 +1,715 @@
+"""What a user sets and asks on a World, and elsewhere in the public core: springs, forces, limits, files, queries."""
+
+from __future__ import annotations
+
+import itertools
+import pickle
+import tempfile
+import warnings
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+import softbody
+from softbody import Mesh, SoftBody, World, bodies, guards, mesh, parameters, snapshot, step, world
+from softbody.collision import broad_phase
+from softbody.dynamics import ring_forces, soft_bodies, vertex_rings
+from softbody.geometry import MeshQuery, box, query
+from validation.cases import MESH_KINDS, random_mesh, random_orientations, rotation_matrix
+from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.fault import Fault
+
+FAMILY = "what users set and ask"
+LANE = "worlds"  # claims that share the kernels of a whole world, and a process
+
+
+SHAPES = {
+    "sphere": softbody.icosphere(1, 0.5),
+    "torus": softbody.torus(0.6, 0.25, 9, 7),
+    "icosahedron": softbody.icosahedron(0.6),
+}
+
+
+def lengths_of(mesh: Mesh) -> np.ndarray:
+    """Return the lengths of the edges (e,) [m], by NumPy."""
+    return np.linalg.norm(mesh.vertices[mesh.edges[:, 1]] - mesh.vertices[mesh.edges[:, 0]], axis=1)
+
+
+@check(
+    family=FAMILY,
+    claim="Springs of stiffness and rest length of their own, changed half-way by `set_springs`, and a force on each"
+    " particle move a body of any mesh, beside two others, as they must.",
+    section="2",
+    piece="softbody.SoftBody.set_springs, softbody.World.add_soft_body",
+    reference="SciPy's DOP853 on springs and gas by its own formula",
+    engines=("scipy",),
+    unit="of the size",
+    tolerance=5e-6,
+    because="what rk4 errs by in a twentieth of the stable step, grown by the motion: 3e-7 at worst of four seeds",
+    detects="one spring, or one particle's force, of another; a change that is taken late",
+    faults=(
+        Fault(
+            "rest lengths that are not changed",
+            bodies.SoftBody.set_springs,
+            "lengths[edges_] = rest_length_of(rest_length_, count_)",
+            "lengths[edges_] = lengths[edges_]",
+        ),
+        Fault(
+            "springs set on the edges next to those asked",
+            bodies.SoftBody.set_springs,
+            "stiffness_of(stiffness_, count_)",
+            "np.roll(stiffness_of(stiffness_, count_), 1)",
+        ),
+        Fault(
+            "pulls of springs off by 0.1 %",
+            vertex_rings.with_springs,
+            "stiffness * rest_length",
+            "1.001 * stiffness * rest_length",
+        ),
+        Fault(
+            "forces of the particle before",
+            ring_forces.add_load,
+            "rings_.particle[load_.first + i_]",
+            "rings_.particle[load_.first + max(0, i_ - 1)]",
+        ),
+        Fault(
+            "forces of the first body, whichever is asked",
+            bodies.SoftBody,
+            "self.world.controls.particle_force[self._rows()] = f_",
+            "self.world.controls.particle_force[: len(self.positions)] = f_",
+        ),
+    ),
+)
+def springs_that_are_set(run: Run) -> Comparison:
+    from references import scipy
+
+    rng = run.fresh_rng()
+    measured, expected, scales, kinds = [], [], [], []
+    for _ in range(run.count(1, 3, 10)):
+        world = World(gravity=(0.0, 0.0, 0.0), integrator="rk4")
+        made = []
+        for k, (kind, shape) in enumerate(SHAPES.items()):
+            bumps = rng.uniform(0.9, 1.1, (len(shape.vertices), 1))
+            shape = Mesh(shape.vertices * bumps + (4.0 * k, 0.0, 0.0), shape.triangles)
+            count, length = len(shape.edges), lengths_of(shape)
+            # (Springs that are far too long or short let a skin buckle, which is chaotic.)
+            springs = [(length * rng.uniform(0.97, 1.03, count), rng.uniform(50.0, 300.0, count)) for _ in range(2)]
+            gas, force = rng.uniform(2.0, 5.0), rng.normal(0.0, 0.3, shape.vertices.shape) / count
+            body = world.add_soft_body(shape, 1.0, springs[0][1], gas, rest_length=springs[0][0])
+            made.append((kind, shape, springs, gas, force, body.index))
+        for *_, force, index in made:
+            SoftBody(world, index).external_force = force
+        # In two halves, between which all springs change.
+        steps = 400
+        step = 0.05 * world.stable_time_step()
+        world.step(step, steps)
+        for _, _, springs, _, _, index in made:
+            SoftBody(world, index).set_springs(springs[1][1], springs[1][0])
+        world.step(step, steps, allow_unstable=True)
+        for kind, shape, springs, gas, force, index in made:
+            x, v = shape.vertices, np.zeros_like(shape.vertices)
+            for length, stiffness in springs:
+                what = shape.edges, length, stiffness, shape.triangles, gas, 1.0 / len(x), step * steps, force
+                x, v = scipy.motion(x, v, *what, rtol=1e-10)
+            measured.append(SoftBody(world, index).positions)
+            expected.append(x)
+            scales.append(np.ones(len(x)))
+            kinds += [kind] * len(x)
+    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="n sub-steps a step, of any body with damping and gas, are n steps of MuJoCo each.",
+    section="5.1",
+    piece="softbody.World.step",
+    reference="MuJoCo's flex of lines, Euler and RK4; P ∂V/∂x, which it lacks, as a force of the user, by numpy",
+    engines=("mujoco",),
+    unit="of the size and the way",
+    tolerance=2e-14,
+    because="rounding: 3e-15 at worst of ten seeds",
+    detects="a sub-step more or less, or as long as a step",
+    faults=(
+        Fault("sub-steps as long as steps", soft_bodies._stretch, "h / substeps", "h"),
+        Fault("one sub-step too few", soft_bodies._stretch, "steps * substeps", "steps * substeps - 1"),
+        Fault(
+            "sub-steps that are not asked for",
+            world.World._run,
+            "self.settings._replace(substeps=substeps)",
+            "self.settings",
+        ),
+    ),
+)
+def substeps_are_steps(run: Run) -> Comparison:
+    from references import mujoco_flex
+
+    rng = run.fresh_rng()
+    measured, expected, scales = [], [], []
+    for kind, integrator in itertools.product(MESH_KINDS[: run.count(2, 4, len(MESH_KINDS))], mujoco_flex.INTEGRATORS):
+        shape = random_mesh(kind, rng)
+        mass, stiffness, gas = 10.0 ** rng.uniform(-1.0, 1.0), rng.uniform(20.0, 200.0), rng.uniform(1.0, 100.0)
+        damping = 0.2 * np.sqrt(stiffness * mass / len(shape.vertices))
+        world = World(gravity=(0.0, 0.0, -9.81), integrator=integrator)
+        body = world.add_soft_body(shape, mass, stiffness, gas, damping=damping)
+        step, substeps, steps = 0.3 * world.stable_time_step(), int(rng.integers(2, 6)), int(rng.integers(5, 30))
+        velocity = 0.03 * lengths_of(shape).min() / step * rng.normal(size=shape.vertices.shape)
+        body.velocities[:] = velocity
+        world.step(substeps * step, steps, substeps=substeps)
+        what = stiffness, damping, gas, mass, -9.81, step, steps * substeps, integrator
+        measured.append(body.positions)
+        expected.append(mujoco_flex.motion(shape.vertices, shape.edges, shape.triangles, velocity, *what))
+        way = np.abs(expected[-1] - shape.vertices).max()
+        scales.append(np.full(len(shape.vertices), np.ptp(shape.vertices, axis=0).max() + way))
+    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales))
+
+
+@check(
+    family=FAMILY,
+    claim="Of bodies that deflate, the one that falls below its `deflated_below` first ends the run: its name, the step"
+    " in which it happens, and a state from before.",
+    section="2.3",
+    piece="softbody.dynamics.soft_bodies.find_fault",
+    reference="the same bodies, watched step by step without a limit; volumes by NumPy",
+    kind="specification",
+    least=6,
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="names and numbers of steps are whole",
+    detects="another body's name or limit; a step too late",
+    faults=(
+        Fault(
+            "bodies that collapse at no volume only", soft_bodies.find_fault, "volume <= least_volume", "volume <= 0.0"
+        ),
+        Fault(
+            "a limit in cubic metres",
+            soft_bodies.move_body,
+            "bodies_.deflated_below[body] * bodies_.mesh_volume[body]",
+            "bodies_.deflated_below[body]",
+        ),
+        Fault("the first body's name", guards.fault_of, 'f"soft body {body}"', '"soft body 0"'),
+        Fault(
+            "a step that is counted and was not done",
+            step.run,
+            "return contacts_, done_, fault_, body_",
+            "return contacts_, done_ + 1, fault_, body_",
+        ),
+    ),
+)
+def collapse_is_named(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    measured, expected = [], []
+    for _ in range(run.count(2, 5, 40)):
+        limits = rng.uniform(0.3, 0.9, 3)
+        pulls = rng.uniform(0.5, 0.8, 3)
+
+        def made(limits: np.ndarray, pulls: np.ndarray = pulls) -> World:
+            made = World(gravity=(0.0, 0.0, 0.0))
+            for k, (limit, pull) in enumerate(zip(limits, pulls)):
+                shape = softbody.icosphere(1, 0.4 + 0.1 * k)
+                lengths, place = pull * lengths_of(shape), (3.0 * k, 0.0, 0.0)
+                made.add_soft_body(shape, 1.0, 200.0, 1.0, place, rest_length=lengths, deflated_below=limit)
+            return made
+
+        watched, step, steps = made(np.zeros(3)), 1e-3, 0
+        whole = [_volume(SoftBody(watched, k)) for k in range(3)]
+        below = [False] * 3
+        while not any(below):
+            watched.step(step)
+            steps += 1
+            below = [_volume(SoftBody(watched, k)) <= limits[k] * whole[k] for k in range(3)]
+        world = made(limits)
+        try:
+            world.step(step, 10 * steps)
+            measured.append([-1, -1, world.steps])
+        except softbody.SimulationError as error:
+            measured.append([int(error.body.rpartition(" ")[2]), error.step, round(world.time / step)])
+        expected.append([below.index(True), steps - 1, steps - 1])
+    return Comparison(np.ravel(measured), np.ravel(expected))
+
+
+def _volume(body: SoftBody) -> float:
+    """Return a body's volume [m³], by NumPy."""
+    a, b, c = (body.positions[body.triangles[:, k]] for k in range(3))
+    return float(np.sum(a * np.cross(b, c)) / 6.0)
+
+
+@check(
+    family=FAMILY,
+    claim="Forces at points of boxes, and torques, act in every step until they are cleared, on the box that was asked:"
+    " on any box among several, turning about one of its axes.",
+    section="3, 10.13",
+    piece="softbody.Box.apply_force, softbody.Box.apply_torque, softbody.Box.clear_forces",
+    reference="closed form: sums of F/m and τ/I over steps, rotations by SciPy",
+    kind="closed form",
+    engines=("scipy",),
+    unit="of the way, of a unit vector",
+    tolerance=1e-12,
+    because="rounding of sums over 80 steps: 1e-13 at worst of ten seeds",
+    detects="an arm from elsewhere, a force that is lost or stays",
+    faults=(
+        Fault(
+            "an arm from the origin",
+            bodies.Box.apply_force,
+            'vector(point, "point") - self.position',
+            'vector(point, "point")',
+        ),
+        Fault(
+            "a force that replaces the one before",
+            bodies.Box.apply_force,
+            "force_[self.index] += n_",
+            "force_[self.index] = n_",
+        ),
+        Fault(
+            "torques that are not cleared",
+            bodies.Box.clear_forces,
+            "self.world.controls.box_torque[self.index] = 0.0",
+            "",
+        ),
+        Fault(
+            "the torque of the box before",
+            bodies.Box.apply_torque,
+            "self.world.controls.box_torque[self.index] += t_",
+            "self.world.controls.box_torque[self.index - 1] += t_",
+        ),
+    ),
+)
+def forces_on_boxes(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    measured, expected = [], []
+    for _ in range(run.count(3, 20, 200)):
+        world, cases = World(gravity=(0.0, 0.0, 0.0)), []
+        for k in range(3):
+            size, mass, axis = rng.uniform(0.5, 2.0, 3), 10.0 ** rng.uniform(-1.0, 1.0), int(rng.integers(3))
+            q = random_orientations(rng, 1)[0]
+            world.add_box(size, mass, (9.0 * k, 0.0, 0.0), q)
+            cases.append((size, mass, axis, rotation_matrix(q)))
+        step, steps, more = 1e-3, 50, 30
+        for k, (size, mass, axis, turn) in enumerate(cases):
+            box = softbody.Box(world, k)
+            # In the plane across the axis: the force turns the box about it, and moves it besides.
+            arm, newtons = (turn @ np.where(np.arange(3) == axis, 0.0, rng.normal(size=3)) for _ in range(2))
+            torque, push = rng.normal() * turn[:, axis], rng.normal(size=3)
+            box.apply_force(newtons, box.position + arm)
+            box.apply_force(push)
+            box.apply_torque(torque)
+            inertia = mass / 12.0 * (np.sum(size**2) - size[axis] ** 2)
+            a, alpha = (newtons + push) / mass, (torque + np.cross(arm, newtons)) / inertia
+            # n steps with the force, then m without.
+            velocity, spin = steps * step * a, steps * step * alpha
+            way = step**2 * (0.5 * steps * (steps + 1) + steps * more)
+            rotation = Rotation.from_rotvec(way * alpha).as_matrix() @ turn
+            start = np.array([9.0 * k, 0.0, 0.0])
+            expected.append(np.concatenate([way * a, velocity, spin, rotation.ravel()]))
+            measured.append(start)
+        world.step(step, steps)
+        for k in range(3):
+            softbody.Box(world, k).clear_forces()
+        world.step(step, more)
+        for k in range(3):
+            box = softbody.Box(world, k)
+            turned = rotation_matrix(box.orientation)
+            place = box.position - measured[-3 + k]
+            measured[-3 + k] = np.concatenate([place, box.velocity, box.angular_velocity, turned.ravel()])
+    return Comparison(np.array(measured), np.array(expected))
+
+
+@check(
+    family=FAMILY,
+    claim="A MeshQuery that moves, and is asked now this and now that, says of every point if it is inside the mesh and"
+    " how far from it, as it is now.",
+    section="4.6",
+    piece="softbody.geometry.MeshQuery",
+    reference="libigl, on the moved vertices",
+    engines=("igl",),
+    unit="of the size",
+    tolerance=3e-15,
+    because="rounding: 2.6e-16 at worst of ten seeds",
+    detects="a structure, or a vertex, that did not move",
+    faults=(
+        Fault(
+            "a tree that stays where it was",
+            query.MeshQuery.move,
+            "self._grid_is_old = self._tree_is_old = True",
+            "self._grid_is_old = True",
+        ),
+        Fault(
+            "a grid that stays where it was",
+            query.MeshQuery.move,
+            "self._grid_is_old = self._tree_is_old = True",
+            "self._tree_is_old = True",
+        ),
+        Fault(
+            "vertices that stay where they were",
+            query.MeshQuery.move,
+            "self.vertices[:] = moved",
+            "self.vertices[:1] = moved[:1]",
+        ),
+        Fault("the last point left out", query._share, "count * k // threads", "count * k // threads - (k == threads)"),
+    ),
+)
+def queries_follow_the_mesh(run: Run) -> Comparison:
+    from references import igl
+
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    for trial in range(run.count(2, 6, 40)):
+        kind = MESH_KINDS[trial % len(MESH_KINDS)]
+        shape = random_mesh(kind, rng)
+        asked = MeshQuery(shape.vertices, shape.triangles)
+        for turn in range(4):
+            stretch = np.eye(3) + 0.2 * rng.normal(size=(3, 3))
+            stretch *= np.sign(np.linalg.det(stretch))
+            moved = shape.vertices @ stretch.T + rng.normal(size=3)
+            asked.move(moved)
+            low, high = moved.min(axis=0), moved.max(axis=0)
+            points = rng.uniform(low - 0.1, high + 0.1, (run.count(100, 400, 400), 3))
+            size, threads = float(np.ptp(moved, axis=0).max()), 1 + turn % 2
+            if turn != 1:  # one move without being asked for it
+                inside = asked.contains(points, threads)
+                truth = igl.points_in_mesh_by_distance(points, moved, shape.triangles)
+                measured.append(inside.astype(float))
+                expected.append(truth.astype(float))
+                kinds += [f"{kind}, inside"] * len(points)
+            if turn != 2:
+                measured.append(asked.closest(points, threads).distance / size)
+                expected.append(igl.closest_points(points, moved, shape.triangles)[0] / size)
+                kinds += [f"{kind}, distance"] * len(points)
+    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="The list of near pairs has every two spheres that meet, of which one can move, once, and no others:"
+    " sizes from 1 to 1 000, crowded and far from the origin.",
+    section="4",
+    piece="softbody.collision.broad_phase.near_pairs",
+    reference="all distances, by SciPy's k-d tree",
+    engines=("scipy",),
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="pairs that meet by less than rounding are left out of the cases",
+    detects="one pair too many, too few, or twice",
+    faults=(
+        Fault(
+            "spheres that both must move",
+            broad_phase.near_pairs,
+            "movable[i] or movable[j]",
+            "movable[i] and movable[j]",
+        ),
+        Fault(
+            "cells that are only half as wide",
+            broad_phase._list_in_cells,
+            "2.0 * WIDER * largest",
+            "1.0 * WIDER * largest",
+        ),
+        Fault(
+            "the neighbours on one side only",
+            broad_phase.near_pairs,
+            "range(x if own else x - 1, x + 2)",
+            "range(x, x + 2)",
+        ),
+        Fault("coarser grids that are left out", broad_phase.near_pairs, "coarse > level[i]", "coarse != level[i]"),
+    ),
+)
+def near_pairs_are_all(run: Run) -> Comparison:
+    from scipy.spatial import cKDTree
+
+    rng = run.fresh_rng()
+    wrong = []
+    for _ in range(run.count(20, 100, 1_000)):
+        count = int(rng.integers(2, 120))
+        radius = 10.0 ** rng.uniform(0.0, rng.choice([0.1, 1.0, 3.0]), count)
+        wide = rng.choice([2.0, 8.0, 30.0]) * np.median(radius)
+        centre = rng.uniform(-wide, wide, (count, 3)) + rng.choice([0.0, 1e6]) * rng.normal(size=3)
+        movable = rng.random(count) < 0.7
+        found = {(int(a), int(b)) for a, b in broad_phase.near_pairs(centre, radius, movable)}
+        listed = broad_phase.near_pairs(centre, radius, movable)
+        tree = cKDTree(centre)
+        near = tree.query_pairs(2.0 * radius.max(), output_type="ndarray")
+        gap = np.linalg.norm(centre[near[:, 0]] - centre[near[:, 1]], axis=1) - radius[near].sum(axis=1)
+        sure = np.abs(gap) > 1e-9 * (radius[near].sum(axis=1) + 1e6 * np.abs(centre).max() * 1e-9)
+        can = movable[near].any(axis=1)
+        truth = {(int(max(p)), int(min(p))) for p in near[(gap < 0.0) & can]}
+        unsure = {(int(max(p)), int(min(p))) for p in near[~sure]}
+        wrong.append(len((found ^ truth) - unsure) + len(listed) - len(found))
+    return Comparison(np.array(wrong), np.zeros(len(wrong), int))
+
+
+@check(
+    family=FAMILY,
+    claim="How deep a point is in a box, or how far outside its nearest face's plane, and that face's normal.",
+    section="4.7",
+    piece="softbody.geometry.box.point_in_box",
+    reference="SciPy's rotations; the six faces one by one",
+    kind="closed form",
+    engines=("scipy",),
+    unit="of the size, of a unit vector",
+    tolerance=1e-14,
+    because="rounding: 1.1e-15 at worst of ten seeds",
+    detects="a face a billionth off; a normal turned the wrong way",
+    faults=(
+        Fault("boxes a thousandth too large", box.point_in_box, "0.5 * size_[axis]", "0.5005 * size_[axis]"),
+        Fault("the farthest face", box.point_in_box, "behind < depth", "behind > depth or depth == np.inf"),
+        Fault("normals that are not turned", box.point_in_box, "rotate(orientation_, normal)", "normal"),
+        Fault("normals that point inwards", box.point_in_box, "local[axis] >= 0.0", "local[axis] < 0.0"),
+    ),
+)
+def depth_in_a_box(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    measured, expected = [], []
+    for _ in range(run.count(200, 2_000, 20_000)):
+        size, place, q = rng.uniform(0.2, 3.0, 3), rng.normal(0.0, 3.0, 3), random_orientations(rng, 1)[0]
+        turn = Rotation.from_quat(q, scalar_first=True)
+        local = rng.uniform(-0.7, 0.7, 3) * size
+        depths = np.array([0.5 * size[c] - side * local[c] for c in range(3) for side in (1.0, -1.0)])
+        if np.partition(depths, 1)[1] - depths.min() < 1e-9:
+            continue  # two faces are as near: either is right
+        nearest = int(depths.argmin())
+        normal = turn.apply(np.eye(3)[nearest // 2] * (1.0, -1.0)[nearest % 2])
+        depth, out = box.point_in_box(tuple(turn.apply(local) + place), tuple(size), tuple(place), tuple(q))
+        unit = size.max() + np.abs(place).max()
+        measured.append([depth / unit, *out])
+        expected.append([depths.min() / unit, *normal])
+    return Comparison(np.array(measured), np.array(expected))
+
+
+def rich_world(rng: np.random.Generator, precision: str = "double") -> World:
+    """Return a world with everything that a user can set, some of it not as by default, in motion and in contact."""
+    world = World((0.3, 0.0, -9.0), precision=precision, integrator="symplectic_euler", iterations=25, gyroscopic=True)
+    world.add_ground(-0.1, restitution=0.2, friction=0.4)
+    for k in range(2):
+        shape = softbody.icosphere(1, 0.4)
+        stiffness = rng.uniform(80.0, 120.0, len(shape.edges))
+        body = world.add_soft_body(
+            shape, 1.0 + k, stiffness, 20.0, (0.1 * k, 0.0, 0.5 + 0.85 * k), (0.5, 0.0, 0.0), damping=0.1, drag=0.05,
+            friction=0.3 + 0.2 * k, restitution=0.1, fixed=(3,) if k else (), deflated_below=0.1,
+        )  # fmt: skip
+        body.external_force = rng.normal(0.0, 0.05, body.positions.shape)
+    for k in range(3):
+        box = world.add_box((0.5, 0.4, 0.3), 2.0, (1.2, 0.0, 0.1 + 0.31 * k), friction=0.6, restitution=0.1)
+        box.apply_force((0.1, 0.2, 0.0), box.position + (0.0, 0.1, 0.1))
+    SoftBody(world, 0).gas = 22.0
+    return world
+
+
+def state_of(world: World) -> np.ndarray:
+    """Return the bits of where bodies are, how they move, and the clock."""
+    parts = [*(array.ravel() for array in world.state), [world.time, float(world.steps), world.energy()]]
+    return np.concatenate([np.asarray(part, float) for part in parts]).view(np.int64)
+
+
+@check(
+    family=FAMILY,
+    claim="A world of everything that can be set goes on to the same bits from a snapshot restored into itself or into"
+    " a new world, from a file, and from a pickle, in both precisions; and its clock with it.",
+    section="9",
+    piece="softbody.World.snapshot, softbody.World.restore, softbody.World.save, softbody.World.load",
+    reference="the same world, not interrupted",
+    kind="the core in another form",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="bit for bit",
+    detects="one array, number or setting that is not kept",
+    faults=(
+        Fault(
+            "a clock that starts anew",
+            world.World.restore,
+            "self.steps, self.time = steps, time",
+            "self.steps, self.time = 0, 0.0",
+        ),
+        Fault(
+            "what the solver remembers, forgotten",
+            world.World.restore,
+            "self.contacts, self.settings, self.precision = contacts, settings, precision",
+            "self.contacts, self.settings, self.precision = new_contacts(FIRST_ROOM), settings, precision",
+        ),
+        Fault(
+            "settings that are not restored",
+            world.World.restore,
+            "self.contacts, self.settings, self.precision = contacts, settings, precision",
+            "self.contacts, self.precision = contacts, precision",
+        ),
+        Fault(
+            "a snapshot that shares memory with the world",
+            snapshot.named_arrays,
+            "np.array(value)",
+            "np.asarray(value)",
+        ),
+    ),
+)
+def worlds_go_on_from_snapshots(run: Run) -> Comparison:
+    ends, expected, kinds = [], [], []
+    for precision in ("double", "single"):
+        world = rich_world(run.fresh_rng(), precision)
+        step, steps = 0.5 * world.stable_time_step(), run.count(60, 200, 1_000)
+        world.step(step, steps)
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "world.npz"
+            world.save(path)
+            kept, pickled = world.snapshot(), pickle.dumps(world)
+            world.step(step, steps)
+            truth = state_of(world)
+            world.restore(kept)
+            other = World()
+            other.restore(kept)
+            ways = {"itself": world, "another": other, "file": World.load(path), "pickle": pickle.loads(pickled)}
+            for name, one in ways.items():
+                one.step(step, steps)
+                ends.append(state_of(one))
+                expected.append(truth.copy())
+                kinds += [f"{name}, {precision}"] * len(truth)
+    return Comparison(np.concatenate(ends) == np.concatenate(expected), np.ones(len(kinds), bool), groups=kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="Worlds have the same `state_hash` exactly if every bit of where bodies are and how they move is the same.",
+    section="9",
+    piece="softbody.World.state_hash",
+    reference="the bits themselves, by NumPy",
+    kind="specification",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="yes or no",
+    detects="one bit of any array",
+    faults=(
+        Fault(
+            "a hash without velocities",
+            snapshot.digest,
+            "result.update(array.tobytes())",
+            "result.update(b'' if 'velocity' in name else array.tobytes())",
+        ),
+        Fault("a hash of single precision", snapshot.digest, "array.tobytes()", "array.astype(np.float32).tobytes()"),
+        Fault("a hash of each array's beginning", snapshot.digest, "array.tobytes()", "array.tobytes()[:64]"),
+    ),
+)
+def hashes_are_of_every_bit(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    world = rich_world(rng)
+    start, first = world.snapshot(), world.state_hash()
+    same, expected = [], []
+    for _ in range(run.count(100, 500, 5_000)):
+        array = world.state[int(rng.integers(len(world.state)))]
+        place = tuple(int(rng.integers(n)) for n in array.shape)
+        before = array[place]
+        array[place] = np.nextafter(before, np.inf)
+        same.append(world.state_hash() == first)
+        expected.append(False)
+        array[place] = before
+        same.append(world.state_hash() == first)
+        expected.append(True)
+    world.restore(start)
+    same.append(world.state_hash() == first)
+    expected.append(True)
+    return Comparison(np.array(same), np.array(expected))
+
+
+def refusals() -> Iterator[tuple[str, Callable[[], object], type[BaseException], str]]:
+    """Yield what must be refused: in words, the call, the type of error, and what its message must name."""
+    ball, nan = softbody.icosphere(1, 0.5), float("nan")
+
+    def soft(**changes: object) -> Callable[[], object]:
+        given = {"mesh": ball, "mass": 1.0, "stiffness": 100.0, "gas": 10.0} | changes
+        return lambda: World().add_soft_body(**given)  # type: ignore[arg-type]
+
+    def rigid(**changes: object) -> Callable[[], object]:
+        given = {"size": (1.0, 1.0, 1.0), "mass": 1.0} | changes
+        return lambda: World().add_box(**given)  # type: ignore[arg-type]
+
+    for name, values in {"mass": (0.0, -1.0, nan), "gas": (-1.0, nan), "stiffness": (-1.0, nan)}.items():
+        for value in values:
+            yield f"{name} {value}", soft(**{name: value}), softbody.ParameterError, name
+    for name, value in {
+        "friction": -0.1,
+        "restitution": 1.5,
+        "damping": -1.0,
+        "drag": nan,
+        "deflated_below": 2.0,
+    }.items():
+        yield f"{name} {value}", soft(**{name: value}), softbody.ParameterError, name
+    yield "no such property", soft(colour=1.0), softbody.ParameterError, "colour"
+    yield "fixed vertex", soft(fixed=(99,)), softbody.ParameterError, "fixed"
+    yield "rest length", soft(rest_length=-1.0), softbody.ParameterError, "rest_length"
+    yield "as many springs", soft(stiffness=np.ones(7)), softbody.ParameterError, "stiffness"
+    for name, given in {"size": (1.0, 0.0, 1.0), "mass": -1.0, "position": (nan, 0.0, 0.0), "friction": -1.0}.items():
+        yield f"box {name}", rigid(**{name: given}), softbody.ParameterError, name
+    yield "orientation", rigid(orientation=(2.0, 0.0, 0.0, 0.0)), softbody.ParameterError, "orientation"
+    yield "threads", lambda: World(threads=0), softbody.ParameterError, "threads"
+    yield "integrator", lambda: World(integrator="euler"), softbody.ParameterError, "integrator"
+    yield "a choice", lambda: World(colour=1), softbody.ParameterError, "colour"  # type: ignore[call-arg]
+    corners, faces = ball.vertices, ball.triangles
+    yield "open mesh", lambda: Mesh(corners, faces[1:]), softbody.MeshError, "edge"
+    yield (
+        "a triangle turned",
+        lambda: Mesh(corners, np.vstack([faces[:1, ::-1], faces[1:]])),
+        softbody.MeshError,
+        "edge",
+    )
+    yield "inside out", lambda: Mesh(corners, faces[:, ::-1]), softbody.MeshError, "volume"
+    yield "index", lambda: Mesh(corners[:-1], faces), softbody.MeshError, "vert"
+    yield "NaN", lambda: Mesh(np.where(corners == corners.max(), nan, corners), faces), softbody.MeshError, "vert"
+
+    def unstable() -> None:
+        world = World()
+        world.add_soft_body(ball, 1.0, 100.0, 10.0)
+        world.step(1.01 * 2.0 * world.stable_time_step())
+
+    def diverging() -> None:
+        world = World()
+        world.add_soft_body(ball, 1.0, 1e4, 10.0)
+        world.step(0.1, 1_000, allow_unstable=True)
+
+    yield "too long a step", unstable, softbody.ParameterError, "time_step"
+    yield "divergence", diverging, softbody.SimulationError, "soft body 0"
+    yield "no snapshot", lambda: World().restore({}), softbody.ParameterError, "missing"
+
+    def overlapping() -> None:
+        world = World()
+        for x in (0.0, 0.4):
+            world.add_soft_body(ball, 1.0, 100.0, 10.0, (x, 0.0, 0.0))
+        world.step(1e-4)
+
+    def loaded() -> None:
+        world = World()
+        world.add_ground()
+        world.add_box((1.0, 1.0, 0.5), 1e-6, (0.0, 0.0, 0.25))
+        world.add_soft_body(ball, 1.0, 400.0, 60.0, (0.0, 0.0, 0.99))
+        world.run(0.05, 1e-3)
+
+    yield "overlap", overlapping, softbody.OverlapWarning, "soft body 1"
+    yield "mass ratio", loaded, softbody.MassRatioWarning, "box 0"
+
+
+@check(
+    family=FAMILY,
+    claim="What cannot be is refused, or warned of, by the error of its kind, whose text names the culprit.",
+    section="2, 3",
+    piece="softbody.errors",
+    reference="the documentation: which error, and what it names",
+    kind="specification",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="yes or no",
+    detects="an error of another kind, or none; a text without the name",
+    faults=(
+        Fault("negative masses are taken", parameters.check_range, "least <= value <= most", "value <= most"),
+        Fault("triangles may be turned round", mesh._check_closed, "forward == 1", "forward >= 0"),
+        Fault("nobody warns of overlaps", guards.warn_of_overlap, "depth > d_", "False"),
+        Fault("nobody warns of light boxes", guards.warn_of_mass_ratios, "(carried > most).any()", "False"),
+    ),
+)
+def refusals_name_the_culprit(run: Run) -> Comparison:
+    right, kinds = [], []
+    for words, call, kind, named in refusals():
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", softbody.OverlapWarning)
+            warnings.simplefilter("error", softbody.MassRatioWarning)
+            try:
+                call()
+                right.append(False)
+            except Exception as error:
+                right.append(type(error) is kind and named in str(error))
+        kinds.append(words)
+    return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
