@@ -163,7 +163,7 @@ NO_CLAIM = {
 
 def test_a_claim_without_a_fault_is_refused() -> None:
     with pytest.raises(ValueError, match="a claim that cannot fail says nothing"):
-        check(**NO_CLAIM, faults=())(lambda run: None)  # type: ignore[arg-type, return-value]
+        check(**NO_CLAIM, kind="invariant", faults=())(lambda run: None)  # type: ignore[arg-type, return-value]
 
 
 def test_an_engine_that_no_reference_declares_is_refused() -> None:
