@@ -29,6 +29,8 @@ BOUNCE_SECONDS, SPEED, HEIGHT, GRAVITY = 0.25, 2.0, 0.6, 9.81
 FEWEST = {1e3: 112, 1e4: 352, 1e5: 1_120, 1e6: 3_520}
 PARTS = (1, 2, 4, 8, 16)
 
+TITLES = "Work and precision of the integrators", "Work and precision: a ball of springs of {:g} N/m bounces"
+
 
 def springs_of(mesh: softbody.Mesh, stiffness: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the edges of a mesh, their lengths [m] and their stiffness [N/m]."""
@@ -95,9 +97,6 @@ def bench_bounce(race, stiffness: float, parts: int) -> None:
         world.add_ground(friction=0.0)
         calls[name] = moving(world, bounced(stiffness), stiffness, BOUNCE_SECONDS / steps, steps)
     compare(race, calls, BOUNCE_SECONDS, "simulated second", steps, TITLES[1].format(stiffness))
-
-
-TITLES = "Work and precision of the integrators", "Work and precision: a ball of springs of {:g} N/m bounces"
 
 
 def compare(

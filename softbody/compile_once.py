@@ -1,7 +1,8 @@
 """Numba's internals: every kernel is compiled once, with its caller, and kept on disk under the digest of the core.
 
-All that leans on private parts of Numba stands here. It is known to work from FIRST to LAST; with any other Numba, or
-with SOFTBODY_PLAIN_NUMBA=1, `softbody.jit` takes Numba's public decorator instead: the same bits, after a longer wait.
+All that leans on private parts of Numba stands here, and in `cache_file`. It is known to work from FIRST to LAST; with
+any other Numba, or with SOFTBODY_PLAIN_NUMBA=1, `softbody.jit` takes Numba's public decorator instead: the same bits,
+after a longer wait.
 """
 
 from __future__ import annotations

@@ -29,6 +29,11 @@ def rotation_matrix(q: np.ndarray) -> np.ndarray:
     )
 
 
+def edge_lengths(positions: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Return the lengths (e,) of `edges` (e, 2) between `positions` (n, 3)."""
+    return np.linalg.norm(positions[edges[:, 1]] - positions[edges[:, 0]], axis=1)
+
+
 def corners_of(size: np.ndarray) -> np.ndarray:
     """Return the corners (8, 3) [m] of a box about the origin."""
     signs = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])

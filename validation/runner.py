@@ -20,13 +20,13 @@ LIMITS = {"quick": 900.0, "standard": 1_200.0, "full": 7_200.0}
 
 
 def run_checks(
-    checks: list[Check], level: str, seed: int, jobs: int, started: Callable[[Check], None], limit: float | None = None
+    checks: list[Check], level: str, seed: int, jobs: int, started: Callable[[Check], None]
 ) -> Iterator[ClaimRecord]:
     """Yield the record of each check as it ends; `started` hears of each as it begins.
 
     `jobs` workers take the lanes of checks one after the other, so that each kernel is compiled in one process only. A
-    worker process that dies, or takes longer than `limit` [s] (by default that of the level), fails the claim it was
-    at, and a new one goes on with the next.
+    worker process that dies, or takes longer than the level's limit, fails the claim it was at, and a new one goes on
+    with the next.
     """
     waiting: queue.SimpleQueue[list[Check]] = queue.SimpleQueue()
     # First the lane with most claims, which is that of worlds: its kernel takes longer to compile than all others.
@@ -35,7 +35,7 @@ def run_checks(
         waiting.put([check for check in checks if check.lane == lane_name])
     done: queue.SimpleQueue[ClaimRecord | BaseException] = queue.SimpleQueue()
     stop = threading.Event()
-    how = level, seed, LIMITS[level] if limit is None else limit
+    how = level, seed, LIMITS[level]
     lanes = [threading.Thread(target=_lane, args=(waiting, done, stop, how, started), daemon=True) for _ in range(jobs)]
     for lane in lanes:
         lane.start()

@@ -44,10 +44,10 @@ LOOK = 32
 # microseconds each. Smaller bodies are shared out among the threads.
 LARGE = 8_000
 
-BARE = Material(0.0, 0.0)
-
 # Particles of a world below which one thread moves all: to wake another may take as long.
 FEW = 2_000
+
+BARE = Material(0.0, 0.0)  # where no ground acts
 
 
 class MotionMemory(NamedTuple):

@@ -10,7 +10,7 @@ import numpy as np
 
 from softbody import Mesh, World, icosphere, landing
 from softbody.dynamics import integrators, pressure
-from validation.cases import random_orientations, rotation_matrix
+from validation.cases import edge_lengths, random_orientations, rotation_matrix
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
 
@@ -47,7 +47,7 @@ def balls(seed: int, count: int) -> tuple[Ball, ...]:
         stiffness = mass * 10.0 ** rng.uniform(2.7, 4.0) * rng.uniform(0.7, 1.4, len(mesh.edges))
         gas, spin = mass * rng.uniform(5.0, 40.0), rng.normal(0.0, 2.0, 3)
         velocity = np.cross(spin, turned) + (0.5, 0.0, -rng.uniform(1.0, 4.0))
-        springs = mesh.edges, np.linalg.norm(np.diff(mesh.vertices[mesh.edges], axis=1)[:, 0], axis=1), stiffness
+        springs = mesh.edges, edge_lengths(mesh.vertices, mesh.edges), stiffness
         particle_mass = mass / len(turned)
         end, events = ground.bounce(
             mesh.vertices, velocity, springs, mesh.triangles, gas, particle_mass, GRAVITY, SECONDS

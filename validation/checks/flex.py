@@ -6,7 +6,7 @@ import numpy as np
 
 from softbody import World
 from softbody.dynamics import pressure
-from validation.cases import MESH_KINDS, random_mesh
+from validation.cases import MESH_KINDS, edge_lengths, random_mesh
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
 
@@ -38,7 +38,7 @@ def motion(run: Run) -> Comparison:
                 mesh = random_mesh(kind, rng)
                 edges, mass = mesh.edges, 10.0 ** rng.uniform(-1.0, 1.0)
                 stiffness, gas = rng.uniform(20.0, 200.0), rng.uniform(1.0, 100.0)
-                shortest = np.linalg.norm(mesh.vertices[edges[:, 1]] - mesh.vertices[edges[:, 0]], axis=1).min()
+                shortest = edge_lengths(mesh.vertices, edges).min()
                 # A tenth of the critical damping of one particle on one spring.
                 damping = 0.1 * 2.0 * np.sqrt(stiffness * mass / len(mesh.vertices))
                 world = World(gravity=(0.0, 0.0, GRAVITY), integrator=integrator)

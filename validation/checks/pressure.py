@@ -10,7 +10,7 @@ from softbody import Mesh, World
 from softbody.dynamics import plain_forces, pressure, ring_forces, soft_bodies
 from softbody.dynamics.plain_forces import add_pressure_forces, spring_virial
 from softbody.geometry import polyhedron
-from validation.cases import dented_sphere, lumpy_sphere, random_mesh
+from validation.cases import dented_sphere, edge_lengths, lumpy_sphere, random_mesh
 from validation.check import Comparison, Run, check
 from validation.checks.soft import accelerations
 from validation.fault import Fault
@@ -267,15 +267,11 @@ def shape_at_rest(run: Run) -> Comparison:
                 mesh.vertices, model.edge_particles, model.edge_rest_length, model.edge_stiffness, mesh.triangles, gas
             )
             # The shape may have turned or drifted as a whole: compare the lengths of the springs.
-            measured.append(_lengths(world.state.particle_position, model.edge_particles))
-            expected.append(_lengths(judged.positions, model.edge_particles))
+            measured.append(edge_lengths(world.state.particle_position, model.edge_particles))
+            expected.append(edge_lengths(judged.positions, model.edge_particles))
             scales.append(model.edge_rest_length)
             kinds += [kind] * len(model.edge_particles)
     return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds)
-
-
-def _lengths(position: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    return np.linalg.norm(position[edges[:, 1]] - position[edges[:, 0]], axis=1)
 
 
 def _pressure_force(mesh: Mesh, pascal: float) -> np.ndarray:

@@ -9,7 +9,7 @@ from softbody import Mesh, World
 from softbody.dynamics import integrators, ring_forces, soft_bodies
 from softbody.dynamics.soft_bodies import motion_of, ring_accelerations
 from softbody.state import soft_bodies_of
-from validation.cases import MESH_KINDS, lumpy_sphere, random_mesh, random_orientations, rotation_matrix
+from validation.cases import MESH_KINDS, edge_lengths, lumpy_sphere, random_mesh, random_orientations, rotation_matrix
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
 
@@ -129,8 +129,7 @@ def _lengths_after(mesh: Mesh, vertices: np.ndarray, triangles: np.ndarray, plac
     world = World(gravity=(0.0, 0.0, 0.0))
     body = world.add_soft_body(Mesh(vertices, triangles), mass=1.0, stiffness=100.0, gas=30.0)
     world.step(1e-3, 100)
-    x = body.positions[place]
-    return np.linalg.norm(x[mesh.edges[:, 1]] - x[mesh.edges[:, 0]], axis=1)
+    return edge_lengths(body.positions[place], mesh.edges)
 
 
 @check(
