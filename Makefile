@@ -5,7 +5,9 @@ UV_VERSION := 0.13.8
 UV := $(shell command -v uv 2>/dev/null || echo .uv/bin/uv)
 RUN := .venv/bin/python
 
-.PHONY: report test bench faults matrix lint lock upgrade clean
+MINUTES ?= 2
+
+.PHONY: report test bench faults mutants fuzz matrix lint lock upgrade clean
 
 report: .venv/ready  ## judge every claim, time the step, make build/report/index.html
 	$(RUN) -m validation --require-all $(ARGS)
@@ -18,6 +20,12 @@ bench: .venv/ready  ## time the pieces beside their peers, and keep the figures
 
 faults: .venv/ready  ## damage the core under every claim, and see that it turns red
 	$(RUN) -m validation.faults $(ARGS)
+
+fuzz: .venv/ready  ## try to break the core for MINUTES, in processes of their own
+	$(RUN) -m tests.fuzz --minutes $(MINUTES) $(ARGS)
+
+mutants: .venv/ready  ## mutate the core anywhere, and count how many mutants the claims see
+	$(RUN) -m validation.mutants $(ARGS)
 
 matrix: .venv/ready  ## the README's example and a scene's bits on every Python that is here, and on every Numba
 	$(RUN) -m tests.matrix --uv $(UV) $(ARGS)

@@ -52,7 +52,7 @@ def shaken() -> tuple[softbody.Mesh, np.ndarray, np.ndarray]:
 def bounced(stiffness: float) -> tuple[softbody.Mesh, np.ndarray, np.ndarray]:
     """Return a ball of 42 particles of 1 kg in all, their velocities, and where they truly are in the end."""
     ball = softbody.icosphere(1, radius=RADIUS)
-    turned = Rotation.from_rotvec((0.3, 0.7, 0.2)).apply(ball.vertices)
+    turned = Rotation.from_rotvec((0.3, 0.7, 0.2)).apply(ball.vertices.copy())
     mesh = softbody.Mesh(turned + (0.0, 0.0, HEIGHT), ball.triangles)
     velocity = np.cross((0.0, 2.0, 1.0), turned) - (0.0, 0.0, SPEED)
     springs, mass = springs_of(mesh, stiffness), 1.0 / len(turned)

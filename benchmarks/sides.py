@@ -51,7 +51,9 @@ def _unpack(name: str, root: Path, into: Path) -> str:
     archive = git(root, "archive", "--format=tar", commit, CORE)
     if not archive.returncode:
         with tarfile.open(fileobj=io.BytesIO(archive.stdout)) as tar:
-            tar.extractall(into, filter="data")
+            if hasattr(tarfile, "data_filter"):  # since 3.11.4
+                tar.extraction_filter = tarfile.data_filter
+            tar.extractall(into)
     return commit[:12]
 
 

@@ -6,7 +6,8 @@ Asked of trimesh. Defaults that are not used, and why:
   intersector is named explicitly;
 - integrals are taken about the mesh's own mean vertex, not the origin: far from it trimesh loses digits as any sum of
   signed tetrahedra does, and would judge a better core wrong;
-- `merge_vertices` rounds to 1e-8 m: here vertices are merged only where they are equal.
+- `merge_vertices` rounds to 1e-8 m: here vertices are merged only where they are equal;
+- directions of second rays are random: they are seeded, so that answers are the same every time.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from pathlib import Path
 import numpy as np
 import trimesh
 import trimesh.proximity
+import trimesh.util
 from trimesh.ray.ray_triangle import RayMeshIntersector
 
 # Import name, and the name to install it by; `contains` needs rtree, and takes embreex by itself where it is installed.
@@ -56,6 +58,7 @@ def points_in_mesh(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarr
     By parity of the hits of a ray, with the triangles found through an R-tree.
     """
     mesh, origin = _mesh(vertices, triangles)
+    _seed_rays()
     return np.asarray(RayMeshIntersector(mesh).contains_points(np.asarray(points, float) - origin), dtype=bool)
 
 
@@ -64,7 +67,14 @@ def points_in_mesh_by_embree(points: np.ndarray, vertices: np.ndarray, triangles
     from trimesh.ray.ray_pyembree import RayMeshIntersector as EmbreeIntersector
 
     mesh, origin = _mesh(vertices, triangles)
+    _seed_rays()
     return np.asarray(EmbreeIntersector(mesh).contains_points(np.asarray(points, float) - origin), dtype=bool)
+
+
+def _seed_rays() -> None:
+    """Seed the generator of the second rays: where the first two disagree, trimesh asks again in a random direction."""
+    if hasattr(trimesh.util, "random_generator"):  # those before it draw from NumPy's, which is seeded for every claim
+        trimesh.util.random_generator().bit_generator.state = np.random.default_rng(0).bit_generator.state
 
 
 def closest_points(

@@ -1,4 +1,4 @@
-"""How is a page made from the shell? `python -m reports FOLDER` reads report.json there and writes index.html."""
+"""How is a page made from the shell, and how are two told apart? `python -m reports FOLDER`, `… diff BEFORE NOW`."""
 
 from __future__ import annotations
 
@@ -6,26 +6,50 @@ from pathlib import Path
 
 import click
 
-from reports.reading import read
+from reports import compare
+from reports.reading import read, write
 
 
-@click.command(context_settings={"help_option_names": ["-h", "--help"]})
+class PageUnlessNamed(click.Group):
+    """A first argument that is no command is the folder of a page."""
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return the command that the arguments ask for."""
+        if args and args[0] not in self.commands:
+            args = ["page", *args]
+        return super().resolve_command(ctx, args)
+
+
+@click.group(
+    cls=PageUnlessNamed,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    subcommand_metavar="FOLDER | diff BEFORE NOW",
+)
+def main() -> None:
+    """Make FOLDER/index.html from FOLDER/report.json, or tell two reports apart."""
+
+
+@main.command(name="page")
 @click.argument("folder", type=click.Path(exists=True, file_okay=False, path_type=Path))
-def main(folder: Path) -> None:
-    """Make FOLDER/index.html, one self-contained page, from FOLDER/report.json.
+def make_page(folder: Path) -> None:
+    """Make FOLDER/index.html, one self-contained page, from FOLDER/report.json; `page` need not be said.
 
-    Exit code: 0 the page is written, 2 there is no record that could be read.
+    Exit code: 0 the page is written, 2 there is no record that could be read, 4 the page cannot be written.
     """
-    from validation.record import read_report, write_whole
+    from validation.record import read_report
 
     report = read(folder / "report.json", read_report, f"run `python -m validation --out {folder}`")
 
     from reports.page import page
 
     target = folder / "index.html"
-    write_whole(target, page(report, folder))
+    write(target, page(report, folder))
     click.echo(target)
 
+
+main.add_command(compare.main, "diff")
 
 if __name__ == "__main__":
     main(prog_name="python -m reports")

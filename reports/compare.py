@@ -1,4 +1,4 @@
-"""What became worse? `python -m reports.compare BEFORE.json NOW.json` tells two reports apart."""
+"""What became worse? `python -m reports diff BEFORE NOW` tells two reports apart; `reports.compare` is its old name."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 NARROW = 140  # columns of a file or a pipe
 MACHINE = ("processor", "cores", "system")  # of a report's environment: what timings depend on
-FILE = click.Path(dir_okay=False, path_type=Path)
+FILE = click.Path(path_type=Path)
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
@@ -29,14 +29,15 @@ FILE = click.Path(dir_okay=False, path_type=Path)
 def main(before: Path, now: Path) -> None:
     """Say which claims fail, are closer to their tolerance, or are gone in NOW, and what became slower than in BEFORE.
 
-    Both are report.json of a run of the same level and seed. Exit code: 0 nothing fails now that did not fail before,
-    1 something does, 2 the two cannot be compared.
+    Both are report.json of a run of the same level and seed, or its folder. Exit code: 0 nothing fails now that did
+    not fail before, 1 something does, 2 the two cannot be compared.
     """
     from rich.console import Console
 
     from reports.differences import FAILS_NOW, changes
     from reports.verdicts import sentence
 
+    before, now = (path / "report.json" if path.is_dir() else path for path in (before, now))
     reports = [read(path, read_report, "run `python -m validation --out FOLDER`") for path in (before, now)]
     refuse_other_cases(before, now, *reports)
     for path, report in zip((before, now), reports):
@@ -122,4 +123,4 @@ def timings_table(found: list[SlowDown]) -> Table:
 
 
 if __name__ == "__main__":
-    main(prog_name="python -m reports.compare")
+    main(prog_name="python -m reports diff")

@@ -1,28 +1,58 @@
-// Without this script the page lacks three buttons, and nothing else.
+// Without this script the page lacks its search, and nothing else.
 (() => {
-  const claims = () => document.querySelectorAll("details.claim");
-  const openAll = (open) => claims().forEach((claim) => { claim.open = open; });
+  const claims = [...document.querySelectorAll("details.claim")];
+  const families = [...document.querySelectorAll("details.family")];
+  const homes = new Map(claims.map((claim) => [claim, claim.parentElement]));
+  const words = new Map(claims.map((claim) => [claim, `${claim.textContent} ${homes.get(claim).firstElementChild.textContent}`.toLowerCase()]));
+  const find = document.getElementById("find");
+  const sorted = document.getElementById("sorted");
+
   const reveal = () => {
     const target = location.hash && document.getElementById(decodeURIComponent(location.hash.slice(1)));
-    if (target && target.matches("details")) { target.open = true; target.scrollIntoView(); }
+    if (!target || !target.matches("details")) return;
+    target.hidden = false;
+    for (let each = target; each; each = each.parentElement.closest("details")) { each.hidden = false; each.open = true; }
+    target.scrollIntoView();
   };
-  const bar = document.getElementById("controls");
-  if (bar) {
-    bar.hidden = false;
-    bar.querySelector("[data-do=open]").addEventListener("click", () => openAll(true));
-    bar.querySelector("[data-do=close]").addEventListener("click", () => openAll(false));
-    const only = bar.querySelector("[data-do=only]");
-    only.addEventListener("click", () => {
-      const on = document.body.classList.toggle("only-failures");
-      only.setAttribute("aria-pressed", String(on));
-    });
+
+  const search = () => {
+    const [verdict, kind] = [...find.querySelectorAll("select")].map((select) => select.value);
+    const wanted = find.querySelector("[type=search]").value.toLowerCase().split(/\s+/).filter(Boolean);
+    const inOrder = find.querySelector("[data-do=sort]").checked;
+    let found = 0;
+    for (const claim of claims) {
+      const fits = (!verdict || claim.dataset.verdict === verdict) && (!kind || claim.dataset.kind === kind)
+        && wanted.every((word) => words.get(claim).includes(word));
+      claim.hidden = !fits;
+      found += fits;
+    }
+    const ratio = (claim) => Number(claim.dataset.ratio ?? -1);
+    for (const claim of inOrder ? [...claims].sort((a, b) => ratio(b) - ratio(a)) : claims) {
+      (inOrder ? sorted : homes.get(claim)).append(claim);
+    }
+    const narrowed = Boolean(verdict || kind || wanted.length);
+    for (const family of families) {
+      const some = claims.some((claim) => homes.get(claim) === family && !claim.hidden);
+      family.hidden = inOrder || !some;
+      if (narrowed && some) family.open = true;
+    }
+    find.querySelector("output").textContent = narrowed ? `${found} of ${claims.length} claims` : "";
+  };
+
+  if (find) {
+    find.hidden = false;
+    find.addEventListener("input", search);
+    find.addEventListener("submit", (event) => event.preventDefault());
+    const openAll = (open) => [...families, ...claims].forEach((each) => { each.open = open; });
+    find.querySelector("[data-do=open]").addEventListener("click", () => openAll(true));
+    find.querySelector("[data-do=close]").addEventListener("click", () => openAll(false));
   }
   let closed = [];
   addEventListener("beforeprint", () => {
-    closed = [...claims()].filter((claim) => !claim.open);
-    openAll(true);
+    closed = [...document.querySelectorAll("details")].filter((each) => !each.open);
+    closed.forEach((each) => { each.open = true; });
   });
-  addEventListener("afterprint", () => closed.forEach((claim) => { claim.open = false; }));
+  addEventListener("afterprint", () => closed.forEach((each) => { each.open = false; }));
   addEventListener("hashchange", reveal);
   reveal();
 })();

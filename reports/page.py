@@ -8,14 +8,20 @@ import math
 import re
 import shlex
 import statistics
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from markupsafe import Markup
 
-from reports import notation, overview, plots, verdicts
+from reports import notation, overview, plots, sensitivity, verdicts
+from reports.reading import CannotRead
 from reports.template import HERE, rendered
-from validation.record import ClaimRecord, Picture, Report, Timing
+from validation.record import HOLDS, Case, ClaimRecord, Report, Timing
+
+NEAREST = 3  # to failing, of the claims that are named first
+MOST_ANSWERS = 12  # numbers of an answer that are shown
+LARGEST_IMAGE = 8 * 2**20  # bytes
+IMAGES = {".png": b"\x89PNG", ".webp": b"RIFF"}  # how such files begin
 
 
 @dataclass
@@ -32,9 +38,30 @@ class Row:
     tolerance: str
     relation: str  # between the two
     strip: overview.Strip | None
+    ratio: float | None  # largest error / tolerance
     plot: Markup | None
     not_finite: int  # errors that no plot can show
     command: str
+    worst: Worst | None
+
+
+@dataclass
+class Worst:
+    """The worst case of a claim as the page shows it."""
+
+    case: Case
+    inputs: list[tuple[str, str]]  # names and values
+    answers: list[tuple[str, str, str]]  # place in the answer, measured, expected; the places that differ most
+    more: int  # numbers of the answers that are not shown
+
+
+@dataclass
+class Film:
+    """A scene as the page shows it: its images are in the page itself."""
+
+    caption: str
+    animation: str
+    still: str
 
 
 @dataclass
@@ -49,6 +76,16 @@ class Table:
     of_motion: bool  # times are per second of motion, so that they have a real-time factor
     cheapest: list[tuple[float, Timing]]  # for each error that was asked for, where errors were measured
     trends: list[Timing]  # those of the rows that have one
+
+
+@dataclass
+class Glance:
+    """A run in one look."""
+
+    nearest: list[tuple[Row, float]]  # claims that hold, with the largest error / tolerance
+    kinds: list[tuple[str, str, int, int, float, float]]  # of judge; the last two: where its bar begins, and its width
+    speed: Timing | None  # ours, in the middle of the first table
+    beside: Timing | None  # the fastest peer there
 
 
 @dataclass
@@ -76,17 +113,52 @@ def page(report: Report, folder: Path | None = None) -> str:
         errata=errata,
         errata_axis=errata_axis,
         verdicts=verdicts,
+        contents=contents_of(report),
+        glance=glance_at(report, rows),
         sentence=verdicts.sentence(report.claims),
         overall=verdicts.overall(report.claims),
         tally=verdicts.tally(report.claims),
         kinds=verdicts.kinds(report.claims),
-        command=f"python -m validation --seed {report.seed} --level {shlex.quote(report.level)}",
+        planted=sensitivity.by_family(report),
+        matrix=sensitivity.matrix(report),
+        command=command_of(report),
         tables=tables_of(report.timings),
         has_trends=any(timing.trend for timing in report.timings),
-        pictures=pictures_of(report, folder),
+        pictures=films_of(report, folder),
         script=Markup(script),
         script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
     )
+
+
+def contents_of(report: Report) -> list[tuple[str, str]]:
+    """Return the anchor and the title of each part that the page has."""
+    parts = [
+        ("claims", "The claims", True),
+        ("sensitivity", "What they detect", report.sensitivity is not None),
+        ("errata", "Errata", True),
+        ("rules", "The paper’s rules", bool(report.behaviours)),
+        ("timings", "What it costs", True),
+        ("reading", "How to read this page", True),
+        ("environment", "Where it ran", True),
+        ("reproduce", "To reproduce", True),
+    ]
+    return [(anchor, title) for anchor, title, is_there in parts if is_there]
+
+
+def glance_at(report: Report, rows: list[Row]) -> Glance:
+    """Return what is told of a run in one look."""
+    near = [(row, row.ratio) for row in rows if row.ratio is not None and row.verdict == HOLDS]
+    near.sort(key=lambda pair: -pair[1])
+    kinds, left = [], 0.0
+    for kind, meaning, count, good in verdicts.kinds(report.claims):
+        width = round(100.0 * count / len(rows), 2)
+        kinds.append((kind, meaning, count, good, round(left, 2), width))
+        left += width
+    first = [timing for timing in report.timings if timing.table == report.timings[0].table]
+    ours = [timing for timing in first if timing.name == first[0].name]
+    speed = ours[len(ours) // 2] if ours else None
+    peers = [t for t in first if speed and t.size == speed.size and t.ratio and not t.own]
+    return Glance(near[:NEAREST], kinds, speed, min(peers, key=lambda t: t.ratio or 0.0, default=None))
 
 
 def row_of(report: Report, claim: ClaimRecord, number: int, axis: overview.Axis) -> Row:
@@ -106,11 +178,47 @@ def row_of(report: Report, claim: ClaimRecord, number: int, axis: overview.Axis)
         tolerance=notation.number(claim.tolerance),
         relation=relation(claim),
         strip=overview.strip(axis, *ratios) if ratios else None,
+        ratio=ratios[2] if ratios else None,
         plot=Markup(plot) if plot else None,
         not_finite=claim.n - errors.zeros - sum(errors.counts) if errors else 0,
-        command=f"python -m validation -k {shlex.quote(claim.id)} --seed {claim.seed} "
+        command=f"python -m validation replay {shlex.quote(claim.id)} --seed {claim.seed} "
         f"--level {shlex.quote(report.level)}",
+        worst=worst_of(claim.worst) if claim.worst else None,
     )
+
+
+def command_of(report: Report) -> str:
+    """Return the command that makes the report again."""
+    patterns = "".join(f" -k {shlex.quote(pattern)}" for pattern in report.patterns)
+    return f"python -m validation{patterns} --seed {report.seed} --level {shlex.quote(report.level)}"
+
+
+def worst_of(case: Case) -> Worst:
+    """Return a case as the page shows it: of long answers the numbers that differ most."""
+    pairs = list(zip(case.measured, case.expected))
+    gaps = [_gap(*pair) for pair in pairs]
+    kept = sorted(sorted(range(len(pairs)), key=lambda k: -gaps[k])[:MOST_ANSWERS])
+    return Worst(
+        case,
+        [(name, digits(value)) for name, value in case.inputs.items()],
+        [(str(k) if len(pairs) > 1 else "", digits(pairs[k][0]), digits(pairs[k][1])) for k in kept],
+        max(case.length, len(pairs)) - len(kept),
+    )
+
+
+def _gap(a: object, b: object) -> float:
+    if isinstance(a, (int, float)) and isinstance(b, (int, float)):
+        return abs(float(a) - float(b))
+    return math.inf  # one of them is no number
+
+
+def digits(value: object) -> str:
+    """Return a number of a record with all its digits, for it is to be compared bit by bit; lists in brackets."""
+    if isinstance(value, list):
+        return ", ".join(f"({digits(one)})" if isinstance(one, list) else digits(one) for one in value)
+    if value is None or isinstance(value, bool):
+        return notation.NOT_A_NUMBER if value is None else "yes" if value else "no"
+    return repr(value) if isinstance(value, float) else str(value)
 
 
 def anchor(name: str) -> str:
@@ -133,22 +241,32 @@ def families_of(rows: list[Row]) -> dict[str, list[Row]]:
     return families
 
 
-def pictures_of(report: Report, folder: Path | None) -> list[Picture]:
-    """Return the pictures with the files themselves in place of their names; those that are not there are left out."""
+def films_of(report: Report, folder: Path | None) -> list[Film]:
+    """Return the films with the files themselves in place of their names; those that are not there are left out.
+
+    Raises CannotRead for a file that lies elsewhere, is too large, or is no image.
+    """
     if folder is None:
         return []
     found = []
-    for picture in report.pictures:
+    for number, picture in enumerate(report.pictures):
         files = [folder / name for name in (picture.animation, picture.still)]
         if all(file.is_file() for file in files):
-            animation, still = (data_address(file) for file in files)
-            found.append(replace(picture, animation=animation, still=still))
+            animation, still = (data_address(file, folder, f"pictures[{number}]") for file in files)
+            found.append(Film(picture.caption, animation, still))
     return found
 
 
-def data_address(file: Path) -> str:
-    """Return a file's contents as an address that asks no network."""
-    return f"data:image/{file.suffix[1:]};base64,{base64.b64encode(file.read_bytes()).decode()}"
+def data_address(file: Path, folder: Path, entry: str) -> str:
+    """Return an image as an address that asks no network; raises CannotRead, naming the entry of the record."""
+    if not file.resolve().is_relative_to(folder.resolve()):
+        raise CannotRead(f"{entry}: {file} leads out of the report's folder; a page shows what lies inside")
+    if file.stat().st_size > LARGEST_IMAGE:
+        raise CannotRead(f"{entry}: {file} has more than {LARGEST_IMAGE} bytes; make a smaller one")
+    data = file.read_bytes()
+    if not data.startswith(IMAGES[file.suffix]):
+        raise CannotRead(f"{entry}: {file} is no image of its kind; film it again")
+    return f"data:image/{file.suffix[1:]};base64,{base64.b64encode(data).decode()}"
 
 
 def tables_of(timings: list[Timing]) -> list[Table]:

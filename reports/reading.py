@@ -1,4 +1,4 @@
-"""Which file is at fault? What cannot be read ends a command with 2, the name of the file and the cure."""
+"""Which file is at fault? What cannot be read ends a command with 2, what cannot be written with 4, and names it."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import TypeVar
 
 import click
+
+from validation.record import write_whole
 
 Document = TypeVar("Document")
 
@@ -17,13 +19,27 @@ class CannotRead(click.ClickException):
     exit_code = 2
 
 
+class CannotWrite(click.ClickException):
+    """A page that cannot be written: disk, permission; the command ends with 4."""
+
+    exit_code = 4
+
+
 def read(path: Path, reader: Callable[[Path], Document], cure: str) -> Document:
     """Return what a reader makes of a file; raises CannotRead."""
     if not path.is_file():
         raise CannotRead(f"{path} does not exist; {cure}")
     try:
         return reader(path)
-    except (KeyError, TypeError, AttributeError) as error:
-        raise CannotRead(f"{path} is damaged ({type(error).__name__}: {error}); {cure}") from error
     except (ValueError, OSError) as error:
         raise CannotRead(str(error)) from error
+
+
+def write(path: Path, text: str) -> None:
+    """Write a page, whole or not at all; raises CannotWrite."""
+    try:
+        write_whole(path, text)
+    except OSError as error:
+        raise CannotWrite(
+            f"{path} cannot be written: {error.strerror}; make room, and run the command again"
+        ) from error

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import click
 
-from reports.reading import read
-from validation.record import Trend, read_document, read_trend, write_whole
+from reports.reading import read, write
+from validation.record import Trend, read_document
 
 SCHEMA = "softbody-trends/1"
 CURE = "write it by `python -m benchmarks publish FOLDER`"
@@ -62,15 +62,7 @@ class Trends:
 
 def read_trends(path: Path) -> Trends:
     """Read the document; raises ValueError, naming the file, if it is not of this schema."""
-    data = read_document(path, SCHEMA, CURE)
-    calibration = data["calibration"]
-    return Trends(
-        machine=data["machine"],
-        runs=[Run(**run) for run in data["runs"]],
-        fewest=data["fewest"],
-        calibration=calibration and Calibration(**calibration | {"rates": [Rate(**r) for r in calibration["rates"]]}),
-        trends=[read_trend(trend) for trend in data["trends"]],
-    )
+    return read_document(path, Trends, (SCHEMA,), CURE)
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
@@ -78,14 +70,14 @@ def read_trends(path: Path) -> Trends:
 def main(folder: Path) -> None:
     """Make FOLDER/trends.html, one self-contained page, from FOLDER/trends.json.
 
-    Exit code: 0 the page is written, 2 there is no record that could be read.
+    Exit code: 0 the page is written, 2 there is no record that could be read, 4 the page cannot be written.
     """
     trends = read(folder / "trends.json", read_trends, CURE)
 
     from reports.trends_page import page
 
     target = folder / "trends.html"
-    write_whole(target, page(trends))
+    write(target, page(trends))
     click.echo(target)
 
 

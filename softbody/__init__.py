@@ -7,7 +7,17 @@ same machine: same bits.
 """
 
 from softbody.bodies import Box, SoftBody
-from softbody.errors import MassRatioWarning, MeshError, OverlapWarning, ParameterError, SimulationError, SoftbodyError
+from softbody.errors import (
+    BusyError,
+    CacheWarning,
+    MassRatioWarning,
+    MeshError,
+    OverlapWarning,
+    ParameterError,
+    SimulationError,
+    SnapshotError,
+    SoftbodyError,
+)
 from softbody.mesh import Mesh, box, icosahedron, icosphere, octahedron, tetrahedron, torus
 from softbody.state import Controls, Model, State
 from softbody.world import World
@@ -18,6 +28,8 @@ __version__ = "0.1.0"
 
 __all__ = [
     "Box",
+    "BusyError",
+    "CacheWarning",
     "Controls",
     "MassRatioWarning",
     "Mesh",
@@ -26,6 +38,7 @@ __all__ = [
     "OverlapWarning",
     "ParameterError",
     "SimulationError",
+    "SnapshotError",
     "SoftBody",
     "SoftbodyError",
     "State",

@@ -10,21 +10,33 @@ from numpy.typing import ArrayLike
 from softbody.dynamics.pressure import gas_pressure, soft_volume
 from softbody.dynamics.vertex_rings import with_springs
 from softbody.errors import ParameterError
-from softbody.parameters import check_range, rest_length_of, stiffness_of, vector
+from softbody.parameters import NO_NUMBERS, check_range, check_whole, doubles, rest_length_of, stiffness_of, vector
 
 if TYPE_CHECKING:
     from softbody.world import World
 
 
 class SoftBody:
-    """A soft body in a World: its arrays are views of the world's, good until the next body is added."""
+    """A soft body in a World: its arrays are views of the world's, good until the next body is added.
+
+    It goes by its number: in a world that was restored it is the body of that number, and ParameterError is raised
+    wherever there is none.
+    """
 
     def __init__(self, world: World, index: int) -> None:
+        check_whole(index, "index", 0)
         self.world = world
-        self.index = index
+        self.index = int(index)
+        self._row()
+
+    def _row(self) -> int:
+        """Return the body's row; raises ParameterError if it is not in the world."""
+        _check_is_there("soft body", self.index, self.world.model.soft_count)
+        return self.index
 
     def _rows(self) -> slice:
-        return slice(*self.world.model.soft_particle_start[self.index : self.index + 2])
+        row = self._row()
+        return slice(*self.world.model.soft_particle_start[row : row + 2])
 
     @property
     def positions(self) -> np.ndarray:
@@ -34,9 +46,9 @@ class SoftBody:
     @property
     def triangles(self) -> np.ndarray:
         """Triangles (t, 3), as rows of `positions`."""
-        model = self.world.model
-        rows = slice(*model.soft_triangle_start[self.index : self.index + 2])
-        return model.triangle_particles[rows] - model.soft_particle_start[self.index]
+        model, row = self.world.model, self._row()
+        rows = slice(*model.soft_triangle_start[row : row + 2])
+        return model.triangle_particles[rows] - model.soft_particle_start[row]
 
     @property
     def velocities(self) -> np.ndarray:
@@ -51,7 +63,7 @@ class SoftBody:
     @property
     def volume(self) -> float:
         """Enclosed volume [m³]."""
-        return soft_volume(self.world.model, self.world.state.particle_position, self.index)
+        return soft_volume(self.world.model, self.world.state.particle_position, self._row())
 
     @property
     def pressure(self) -> float:
@@ -61,12 +73,11 @@ class SoftBody:
     @property
     def gas(self) -> float:
         """The gas's nRT [J]; may be changed between steps."""
-        return float(self.world.controls.soft_gas[self.index])
+        return float(self.world.controls.soft_gas[self._row()])
 
     @gas.setter
     def gas(self, value: float) -> None:
-        check_range(value, "gas", "J", least=0.0)
-        self.world.controls.soft_gas[self.index] = value
+        self.world.controls.soft_gas[self._row()] = check_range(value, "gas", "J", least=0.0)
 
     @property
     def external_force(self) -> np.ndarray:
@@ -80,8 +91,8 @@ class SoftBody:
     @external_force.setter
     def external_force(self, value: ArrayLike) -> None:
         try:
-            force = np.broadcast_to(np.asarray(value, dtype=np.float64), self.positions.shape)
-        except (TypeError, ValueError) as error:
+            force = np.broadcast_to(doubles(value), self.positions.shape)
+        except NO_NUMBERS as error:
             raise ParameterError(
                 f"external_force does not fit; give (3,) or {self.positions.shape} numbers [N]"
             ) from error
@@ -94,44 +105,56 @@ class SoftBody:
 
     def set_springs(self, stiffness: ArrayLike | None = None, rest_length: ArrayLike | None = None) -> None:
         """Change `stiffness` [N/m] or `rest_length` [m] of all springs: one number, or (e,) as in add_soft_body."""
-        model, rings = self.world.model, self.world.rings
-        edges = slice(*model.soft_edge_start[self.index : self.index + 2])
+        model, rings, row = self.world.model, self.world.rings, self._row()
+        edges = slice(*model.soft_edge_start[row : row + 2])
         count = edges.stop - edges.start
         stiffnesses, lengths = model.edge_stiffness.copy(), model.edge_rest_length.copy()
         if stiffness is not None:
             stiffnesses[edges] = stiffness_of(stiffness, count)
         if rest_length is not None:
             lengths[edges] = rest_length_of(rest_length, count)
-        self.world.model = model._replace(edge_stiffness=stiffnesses, edge_rest_length=lengths)
-        self.world.rings = with_springs(rings, lengths, stiffnesses, model.soft_edge_start)
+        self.world.replace(
+            model=model._replace(edge_stiffness=stiffnesses, edge_rest_length=lengths),
+            rings=with_springs(rings, lengths, stiffnesses, model.soft_edge_start),
+        )
 
 
 class Box:
-    """A rigid box in a World: its arrays are views of the world's, good until the next body is added."""
+    """A rigid box in a World: its arrays are views of the world's, good until the next body is added.
+
+    It goes by its number, as a SoftBody does.
+    """
 
     def __init__(self, world: World, index: int) -> None:
+        check_whole(index, "index", 0)
         self.world = world
-        self.index = index
+        self.index = int(index)
+        self._row()
+
+    def _row(self) -> int:
+        """Return the box's row; raises ParameterError if it is not in the world."""
+        _check_is_there("box", self.index, self.world.model.box_count)
+        return self.index
 
     @property
     def position(self) -> np.ndarray:
         """Position of the centre (3,) [m]."""
-        return self.world.state.box_position[self.index]
+        return self.world.state.box_position[self._row()]
 
     @property
     def orientation(self) -> np.ndarray:
         """Orientation (4,): unit quaternion (w, x, y, z), box frame to world."""
-        return self.world.state.box_orientation[self.index]
+        return self.world.state.box_orientation[self._row()]
 
     @property
     def velocity(self) -> np.ndarray:
         """Velocity of the centre (3,) [m/s]."""
-        return self.world.state.box_velocity[self.index]
+        return self.world.state.box_velocity[self._row()]
 
     @property
     def angular_velocity(self) -> np.ndarray:
         """Angular velocity (3,) [rad/s] in the world frame."""
-        return self.world.state.box_angular_velocity[self.index]
+        return self.world.state.box_angular_velocity[self._row()]
 
     def apply_force(self, force: ArrayLike, point: ArrayLike | None = None) -> None:
         """Let `force` (3,) [N] act at `point` (3,) [m] of the world, or at the centre; paper §10.13.
@@ -142,13 +165,18 @@ class Box:
         newtons = vector(force, "force")
         if point is not None:
             self.apply_torque(np.cross(vector(point, "point") - self.position, newtons))
-        self.world.controls.box_force[self.index] += newtons
+        self.world.controls.box_force[self._row()] += newtons
 
     def apply_torque(self, torque: ArrayLike) -> None:
         """Let `torque` (3,) [N m], in the world frame, act on the box until `clear_forces`."""
-        self.world.controls.box_torque[self.index] += vector(torque, "torque")
+        self.world.controls.box_torque[self._row()] += vector(torque, "torque")
 
     def clear_forces(self) -> None:
         """Let nothing but gravity act on the box."""
-        self.world.controls.box_force[self.index] = 0.0
-        self.world.controls.box_torque[self.index] = 0.0
+        self.world.controls.box_force[self._row()] = 0.0
+        self.world.controls.box_torque[self._row()] = 0.0
+
+
+def _check_is_there(kind: str, index: int, count: int) -> None:
+    if not 0 <= index < count:
+        raise ParameterError(f"{kind} {index} is not in this world: there are {count}; take a handle of one that is")

@@ -11,11 +11,12 @@ from typing import Any, NamedTuple, TypeVar, get_type_hints
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softbody.dynamics.vertex_rings import build_rings, in_precision, no_rings
+from softbody.dynamics.rigid_boxes import RESOLVED
+from softbody.dynamics.vertex_rings import build_rings, in_precision, no_rings, with_springs
 from softbody.errors import ParameterError
 from softbody.geometry.box import box_inertia
 from softbody.geometry.polyhedron import surface_area
-from softbody.mesh import Mesh
+from softbody.mesh import LARGEST, SMALLEST, Mesh
 from softbody.parameters import check_range, fixed_particles_of, rest_length_of, stiffness_of, unit_quaternion, vector
 from softbody.state import ENTRY, NEXT, STIFFNESS, Controls, Model, Property, Rows, State, VertexRings
 
@@ -67,8 +68,7 @@ def properties_of(kind: str, given: dict[str, float]) -> dict[str, float]:
         if isinstance(note, Property) and field.startswith(f"{kind}_"):
             name = field.removeprefix(f"{kind}_")
             value = left.pop(name, note.default)
-            check_range(value, name, note.unit, least=note.least, most=note.most)
-            values[field] = float(value)
+            values[field] = check_range(value, name, note.unit, least=note.least, most=note.most)
     if left:
         known = ", ".join(field.removeprefix(f"{kind}_") for field in values)
         raise ParameterError(f"a {kind} body has no {next(iter(left))!r}; choose from {known}")
@@ -91,8 +91,7 @@ def with_soft_body(
     """
     if not isinstance(mesh, Mesh):
         raise ParameterError(f"mesh is a {type(mesh).__name__}; make a softbody.Mesh(vertices, triangles)")
-    check_range(mass, "mass", "kg", above=0.0)
-    check_range(gas, "gas", "J", least=0.0)
+    mass, gas = check_range(mass, "mass", "kg", above=0.0), check_range(gas, "gas", "J", least=0.0)
     model, controls, state, rings = parts
     edges, count, first = mesh.edges, len(mesh.vertices), len(state.particle_position)
     stiffness = stiffness_of(springs[0], len(edges))
@@ -105,7 +104,9 @@ def with_soft_body(
         )
     rest_length = lengths if springs[1] is None else rest_length_of(springs[1], len(edges))
     velocity, still = np.tile(vector(motion[1], "velocity"), (count, 1)), fixed_particles_of(fixed, count)
-    inverse_mass = np.full(count, count / mass)
+    with np.errstate(over="ignore"):
+        inverse_mass = np.full(count, np.float64(count) / mass)
+    _check_inverse(inverse_mass, f"mass is {mass} kg, for {count} particles")
     velocity[still], inverse_mass[still] = 0.0, 0.0
     own_rings = build_rings(count, edges, mesh.triangles, rest_length, stiffness)
     return Parts(
@@ -126,7 +127,7 @@ def with_soft_body(
         )._replace(soft_count=model.soft_count + 1),
         _appended(
             controls,
-            soft_gas=float(gas),
+            soft_gas=gas,
             particle_force=np.zeros((count if len(controls.particle_force) else 0, 3)),
         ),
         _appended(state, particle_position=points, particle_velocity=velocity),
@@ -148,12 +149,20 @@ def with_box(
     """
     model, controls, state, rings = parts
     extent = vector(size, "size")
-    if not (extent > 0.0).all():
-        raise ParameterError(f"size is {extent}; give three positive lengths [m]")
+    if not ((extent >= SMALLEST) & (extent <= LARGEST)).all():
+        raise ParameterError(f"size is {extent}; give three positive lengths, from {SMALLEST:g} to {LARGEST:g} m")
+    place = vector(pose[0], "position")
+    if not np.abs(place).sum() <= RESOLVED * extent.min():
+        raise ParameterError(
+            f"position is {place}: so far away that a size of {extent} is lost in rounding; come closer"
+        )
     inverse_mass, inverse_inertia = 0.0, np.zeros(3)
     if mass is not None:
-        check_range(mass, "mass", "kg", above=0.0)
-        inverse_mass, inverse_inertia = 1.0 / mass, 1.0 / np.array(box_inertia(tuple(extent), float(mass)))
+        mass = check_range(mass, "mass", "kg", above=0.0)
+        with np.errstate(all="ignore"):
+            inertia = np.array(box_inertia(tuple(extent), mass))
+            inverse_mass, inverse_inertia = float(1.0 / np.float64(mass)), 1.0 / inertia
+        _check_inverse(np.append(inverse_inertia, inverse_mass), f"mass is {mass} kg, and size {extent} m")
     velocity, angular_velocity = vector(motion[0], "velocity"), vector(motion[1], "angular_velocity")
     if mass is None and (velocity.any() or angular_velocity.any()):
         raise ParameterError("a static box (mass None) cannot have a velocity; give it a mass or leave it at rest")
@@ -168,13 +177,19 @@ def with_box(
         _appended(controls, box_force=np.zeros(3), box_torque=np.zeros(3)),
         _appended(
             state,
-            box_position=vector(pose[0], "position"),
+            box_position=place,
             box_orientation=unit_quaternion(pose[1]),
             box_velocity=velocity,
             box_angular_velocity=angular_velocity,
         ),
         rings,
     )
+
+
+def _check_inverse(inverse: np.ndarray, given: str) -> None:
+    """Raise ParameterError unless masses and moments of inertia have a finite `inverse` above 0."""
+    if not (np.isfinite(inverse) & (inverse > 0.0)).all():
+        raise ParameterError(f"{given}: too light or too heavy to compute with; take numbers nearer to 1")
 
 
 def _with_rings(rings: VertexRings, more: VertexRings, rows: int, edges: int) -> VertexRings:
@@ -197,16 +212,44 @@ def _with_rings(rings: VertexRings, more: VertexRings, rows: int, edges: int) ->
     )
 
 
-def soft_body_alone(parts: Parts, body: int) -> Parts:
-    """Return the parts of one soft body alone, in double precision; without boxes and ground."""
-    model, controls, state, _ = parts
-    rows = {
+def rings_of(model: Model, real: type[np.floating[Any]]) -> VertexRings:
+    """Return the vertex rings of all soft bodies, built anew, with springs in the precision `real`.
+
+    Bodies of the same triangles share the work.
+    """
+    rings, known = in_precision(no_rings(), real), dict[bytes, VertexRings]()
+    for body in range(model.soft_count):
+        rows = _rows_of_body(model, body)
+        first, first_edge = rows["particle"].start, rows["edge"].start
+        edges, triangles = (
+            model.edge_particles[rows["edge"]] - first,
+            model.triangle_particles[rows["triangle"]] - first,
+        )
+        key = triangles.tobytes()
+        if key not in known:
+            none = np.zeros(len(edges))
+            known[key] = in_precision(build_rings(rows["particle"].stop - first, edges, triangles, none, none), real)
+        rings = _with_rings(rings, known[key], first, first_edge)
+    if not model.soft_count:
+        return rings
+    return with_springs(rings, model.edge_rest_length, model.edge_stiffness, model.soft_edge_start)
+
+
+def _rows_of_body(model: Model, body: int) -> dict[str, slice]:
+    """Return the rows of a soft body, by what has a row."""
+    return {
         "particle": slice(*model.soft_particle_start[body : body + 2]),
         "edge": slice(*model.soft_edge_start[body : body + 2]),
         "triangle": slice(*model.soft_triangle_start[body : body + 2]),
         "soft": slice(body, body + 1),
         "box": slice(0, 0),
     }
+
+
+def soft_body_alone(parts: Parts, body: int) -> Parts:
+    """Return the parts of one soft body alone, in double precision; without boxes and ground."""
+    model, controls, state, _ = parts
+    rows = _rows_of_body(model, body)
     model, controls, state = _rows_of(model, rows), _rows_of(controls, rows), _rows_of(state, rows)
     particles, first = len(model.particle_inverse_mass), rows["particle"].start
     model = model._replace(

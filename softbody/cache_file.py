@@ -6,11 +6,15 @@ import hashlib
 import os
 import pickle
 import tempfile
+import time
 from pathlib import Path
 from typing import Any
 
 import numba
 from numba.core.serialize import dumps
+
+DAY = 86_400.0  # [s]
+KEPT_FOR = 30.0 * DAY  # since it was used last: every edit of the core leaves another set of files
 
 
 class CacheFile:
@@ -25,12 +29,16 @@ class CacheFile:
 
     def load(self, key: Any) -> Any:
         """Return what is kept under a key, or None."""
+        path = self._path(key)
         try:
-            digest, kept = _split(self._path(key).read_bytes())
+            digest, kept = _split(path.read_bytes())
             if digest != hashlib.sha256(kept).digest():
                 return None
             name, data = pickle.loads(kept)
-            return data if name == _name(key) else None
+            if name != _name(key):
+                return None
+            _note_use(path)
+            return data
         except Exception:  # whatever the disk and unpickling raise
             return None
 
@@ -45,6 +53,16 @@ class CacheFile:
         except BaseException:
             Path(written).unlink(missing_ok=True)
             raise
+        self._forget_unused()
+
+    def _forget_unused(self) -> None:
+        """Remove what was kept of the kernel for cores, or by processes, that have been gone for long."""
+        for path in self._folder.glob(f"{self._base}*"):
+            try:
+                if path.suffix in (".nbc", ".nbi", ".tmp") and time.time() - path.stat().st_mtime > KEPT_FOR:
+                    path.unlink()
+            except OSError:  # somebody else has removed it, or may not
+                continue
 
     def flush(self) -> None:
         """Forget all that is kept of the kernel."""
@@ -53,6 +71,15 @@ class CacheFile:
 
     def _path(self, key: Any) -> Path:
         return self._folder / f"{self._base}.{hashlib.sha256(_name(key).encode()).hexdigest()[:16]}.nbc"
+
+
+def _note_use(path: Path) -> None:
+    """Let a file's time say when it was used last, to a day."""
+    try:
+        if time.time() - path.stat().st_mtime > DAY:
+            os.utime(path)
+    except OSError:  # a folder that may only be read
+        return
 
 
 def _split(raw: bytes) -> tuple[bytes, bytes]:

@@ -14,7 +14,7 @@ from typing import Any, cast
 
 import numba
 from numba.core import types
-from numba.core.caching import FunctionCache
+from numba.core.caching import FunctionCache, NullCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, Flags
 from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
@@ -23,6 +23,7 @@ from numba.core.registry import CPUDispatcher
 from numba.core.targetconfig import ConfigStack
 
 from softbody.cache_file import CacheFile
+from softbody.cache_warning import warn_not_kept
 from softbody.core_digest import CORE_DIGEST
 
 FIRST, LAST = (0, 60), (0, 68)  # Numba's versions that `make matrix` has seen this work with
@@ -39,8 +40,24 @@ class _CoreCache(FunctionCache):
         super().__init__(function)
         self._cache_file: Any = CacheFile(self._cache_path, self._impl.filename_base)
 
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep machine code, if the disk takes it."""
+        try:
+            super().save_overload(sig, data)
+        except OSError as error:
+            warn_not_kept(error)
+
     def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
         return (*super()._index_key(sig, codegen), CORE_DIGEST)
+
+
+def _cache_of(function: Any) -> Any:
+    """Return the disk cache of a function, or none where there is no folder to keep it in."""
+    try:
+        return _CoreCache(function)
+    except (RuntimeError, OSError) as error:
+        warn_not_kept(error)
+        return NullCache()
 
 
 class _PartLibrary(JITCodeLibrary):
@@ -147,7 +164,7 @@ class _Kernel(_Dispatcher):
 
     def __init__(self, function: Any, options: dict[str, Any]) -> None:
         super().__init__(function, options)
-        self._cache = _CoreCache(function)
+        self._cache = _cache_of(function)
         bare = options | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
         self._part = _Part(function, bare, pipeline_class=_PartCompiler)
 

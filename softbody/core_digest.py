@@ -13,7 +13,8 @@ def core_digest() -> str:
     """Return the hash, in hexadecimal."""
     digest = hashlib.sha256()
     root = Path(__file__).parent
-    for path in sorted(root.rglob("*.py")):
+    # (An editor's lock is a link to nothing, or a hidden file.)
+    for path in sorted(each for each in root.rglob("*.py") if each.is_file() and not each.name.startswith(".")):
         digest.update(path.relative_to(root).as_posix().encode())
         digest.update(path.read_bytes())
     for flag in FLAGS:

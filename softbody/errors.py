@@ -15,8 +15,20 @@ class ParameterError(SoftbodyError, ValueError):
     """A physical parameter outside its range."""
 
 
+class SnapshotError(ParameterError):
+    """A snapshot, or a saved world, that is damaged, of another version, or none: which entry, and what it must be."""
+
+
+class BusyError(SoftbodyError, RuntimeError):
+    """A world that is being stepped, by another thread or further up in this one, was asked for something else."""
+
+
 class OverlapWarning(UserWarning):
     """Bodies that start inside each other: they are pushed apart, from deep inside not all the way."""
+
+
+class CacheWarning(UserWarning):
+    """Machine code that cannot be kept on disk: kernels are compiled anew in every process."""
 
 
 class MassRatioWarning(UserWarning):
@@ -27,7 +39,7 @@ class SimulationError(SoftbodyError, RuntimeError):
     """A simulation that diverged or a body that collapsed; the state is the last good one.
 
     Attributes: `step` (steps done since the world was made), `body` (its kind and index, such as "soft body 0")
-    and `stable_time_step` [s], an estimate for the last good state.
+    and `stable_time_step` [s], an estimate for the last good state; 0 where no time step helps.
     """
 
     def __init__(self, message: str, step: int, body: str, stable_time_step: float) -> None:

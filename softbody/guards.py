@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import warnings
-from math import ceil, inf, isfinite
+from math import ceil, hypot, inf, isfinite
 
 import numpy as np
 
 from softbody.collision.contact import NOBODY, Contacts
 from softbody.collision.surface import Surfaces
 from softbody.dynamics.integrators import STABILITY_LIMIT
+from softbody.dynamics.pressure import soft_volume
+from softbody.dynamics.rigid_boxes import MOST_TURN, RESOLVED, UNIT
 from softbody.dynamics.soft_bodies import COLLAPSED
-from softbody.dynamics.stability import highest_damping, highest_frequency, longest_stable_step
+from softbody.dynamics.stability import fingerprint, highest_damping, highest_frequency, longest_stable_step
 from softbody.errors import MassRatioWarning, OverlapWarning, ParameterError, SimulationError
 from softbody.settings import Settings, integrator_name
 from softbody.state import Controls, Model, State
@@ -36,7 +38,7 @@ def check_finite(model: Model, controls: Controls, state: State) -> None:
         ("torque", "box", controls.box_torque),
     ):
         # A sum is quicker than a look at every number; it is finite only if they are.
-        if len(rows) and not isfinite(rows.sum()) and not np.isfinite(rows).all():
+        if len(rows) and not isfinite(np.add.reduce(rows, None)) and not np.isfinite(rows).all():
             row = int(np.argmin(np.isfinite(rows).all(axis=1)))
             first = model.soft_particle_start if kind == "soft body" else np.arange(len(rows))
             body = int(np.searchsorted(first, row, side="right")) - 1
@@ -48,17 +50,38 @@ def stable_time_step(model: Model, controls: Controls, state: State, settings: S
     """Return a time step [s] that is stable for every soft body as it is now; inf if there is none.
 
     From an upper bound of the highest frequency, so often a little shorter than need be. Contacts and motion that
-    stretches a body further can ask for a shorter one.
+    stretches a body further can ask for a shorter one. Raises ParameterError where no step is stable.
     """
-    limit, steps = STABILITY_LIMIT[settings.integrator], []
+    limit, shortest = STABILITY_LIMIT[settings.integrator], inf
     for body in range(model.soft_count):
         frequency = highest_frequency(model, controls, state.particle_position, body)
-        steps.append(longest_stable_step(frequency, highest_damping(model, body), limit))
-    return min(steps, default=inf)
+        step = longest_stable_step(frequency, highest_damping(model, body), limit)
+        if not step > 0.0:
+            raise ParameterError(f"no time step is stable: {_unstable(model, controls, state, body)}")
+        shortest = min(shortest, step)
+    return float(shortest)
+
+
+def _unstable(model: Model, controls: Controls, state: State, body: int) -> str:
+    """Say why a soft body has no stable time step, and what to do."""
+    volume = soft_volume(model, state.particle_position, body)
+    if not isfinite(volume):
+        return (
+            f"the particles of soft body {body} are not finite, or too far apart to compute its volume; put them back"
+        )
+    if volume == 0.0:
+        return f"soft body {body} is flat and has no volume; put its particles back in place"
+    return (
+        f"soft body {body} is too light for its springs, gas and damping, {controls.soft_gas[body]:.3g} J in "
+        f"{volume:.3g} m³; give it more mass, or less of those"
+    )
 
 
 class StableStep:
-    """An estimate of the stable step, kept as long as bodies, gas and integrator stay, and for STABLE_FOR steps."""
+    """An estimate of the stable step, kept as long as bodies, gas and integrator stay, and for STABLE_FOR steps.
+
+    It is made anew, too, where somebody has moved particles since the last step, and before a step is refused.
+    """
 
     def __init__(self) -> None:
         self._model: Model | None = None  # held on to: another one cannot come to lie in its place
@@ -66,28 +89,100 @@ class StableStep:
         self._integrator = -1
         self._made_at = 0
         self._seconds = inf
+        self._shape = 0
 
     def check(
         self, time_step: float, model: Model, controls: Controls, state: State, settings: Settings, steps: int
     ) -> None:
         """Raise ParameterError if a sub-step [s] is too long; `steps` that the world has done."""
+        if not model.soft_count:
+            return
+        part = time_step / settings.substeps
         known = (
             self._model is model
             and self._gas == controls.soft_gas.tobytes()
             and self._integrator == settings.integrator
             and self._made_at <= steps < self._made_at + STABLE_FOR
+            and self._shape == _shape(state)
         )
-        if not known:
+        if not (known and part <= self._seconds):
+            self._model = None  # until all that follows is as new
             self._seconds = stable_time_step(model, controls, state, settings)
-            self._model, self._gas, self._integrator = model, controls.soft_gas.tobytes(), settings.integrator
-            self._made_at = steps
-        part = time_step / settings.substeps
-        if part > self._seconds:
+            self._gas, self._integrator, self._made_at = controls.soft_gas.tobytes(), settings.integrator, steps
+            self.note(state)
+            self._model = model
+        if not part <= self._seconds:
             raise ParameterError(
                 f"time_step / substeps is {part:.6g} s, and a stable time step here is {self._seconds:.6g} s with "
-                f"{integrator_name(settings)}: take that, or substeps={ceil(time_step / self._seconds)}, or say "
+                f"{integrator_name(settings)}: take that, {_in_parts(time_step / self._seconds)}or say "
                 "allow_unstable=True"
             )
+
+    def note(self, state: State) -> None:
+        """Note where the particles are: what moves them from here is not a step."""
+        if len(state.particle_position):
+            self._shape = _shape(state)
+
+
+def _shape(state: State) -> int:
+    """Return a number that tells the particles' positions from others."""
+    return int(fingerprint(state.particle_position.reshape(-1).view(np.int64)))
+
+
+def _in_parts(parts: float) -> str:
+    """Return the sub-steps that make a step stable, if there are not too many."""
+    return f"or substeps={ceil(parts)}, " if parts < 2.0**53 else ""
+
+
+def helpful_step(model: Model, controls: Controls, state: State, settings: Settings, body: int) -> tuple[float, str]:
+    """Return a time step [s] that helps a body that has diverged, as it was before, or 0 and why none does.
+
+    It is stable for all soft bodies, and no particle of any crosses half of its body, as seen from its middle. A box
+    that has diverged moves by no more than its size, and turns by no more than a radian.
+    """
+    try:
+        stable = stable_time_step(model, controls, state, settings)
+    except ParameterError as error:
+        return 0.0, str(error)
+    for soft in range(model.soft_count):
+        rows = slice(*model.soft_particle_start[soft : soft + 2])
+        extent = float(np.ptp(state.particle_position[rows], axis=0).max())
+        velocity = state.particle_velocity[rows]
+        with np.errstate(all="ignore"):
+            speed = float(np.abs(velocity - velocity.mean(axis=0)).max())
+        stable = min(stable, 0.5 * extent / speed if speed > 0.0 else inf)
+    if body < model.soft_count:
+        return stable, ""
+    box = body - model.soft_count
+    size, inverse_mass = float(model.box_size[box].min()), model.box_inverse_mass[box]
+    speed, spin = np.abs(state.box_velocity[box]).max(), np.abs(state.box_angular_velocity[box]).max()
+    push = np.abs(controls.gravity + inverse_mass * controls.box_force[box]).max()
+    twist = model.box_inverse_inertia[box].max() * np.abs(controls.box_torque[box]).max()
+    with np.errstate(all="ignore"):
+        longest = float(min(stable, size / speed, np.sqrt(size / push), 1.0 / spin, np.sqrt(1.0 / twist)))
+    return longest if 0.0 < longest < inf else 0.0, ""
+
+
+def check_pace(model: Model, state: State, h: float, box: int) -> None:
+    """Raise ParameterError if a box is, before any step of `h` [s], where or as fast as nothing can be computed."""
+    size, position = model.box_size[box], state.box_position[box]
+    spin, speed = hypot(*state.box_angular_velocity[box]), hypot(*state.box_velocity[box])
+    if abs(float(np.square(state.box_orientation[box]).sum()) - 1.0) > UNIT:
+        raise ParameterError(
+            f"orientation of box {box} is {state.box_orientation[box]}: no unit quaternion; divide it by its length"
+        )
+    if not np.abs(position).sum() <= RESOLVED * size.min():
+        raise ParameterError(f"position of box {box} is {position}: so far away that its size is lost in rounding")
+    if not h * np.abs(state.box_angular_velocity[box]).sum() <= MOST_TURN:
+        raise ParameterError(
+            f"angular_velocity of box {box} is {spin:.3g} rad/s, too fast for a step of {h:.3g} s, in which at most "
+            f"{MOST_TURN:.0e} rad are computed; take a time step up to {MOST_TURN / spin / 2.0:.3g} s"
+        )
+    if not np.abs(position).sum() + h * np.abs(state.box_velocity[box]).sum() <= RESOLVED * size.min():
+        raise ParameterError(
+            f"velocity of box {box} is {speed:.3g} m/s, which a step of {h:.3g} s takes so far away that its size is "
+            f"lost in rounding; take a shorter time step, such as {size.min() / speed:.3g} s"
+        )
 
 
 def warn_of_overlap(model: Model, surfaces: Surfaces) -> None:
@@ -149,20 +244,27 @@ def name_of(model: Model, body: int) -> str:
     return f"soft body {body}" if body < model.soft_count else f"box {body - model.soft_count}"
 
 
-def fault_of(fault: int, body: int, model: Model, part: float, stable: float, steps: int) -> SimulationError:
-    """Return what to raise for a soft body that DIVERGED or COLLAPSED in sub-steps of `part` [s], after `steps`."""
+def fault_of(
+    fault: int, body: int, model: Model, part: float, advice: tuple[float, str], steps: int
+) -> SimulationError:
+    """Return what to raise for a body that DIVERGED or COLLAPSED in sub-steps of `part` [s], after `steps`.
+
+    `advice` is what `helpful_step` says.
+    """
+    stable, why = advice
+    name = f"soft body {body}" if body < model.soft_count else f"box {body - model.soft_count}"
     what = "diverged"
     if fault == COLLAPSED:
         least = model.soft_deflated_below[body] * model.soft_mesh_volume[body]
         what = f"collapsed (deflated to {least:.3g} m³ or less)" if least else "collapsed (no volume left)"
-    cure = (
-        f"a stable time step here is {stable:.3g} s, not {part:.3g} s"
-        if part > stable
-        else "its gas is too weak or its load too strong for its springs; raise gas or stiffness"
-    )
+    if part > stable > 0.0:
+        cure = f"a stable time step here is {stable:.3g} s, not {part:.3g} s"
+    elif body >= model.soft_count:
+        cure = "it meets something far too heavy or too fast for it; make masses, speeds or forces less unlike"
+    elif fault == COLLAPSED:
+        cure = "its gas is too weak or its load too strong for its springs; raise gas or stiffness"
+    else:
+        cure = why or "its loads are too strong for its springs, or it is too light for them; change those"
     return SimulationError(
-        f"soft body {body} {what} in step {steps}; {cure}. The state is the last good one.",
-        steps,
-        f"soft body {body}",
-        stable,
+        f"{name} {what} in step {steps}; {cure}. The state is the last good one.", steps, name, stable
     )

@@ -4,6 +4,9 @@ Every kernel: nopython mode, strict IEEE arithmetic (no fused multiply-add, no r
 interpreted), x/0 = inf, no GIL, kept on disk. How Numba is brought to do it in half its time is `compile_once`'s
 business; where Numba's internals are not as expected, `plain_numba` does the same by its public decorator.
 With NUMBA_DISABLE_JIT=1 kernels are plain Python.
+
+A kernel believes what it is given: an index out of range, or an array of another length, reads or writes the memory of
+something else. With NUMBA_BOUNDSCHECK=1 it is an IndexError.
 """
 
 from __future__ import annotations

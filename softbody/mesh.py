@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from softbody.errors import MeshError, ParameterError
 from softbody.geometry.polyhedron import signed_volume
-from softbody.parameters import check_range, vector
+from softbody.parameters import NO_NUMBERS, check_range, check_whole, doubles, shown, vector
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,17 +19,22 @@ class Mesh:
 
     Raises MeshError, naming the element and the cure, unless every number is finite, every index is in range,
     every vertex is used, every edge is met by two triangles that run along it in opposite directions, no edge
-    or triangle is degenerate, and the enclosed volume is positive.
+    or triangle is degenerate, and the enclosed volume is positive. Both arrays are copies, and read-only: what was
+    checked stays so (a library that insists on writable arrays takes `mesh.vertices.copy()`).
     """
 
     vertices: np.ndarray
     triangles: np.ndarray
 
     def __post_init__(self) -> None:
-        """Convert and check both arrays."""
+        """Copy, convert and check both arrays."""
         vertices, triangles = checked_arrays(self.vertices, self.triangles)
         object.__setattr__(self, "vertices", vertices)
         object.__setattr__(self, "triangles", triangles)
+
+    def __reduce__(self) -> tuple[type[Mesh], tuple[np.ndarray, np.ndarray]]:
+        """Pickle, and copy, as what it is made from: a copy is checked and read-only, too."""
+        return type(self), (self.vertices, self.triangles)
 
     @property
     def edges(self) -> np.ndarray:
@@ -47,21 +52,34 @@ class Mesh:
 
     def scaled(self, factor: float) -> Mesh:
         """Return a copy scaled about the origin by `factor` > 0."""
-        check_range(factor, "factor", above=0.0)
+        factor = check_range(factor, "factor", above=0.0)
         return Mesh(self.vertices * factor, self.triangles)
 
 
 def unique_edges(triangles: np.ndarray) -> np.ndarray:
     """Return every edge of `triangles` (t, 3) once: (e, 2), smaller index first, sorted."""
-    directed = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    return np.unique(np.sort(directed, axis=1), axis=0)
+    count = int(triangles.max(initial=0)) + 1
+    keys = np.sort(_edge_keys(triangles, count))
+    return _edges_of(keys[np.append(True, np.diff(keys) > 0)[: len(keys)]], count)
+
+
+def _edge_keys(triangles: np.ndarray, count: int) -> np.ndarray:
+    """Return one number (3 t,) for each edge of each triangle, in the order of edges; there are `count` vertices."""
+    a, b, c = triangles.T
+    start, end = np.concatenate([a, b, c]), np.concatenate([b, c, a])
+    return np.minimum(start, end) * count + np.maximum(start, end)
+
+
+def _edges_of(keys: np.ndarray, count: int) -> np.ndarray:
+    """Return the edges (e, 2) of which `_edge_keys` gave the keys (e,)."""
+    return np.stack(np.divmod(keys, count), axis=1)
 
 
 def checked_arrays(vertices: ArrayLike, triangles: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """Return both as contiguous float64 (n, 3) and int64 (t, 3) arrays; see Mesh for the errors."""
+    """Return copies as contiguous float64 (n, 3) and int64 (t, 3) arrays, read-only; see Mesh for the errors."""
     with np.errstate(over="ignore"):  # a longdouble that becomes inf is refused below
-        points = _as_rows(vertices, "vertices").astype(np.float64)
-    faces = _as_rows(triangles, "triangles")
+        points: np.ndarray = _as_rows(vertices, "vertices").astype(np.float64, order="C")
+    faces: np.ndarray = _as_rows(triangles, "triangles").copy()
     if faces.dtype.kind not in "iu":
         _require(
             (faces == np.floor(faces)).all(axis=1),
@@ -69,12 +87,24 @@ def checked_arrays(vertices: ArrayLike, triangles: ArrayLike) -> tuple[np.ndarra
             faces,
         )
         _require((np.abs(faces) < 2**53).all(axis=1), "triangle {0} has an index too large; give integers")
-    _check_indices(points, faces)
-    # A copy: a mesh must not change, and then point past its vertices, when the caller's array does.
-    faces = np.array(faces, dtype=np.int64, order="C")
-    _check_closed(faces)
+    _require(
+        np.isfinite(points).all(axis=1),
+        "vertex {0} is at {1}: not finite; remove it or repair its coordinates",
+        points,
+    )
+    _check_indices(faces, len(points))
+    faces = faces.astype(np.int64, order="C")
+    _check_closed(faces, len(points))
+    # Nobody may change them, and let a triangle point past the vertices.
+    points.flags.writeable = faces.flags.writeable = False
     _check_shape(points, faces)
-    return np.ascontiguousarray(points), faces
+    return points, faces
+
+
+def check_surface(triangles: np.ndarray, count: int) -> None:
+    """Raise MeshError unless `triangles` (t, 3) int64 of `count` vertices are closed and oriented; see Mesh."""
+    _check_indices(triangles, count)
+    _check_closed(triangles, count)
 
 
 def _as_rows(rows: ArrayLike, name: str) -> np.ndarray:
@@ -100,13 +130,7 @@ def _require(ok: np.ndarray, message: str, *columns: np.ndarray) -> None:
         raise MeshError(message.format(first, *(column[first] for column in columns)))
 
 
-def _check_indices(points: np.ndarray, faces: np.ndarray) -> None:
-    count = len(points)
-    _require(
-        np.isfinite(points).all(axis=1),
-        "vertex {0} is at {1}: not finite; remove it or repair its coordinates",
-        points,
-    )
+def _check_indices(faces: np.ndarray, count: int) -> None:
     _require(
         (np.isfinite(faces) & (faces >= 0) & (faces < count)).all(axis=1),
         "triangle {0} is {1}, but vertices run from 0 to " + str(count - 1) + "; repair its indices",
@@ -123,22 +147,34 @@ def _check_indices(points: np.ndarray, faces: np.ndarray) -> None:
     _require(used, "vertex {0} belongs to no triangle; remove it")
 
 
-def _check_closed(faces: np.ndarray) -> None:
-    directed = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    edges, edge_of, meetings = np.unique(np.sort(directed, axis=1), axis=0, return_inverse=True, return_counts=True)
+def _check_closed(faces: np.ndarray, count: int) -> None:
+    keys, edge_of, meetings = np.unique(_edge_keys(faces, count), return_inverse=True, return_counts=True)
+    edges = _edges_of(keys, count)
     _require(
         meetings == 2,
         "edge {1[0]}–{1[1]} is met by {2} triangle(s), not 2; close the hole or take the extra triangles away",
         edges,
         meetings,
     )
-    forward = np.bincount(edge_of.ravel()[directed[:, 0] < directed[:, 1]], minlength=len(edges))
+    is_forward = np.concatenate([faces[:, k] < faces[:, (k + 1) % 3] for k in range(3)])
+    forward = np.bincount(edge_of.ravel()[is_forward], minlength=len(edges))
     _require(
         forward == 1,
         "both triangles at edge {1[0]}–{1[1]} run along it the same way; flip one, so that all triangles turn "
         "counter-clockwise seen from outside",
         edges,
     )
+
+
+MOST_VERTICES = 20_000_000  # that a shape is made with: some ten gigabytes of memory on the way
+
+
+def _check_number(vertices: int, cure: str) -> None:
+    """Raise ParameterError for a shape of more vertices than are made."""
+    if vertices > MOST_VERTICES:
+        raise ParameterError(
+            f"{vertices} vertices are more than the {MOST_VERTICES} that a shape may have; ask for {cure}"
+        )
 
 
 # Extents [m] between which areas squared, and volumes squared, are neither 0 nor inf in float64 (1e±308).
@@ -168,7 +204,7 @@ def _check_shape(points: np.ndarray, faces: np.ndarray) -> None:
         "triangle {0} ({1}) has no area; move one of its vertices or remove it",
         faces,
     )
-    volume = signed_volume(np.ascontiguousarray(points), faces)
+    volume = signed_volume(points, faces)
     # A flat mesh has a volume of pure rounding: about 1e-16 of size³ for each triangle.
     if abs(volume) <= 1e-16 * len(faces) * size**3:
         raise MeshError("the mesh encloses no volume: it is flat; give it a thickness")
@@ -208,7 +244,7 @@ def icosahedron(radius: float = 1.0) -> Mesh:
 
 
 def _regular(corners: ArrayLike, faces: ArrayLike, radius: float) -> Mesh:
-    _require_positive(radius, "radius")
+    radius = check_range(radius, "radius", "m", above=0.0)
     directions = np.asarray(corners, float)
     return Mesh(radius * directions / np.linalg.norm(directions, axis=1, keepdims=True), np.asarray(faces))
 
@@ -219,8 +255,8 @@ def icosphere(subdivisions: int = 3, radius: float = 1.0) -> Mesh:
     `radius` [m]; every vertex lies on the sphere. Subdivisions 3, 4, 5, 6, 7 have 642, 2 562, 10 242, 40 962
     and 163 842 vertices.
     """
-    _require_whole(subdivisions, "subdivisions", 0, 10)
-    _require_positive(radius, "radius")
+    subdivisions = check_whole(subdivisions, "subdivisions", 0, 10)
+    radius = check_range(radius, "radius", "m", above=0.0)
     solid = icosahedron()
     points, faces = solid.vertices, solid.triangles
     for _ in range(subdivisions):
@@ -242,14 +278,15 @@ def torus(
     major_radius: float = 1.0, minor_radius: float = 0.4, major_segments: int = 48, minor_segments: int = 24
 ) -> Mesh:
     """Return a torus about the z axis with `major_segments` × `minor_segments` vertices; radii in metres."""
-    _require_positive(minor_radius, "minor_radius")
-    _require_positive(major_radius, "major_radius")
+    minor_radius = check_range(minor_radius, "minor_radius", "m", above=0.0)
+    major_radius = check_range(major_radius, "major_radius", "m", above=0.0)
     if not major_radius > minor_radius:
         raise ParameterError(
             f"major_radius {major_radius} must exceed minor_radius {minor_radius}, or the torus meets itself"
         )
-    _require_whole(major_segments, "major_segments", 3)
-    _require_whole(minor_segments, "minor_segments", 3)
+    major_segments = check_whole(major_segments, "major_segments", 3)
+    minor_segments = check_whole(minor_segments, "minor_segments", 3)
+    _check_number(major_segments * minor_segments, "fewer segments")
     u = 2.0 * pi * np.arange(major_segments) / major_segments
     v = 2.0 * pi * np.arange(minor_segments) / minor_segments
     around, across = np.meshgrid(u, v, indexing="ij")
@@ -267,12 +304,13 @@ def torus(
 def box(size: ArrayLike = (1.0, 1.0, 1.0), segments: int = 1) -> Mesh:
     """Return a box about the origin of full extent `size` (3,) [m], each side `segments` × `segments` squares."""
     try:
-        extent = np.asarray(size, float)
-    except (TypeError, ValueError) as error:
-        raise ParameterError(f"size is {size!r}; give three positive lengths [m]") from error
+        extent = doubles(size)
+    except NO_NUMBERS as error:
+        raise ParameterError(f"size is {shown(size)}; give three positive lengths [m]") from error
     if extent.shape != (3,) or not (np.isfinite(extent) & (extent > 0.0)).all():
-        raise ParameterError(f"size is {size!r}; give three positive lengths [m]")
-    _require_whole(segments, "segments", 1)
+        raise ParameterError(f"size is {shown(size)}; give three positive lengths [m]")
+    segments = check_whole(segments, "segments", 1)
+    _check_number(6 * segments**2 + 2, "fewer segments")
     corners: list[np.ndarray] = []
     faces: list[np.ndarray] = []
     line = np.arange(segments + 1)
@@ -291,14 +329,3 @@ def box(size: ArrayLike = (1.0, 1.0, 1.0), segments: int = 1) -> Mesh:
             faces.append(quads if side else quads[:, ::-1])
     lattice, index_of = np.unique(np.concatenate(corners), axis=0, return_inverse=True)
     return Mesh(extent * (lattice / segments - 0.5), index_of.ravel()[np.concatenate(faces)])
-
-
-def _require_positive(value: float, name: str) -> None:
-    if not isinstance(value, (int, float, np.number)) or not 0.0 < value < np.inf:
-        raise ParameterError(f"{name} is {value!r}; give a positive length [m]")
-
-
-def _require_whole(value: int, name: str, least: int, most: float = np.inf) -> None:
-    if not isinstance(value, (int, np.integer)) or not least <= value <= most:
-        limits = f"from {least} to {most}" if most < np.inf else f"≥ {least}"
-        raise ParameterError(f"{name} is {value!r}; give a whole number {limits}")

@@ -12,7 +12,7 @@ from softbody.collision.sat_boxes import PlacedBoxes, placed_box
 from softbody.collision.sequential_impulses import hold_pushed_boxes, solve_positions, solve_velocities
 from softbody.collision.single_contact import paper_contact
 from softbody.collision.solver_row import prepare_contacts
-from softbody.collision.warm_start import cache_impulses, warm_start
+from softbody.collision.warm_start import warm_start
 from softbody.dynamics.rigid_boxes import accelerate_boxes, advance_boxes, shift_boxes
 from softbody.jit import jit
 from softbody.law import combined, material_of_box
@@ -49,7 +49,6 @@ def move_boxes(
     warm_start(contacts)
     accelerate_boxes(model, controls, state, h)
     solve_velocities(contacts, boxes, h, settings.iterations, ENOUGH * slop / h)
-    cache_impulses(contacts)
     # Positions.
     shift = solve_positions(contacts, boxes, slop, settings.iterations)
     advance_boxes(model, state, h, settings.gyroscopic)

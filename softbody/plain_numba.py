@@ -11,6 +11,7 @@ from typing import Any
 
 import numba
 
+from softbody.cache_warning import warn_not_kept
 from softbody.core_digest import CORE_DIGEST
 
 
@@ -23,6 +24,9 @@ def compiled_plainly(function: Any, options: dict[str, Any]) -> Any:
     numba.config.CACHE_DIR = str(_folder(before))  # type: ignore[attr-defined]
     try:
         return numba.njit(nogil=True, error_model="numpy", cache=True, **public)(function)
+    except (RuntimeError, OSError) as error:  # there is no folder to keep it in
+        warn_not_kept(error)
+        return numba.njit(nogil=True, error_model="numpy", **public)(function)
     finally:
         numba.config.CACHE_DIR = before  # type: ignore[attr-defined]
 

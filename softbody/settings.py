@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from math import inf
+from math import inf, isnan
 from typing import Any, NamedTuple, TypedDict
 
+import numpy as np
+
 from softbody.errors import ParameterError
-from softbody.parameters import check_range, check_whole
+from softbody.parameters import check_range, check_whole, check_yes_or_no, shown
 
 RK4_VELOCITY, RK4, SYMPLECTIC_EULER = 0, 1, 2
 INTEGRATORS = {"rk4_velocity": RK4_VELOCITY, "rk4": RK4, "symplectic_euler": SYMPLECTIC_EULER}
+PRECISIONS: dict[str, type[np.floating[Any]]] = {"double": np.float64, "single": np.float32}
+
+MOST_ITERATIONS = 10_000_000  # sweeps; a step must end
 
 
 class Settings(NamedTuple):
@@ -88,17 +93,33 @@ def settings_of(choices: Choices) -> Settings:
             continue
         kind = type(Settings._field_defaults[name])
         if kind is int:
-            check_whole(value, name, 1)  # type: ignore[arg-type]
-        elif kind is float and value != inf:
-            check_range(value, name, least=0.0)  # type: ignore[arg-type]
-        values[name] = kind(value)
+            values[name] = check_whole(value, name, 1)  # type: ignore[arg-type]
+            check_range(value, name, most=MOST_ITERATIONS)  # type: ignore[arg-type]
+        elif kind is bool:
+            values[name] = check_yes_or_no(value, name)
+        else:
+            unlimited = isinstance(value, (float, np.floating)) and value == inf
+            values[name] = inf if unlimited else check_range(value, name, least=0.0)  # type: ignore[arg-type]
     return Settings(**values)
+
+
+def check_settings(settings: Settings, name: str) -> None:
+    """Raise ParameterError unless `settings`, called `name`, are what `settings_of` might have returned."""
+    if settings.integrator not in INTEGRATORS.values():
+        known = ", ".join(f"{number} ({word})" for word, number in INTEGRATORS.items())
+        raise ParameterError(f"{name}.integrator is {settings.integrator}; there are {known}")
+    if settings.substeps != 1:
+        raise ParameterError(f"{name}.substeps is {settings.substeps}; it is 1: steps are told theirs")
+    check_range(settings.iterations, f"{name}.iterations", least=1, most=MOST_ITERATIONS)
+    for field, value in settings._asdict().items():
+        if isinstance(value, float) and (isnan(value) or value < 0.0):
+            raise ParameterError(f"{name}.{field} is {value}; give a number ≥ 0, or inf")
 
 
 def check_name(value: object, name: str, choices: tuple[str, ...]) -> None:
     """Raise ParameterError unless `value` is one of the `choices`."""
-    if value not in choices:
-        raise ParameterError(f"{name} is {value!r}; choose one of {', '.join(choices)}")
+    if not isinstance(value, str) or value not in choices:
+        raise ParameterError(f"{name} is {shown(value)}; choose one of {', '.join(choices)}")
 
 
 def integrator_name(settings: Settings) -> str:

@@ -2,15 +2,30 @@
 
 from __future__ import annotations
 
+from math import inf
+
 import numpy as np
 
 from softbody.builder import Parts, soft_body_alone
-from softbody.dynamics.equilibrium import relax
-from softbody.dynamics.soft_bodies import motion_of
+from softbody.dynamics.equilibrium import glide_from_rest, relax
+from softbody.dynamics.soft_bodies import Motion, motion_of
 from softbody.dynamics.stability import highest_frequency
-from softbody.state import soft_bodies_of
+from softbody.interrupts import listening
+from softbody.state import SoftBodies, soft_bodies_of
 
 ROUND = 500  # steps of relaxation between two looks at what is left and at the stable step
+
+
+def _relax_round(bodies: SoftBodies, motion: Motion, longest: float, steps: int) -> float:
+    """Relax by `steps` steps, and let signals be handled on the way; return the largest acceleration [m/s²] left."""
+    glide = glide_from_rest(bodies.position, longest)
+    with listening() as bell:
+        motion = motion._replace(memory=motion.memory._replace(stop=bell.struck))
+        left = inf
+        while steps:
+            bell.still()
+            left, steps = relax(bodies, motion, longest, steps, glide)
+    return left
 
 
 def shape_at_rest(parts: Parts, body: int, tolerance: float, steps: int) -> tuple[np.ndarray, float]:
@@ -30,7 +45,7 @@ def shape_at_rest(parts: Parts, body: int, tolerance: float, steps: int) -> tupl
     for _ in range(0, steps, ROUND):
         # Half of the stable step of symplectic Euler: where the mixing adds, less is more.
         longest = 1.0 / highest_frequency(model, controls, position, 0)
-        left = relax(bodies, motion, longest, min(steps, ROUND))
+        left = _relax_round(bodies, motion, longest, min(steps, ROUND))
         size = np.ptp(position, axis=0).max()
         enough = tolerance * model.edge_stiffness.max() * size * model.particle_inverse_mass.max()
         if not left > enough:

@@ -1,58 +1,63 @@
-"""What a world is at one instant, as named arrays: to go back to, to keep in a file, to compare."""
+"""What a world is at one instant, as named arrays; and which world, if any, such arrays describe.
+
+Whoever reads arrays from elsewhere believes nothing: they are copied, then every entry is checked, then taken. What
+follows from others, as vertex rings do, is no part of a snapshot.
+"""
 
 from __future__ import annotations
 
 import hashlib
-import zipfile
-from collections.abc import Iterator
-from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from collections.abc import Callable, Iterator
+from functools import cache
+from typing import Any, NamedTuple, get_type_hints
 
 import numpy as np
 
-from softbody.errors import ParameterError
+from softbody.collision.contact import NOBODY, ImpulseCache
+from softbody.errors import MeshError, ParameterError, SnapshotError
+from softbody.mesh import check_surface, unique_edges
+from softbody.parameters import QUATERNION_TOLERANCE
+from softbody.settings import PRECISIONS, Settings, check_name, check_settings
+from softbody.snapshot_entries import Entries, Snapshot
+from softbody.state import Controls, Model, Property, Rows, State
 
-Snapshot = dict[str, np.ndarray]
-Part = TypeVar("Part", bound=NamedTuple)
+FORMAT = 2  # of snapshots and files; those of format 1 have no number, and hold the vertex rings, too
+
+GROUND = {  # limits of each of its numbers
+    "ground_height": Rows(),
+    "ground_restitution": Rows(least=0.0, most=1.0),
+    "ground_friction": Rows(least=0.0),
+}
+NO_GROUND = -np.inf  # its height, if there is none
+
+SAME = 1e-9  # how far, relatively, an inverse inertia may be from that of the box's size and mass: rounding is 1e-15
+
+
+class Snapped(NamedTuple):
+    """What a snapshot says of a world."""
+
+    model: Model
+    controls: Controls
+    state: State
+    cache: ImpulseCache
+    settings: Settings
+    precision: str
+    steps: int
+    time: float
+
+
+def snapshot_of(snapped: Snapped) -> Snapshot:
+    """Return named arrays that share no memory with a world."""
+    parts: dict[str, np.ndarray] = {"format": np.array(FORMAT)}
+    for name, value in snapped._asdict().items():
+        parts |= dict(named_arrays(name, value)) if hasattr(value, "_asdict") else {name: np.array(value)}
+    return parts
 
 
 def named_arrays(name: str, part: Any) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield "name.field" and a copy of each field of a named tuple, and of the named tuples in it."""
+    """Yield "name.field" and a copy of each field of a named tuple."""
     for field, value in part._asdict().items():
-        if hasattr(value, "_asdict"):
-            yield from named_arrays(f"{name}.{field}", value)
-        else:
-            yield f"{name}.{field}", np.array(value)
-
-
-def rebuilt(name: str, like: Part, snapshot: Snapshot) -> Part:
-    """Return the named tuple of the kind of `like` that `named_arrays` took apart; raises ParameterError."""
-    values: list[Any] = []
-    for field, value in like._asdict().items():
-        key = f"{name}.{field}"
-        if hasattr(value, "_asdict"):
-            values.append(rebuilt(key, value, snapshot))
-        elif isinstance(value, np.ndarray):
-            values.append(entry(snapshot, key).astype(value.dtype))
-        else:
-            values.append(_number(entry(snapshot, key), key, type(value)))
-    return type(like)(*values)
-
-
-def _number(array: np.ndarray, key: str, kind: type) -> Any:
-    try:
-        return kind(array.item())
-    except (TypeError, ValueError) as error:
-        raise ParameterError(f"{key} is {array!r}; it was one number in the world that was saved") from error
-
-
-def entry(snapshot: Snapshot, key: str) -> np.ndarray:
-    """Return one array of a snapshot; raises ParameterError if it is not there."""
-    if key not in snapshot:
-        raise ParameterError(
-            f"{key!r} is missing: this is no snapshot of a world, or one of another version of softbody"
-        )
-    return np.asarray(snapshot[key])
+        yield f"{name}.{field}", np.array(value)
 
 
 def digest(arrays: Iterator[tuple[str, np.ndarray]]) -> str:
@@ -64,19 +69,154 @@ def digest(arrays: Iterator[tuple[str, np.ndarray]]) -> str:
     return result.hexdigest()
 
 
-def write(path: str | Path, snapshot: Snapshot) -> None:
-    """Write a snapshot to an NPZ file, whole or not at all."""
-    path = Path(path)
-    temporary = path.with_name(f".{path.name}.part")
-    with temporary.open("wb") as file:
-        np.savez(file, **snapshot)  # type: ignore[arg-type]
-    temporary.replace(path)
-
-
-def read(path: str | Path) -> Snapshot:
-    """Read what `write` wrote; raises ParameterError for a file of another kind."""
+def checked(snapshot: Snapshot) -> Snapped:
+    """Return what a snapshot says, in memory of its own; raises SnapshotError, which names the entry at fault."""
     try:
-        with np.load(path, allow_pickle=False) as file:
-            return {name: file[name] for name in file.files}
-    except (ValueError, EOFError, AttributeError, zipfile.BadZipFile) as error:
-        raise ParameterError(f"{path} is no NPZ file of a world: write one with World.save") from error
+        return _checked(Entries(snapshot))
+    except (ParameterError, MeshError) as error:
+        raise error if isinstance(error, SnapshotError) else SnapshotError(str(error)) from error
+
+
+def _checked(entries: Entries) -> Snapped:
+    _check_format(entries)
+    model, counts = _model(entries)
+    _check_surfaces(model)
+    _check_masses(model)
+    controls, state = _controls(entries, counts), _part(entries, "state", State, counts)
+    _check_orientations(state.box_orientation)
+    impulses = _impulses(entries, model.box_count)
+    settings = _settings(entries)
+    precision = entries.word("precision")
+    check_name(precision, "precision", tuple(PRECISIONS))
+    steps, time = entries.whole("steps"), entries.real("time", Rows(least=0.0))
+    entries.none_left()
+    return Snapped(model, controls, state, impulses, settings, precision, steps, time)
+
+
+def _check_format(entries: Entries) -> None:
+    """Take what only tells the format, or is no part of it any more."""
+    if "format" not in entries.names() and "rings.particle" in entries.names():
+        entries.leave_out("rings.")  # format 1
+        return
+    number = entries.whole("format")
+    if number != FORMAT:
+        raise SnapshotError(
+            f"format is {number}, and this softbody reads formats up to {FORMAT}: take the softbody that wrote it"
+        )
+
+
+def _model(entries: Entries) -> tuple[Model, dict[str, int]]:
+    """Take a Model; return it, and how many rows there are of what fields are named by."""
+    counts = {"soft": entries.whole("model.soft_count"), "box": entries.whole("model.box_count"), "gravity": 3}
+    known: dict[str, Any] = {"soft_count": counts["soft"], "box_count": counts["box"]}
+    for kind in ("particle", "edge", "triangle"):
+        name = f"model.soft_{kind}_start"
+        start = entries.rows(name, (counts["soft"] + 1,), Rows(whole=True, least=0))
+        if start[0] != 0 or not (start[1:] > start[:-1]).all():
+            raise SnapshotError(f"{name} is {start}; it must begin with 0 and grow with every body")
+        known[f"soft_{kind}_start"], counts[kind] = start, int(start[-1])
+    for field, limits in GROUND.items():
+        known[field] = entries.real(f"model.{field}", limits, NO_GROUND if field == "ground_height" else None)
+    return _part(entries, "model", Model, counts, known), counts
+
+
+def _controls(entries: Entries, counts: dict[str, int]) -> Controls:
+    """Take Controls; there are forces on all particles, or on none."""
+    particles = counts["particle"] if entries.length("controls.particle_force") else 0
+    return _part(entries, "controls", Controls, counts | {"particle": particles})
+
+
+def _part(entries: Entries, name: str, kind: Any, counts: dict[str, int], known: dict[str, Any] | None = None) -> Any:
+    """Take a Model, Controls or State, but for the fields that are `known`."""
+    values = dict(known or {})
+    for field, rows in _rows_of(kind).items():
+        if field not in values:
+            count = counts[field.split("_")[0]]
+            values[field] = entries.rows(f"{name}.{field}", (count, *([rows.columns] if rows.columns else [])), rows)
+    return kind(**values)
+
+
+@cache
+def _rows_of(kind: Any) -> dict[str, Rows]:
+    """Return what the rows of each array of a Model, Controls or State are; see softbody/state.py."""
+    found = {}
+    for field, hint in get_type_hints(kind, include_extras=True).items():
+        note = getattr(hint, "__metadata__", (None,))[0]
+        if hint not in (int, float):
+            limits = Rows(least=note.least, most=note.most) if isinstance(note, Property) else Rows()
+            found[field] = note if isinstance(note, Rows) else limits
+    return found
+
+
+def _check_surfaces(model: Model) -> None:
+    """Raise SnapshotError unless the triangles of each soft body are a closed surface of its particles and edges."""
+    known = dict[bytes, np.ndarray]()
+    for body in range(model.soft_count):
+        first, end = model.soft_particle_start[body : body + 2]
+        triangles = model.triangle_particles[slice(*model.soft_triangle_start[body : body + 2])] - first
+        edges = model.edge_particles[slice(*model.soft_edge_start[body : body + 2])] - first
+        key = np.int64(end - first).tobytes() + triangles.tobytes()
+        if key not in known:
+            try:
+                check_surface(triangles, int(end - first))
+            except MeshError as error:
+                raise SnapshotError(
+                    f"model.triangle_particles of soft body {body}, from {first} on: {error}"
+                ) from error
+            known[key] = unique_edges(triangles)
+        if not np.array_equal(edges, known[key]):
+            raise SnapshotError(
+                f"model.edge_particles of soft body {body} are not the edges of its triangles, each once, in order"
+            )
+
+
+def _check_masses(model: Model) -> None:
+    """Raise SnapshotError unless something of each soft body can move, and boxes turn as boxes do."""
+    free = np.add.reduceat(np.append(model.particle_inverse_mass, 0.0), model.soft_particle_start) > 0.0
+    if not free[:-1].all():
+        body = int(np.argmin(free))
+        raise SnapshotError(f"model.particle_inverse_mass of soft body {body} is 0 everywhere: leave one particle free")
+    square = model.box_size**2
+    inverse = 12.0 * model.box_inverse_mass[:, None] / (np.roll(square, 1, axis=1) + np.roll(square, 2, axis=1))
+    good = (np.abs(model.box_inverse_inertia - inverse) <= SAME * inverse).all(axis=1)
+    if not good.all():
+        box = int(np.argmin(good))
+        raise SnapshotError(
+            f"model.box_inverse_inertia[{box}] is {model.box_inverse_inertia[box]}; of a homogeneous box of its size "
+            f"and mass it is {inverse[box]}"
+        )
+
+
+def _check_orientations(orientation: np.ndarray) -> None:
+    length = np.linalg.norm(orientation, axis=1)
+    good = np.abs(length - 1.0) <= QUATERNION_TOLERANCE
+    if not good.all():
+        box = int(np.argmin(good))
+        raise SnapshotError(f"state.box_orientation[{box}] has length {length[box]:.6g}; it must be 1")
+
+
+def _impulses(entries: Entries, boxes: int) -> ImpulseCache:
+    """Take what the solver remembers of the last step."""
+    number = entries.rows("cache.number", (1,), Rows(whole=True, least=0))
+    count = int(number[0])
+    box = entries.rows("cache.box", (count, 2), Rows(2, whole=True, least=NOBODY))
+    a, b = box.T
+    # By (a, b), where b is a box before a, or the ground.
+    rising = (np.diff(a) > 0) | ((np.diff(a) == 0) & (np.diff(b) >= 0))
+    if not ((b < a) & (a < boxes)).all() or not rising.all():
+        raise SnapshotError("cache.box is no list of pairs of boxes (a, b) with b < a, in order")
+    return ImpulseCache(
+        number,
+        box,
+        entries.rows("cache.feature", (count,), Rows(whole=True)),
+        entries.rows("cache.point", (count, 3), Rows(3)),
+        entries.rows("cache.impulse", (count, 3), Rows(3)),
+    )
+
+
+def _settings(entries: Entries) -> Settings:
+    take: dict[type, Callable[[str], Any]] = {int: entries.whole, bool: entries.truth, float: entries.any_real}
+    values = {field: take[type(value)](f"settings.{field}") for field, value in Settings()._asdict().items()}
+    settings = Settings(**values)
+    check_settings(settings, "settings")
+    return settings

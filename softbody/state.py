@@ -17,10 +17,13 @@ from softbody.jit import jit
 
 
 class Rows(NamedTuple):
-    """What the rows of an array are, if not one real number each."""
+    """What the rows of an array are, if not one real number each, of any size."""
 
     columns: int = 0  # numbers a row, 0 for an array of one axis
     whole: bool = False
+    least: float = -inf
+    above: float = -inf
+    most: float = inf
 
 
 class Property(NamedTuple):
@@ -40,25 +43,26 @@ class Model(NamedTuple):
 
     soft_count: int  # soft bodies, b
     box_count: int  # boxes, m
-    particle_inverse_mass: np.ndarray  # (n,) [1/kg]; 0 for a particle that is fixed
+    particle_inverse_mass: Annotated[np.ndarray, Rows(least=0.0)]  # (n,) [1/kg]; 0 for a particle that is fixed
     edge_particles: Annotated[np.ndarray, Rows(2, whole=True)]  # (e, 2) that the edge's spring joins
-    edge_rest_length: np.ndarray  # (e,) [m]
-    edge_stiffness: np.ndarray  # (e,) [N/m]
+    edge_rest_length: Annotated[np.ndarray, Rows(above=0.0)]  # (e,) [m]
+    edge_stiffness: Annotated[np.ndarray, Rows(least=0.0)]  # (e,) [N/m]
     triangle_particles: Annotated[np.ndarray, Rows(3, whole=True)]  # (t, 3) counter-clockwise seen from outside
     soft_particle_start: Annotated[np.ndarray, Rows(whole=True)]  # (b + 1,)
     soft_edge_start: Annotated[np.ndarray, Rows(whole=True)]  # (b + 1,)
     soft_triangle_start: Annotated[np.ndarray, Rows(whole=True)]  # (b + 1,)
-    soft_thickness: np.ndarray  # (b,) 2 V/A at rest [m]: of a plate its thickness, of a ball two thirds of its radius
-    soft_edge_length: np.ndarray  # (b,) mean, of the mesh as it was added [m]
-    soft_mesh_volume: np.ndarray  # (b,) of the mesh as it was added [m³]
+    # (b,) 2 V/A at rest [m]: of a plate its thickness, of a ball two thirds of its radius
+    soft_thickness: Annotated[np.ndarray, Rows(above=0.0)]
+    soft_edge_length: Annotated[np.ndarray, Rows(above=0.0)]  # (b,) mean, of the mesh as it was added [m]
+    soft_mesh_volume: Annotated[np.ndarray, Rows(above=0.0)]  # (b,) of the mesh as it was added [m³]
     soft_deflated_below: Annotated[np.ndarray, Property(0.0, most=1.0)]  # (b,) of that volume: then it has collapsed
     soft_damping: Annotated[np.ndarray, Property(0.0, "N s/m")]  # (b,) of the springs, along their edges
     soft_drag: Annotated[np.ndarray, Property(0.0, "1/s")]  # (b,) rate at which velocities fade
     soft_restitution: Annotated[np.ndarray, Property(0.0, most=1.0)]  # (b,)
     soft_friction: Annotated[np.ndarray, Property(0.5)]  # (b,) Coulomb coefficient
-    box_size: Annotated[np.ndarray, Rows(3)]  # (m, 3) full extent [m]
-    box_inverse_mass: np.ndarray  # (m,) [1/kg]; 0 for a static box
-    box_inverse_inertia: Annotated[np.ndarray, Rows(3)]  # (m, 3) diagonal in the box's own frame [1/(kg m²)]
+    box_size: Annotated[np.ndarray, Rows(3, above=0.0)]  # (m, 3) full extent [m]
+    box_inverse_mass: Annotated[np.ndarray, Rows(least=0.0)]  # (m,) [1/kg]; 0 for a static box
+    box_inverse_inertia: Annotated[np.ndarray, Rows(3, least=0.0)]  # (m, 3) diagonal in the box's own frame [1/(kg m²)]
     box_restitution: Annotated[np.ndarray, Property(0.0, most=1.0)]  # (m,)
     box_friction: Annotated[np.ndarray, Property(0.5)]  # (m,) Coulomb coefficient
     ground_height: float  # the ground is z ≤ height [m]; −inf: no ground
@@ -70,7 +74,7 @@ class Controls(NamedTuple):
     """What acts on the bodies: what a user sets between steps. It stays until it is changed."""
 
     gravity: np.ndarray  # (3,) [m/s²]
-    soft_gas: np.ndarray  # (b,) nRT [J]
+    soft_gas: Annotated[np.ndarray, Rows(least=0.0)]  # (b,) nRT [J]
     particle_force: Annotated[np.ndarray, Rows(3)]  # (n, 3) [N] on each particle, or (0, 3) where there is none
     box_force: Annotated[np.ndarray, Rows(3)]  # (m, 3) [N] through the centre, besides gravity
     box_torque: Annotated[np.ndarray, Rows(3)]  # (m, 3) [N m], world frame

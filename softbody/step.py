@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import NamedTuple
 
 import numpy as np
 
 from softbody.collision.box_contacts import find_box_contacts
-from softbody.collision.contact import Contacts
+from softbody.collision.contact import NOBODY, Contacts
 from softbody.collision.manifold import Manifold
 from softbody.collision.paper_response import resolve_in_turn
 from softbody.collision.soft_contacts import find_soft_contacts
 from softbody.collision.soft_response import Bodies, resolve_contacts
 from softbody.collision.substeps import subdivision
 from softbody.collision.surface import Surfaces
-from softbody.dynamics.rigid_boxes import limit_boxes
-from softbody.dynamics.soft_bodies import BARE, Motion, move_soft_bodies
-from softbody.jit import jit, jit_inlined
+from softbody.collision.warm_start import cache_impulses, copied_cache, copy_cache
+from softbody.dynamics.rigid_boxes import box_astray, limit_boxes
+from softbody.dynamics.soft_bodies import BARE, DIVERGED, Motion, move_soft_bodies
+from softbody.jit import jit, jit_inlined, jit_lean
 from softbody.landing import material_on_ground, resolve_ground
 from softbody.move_boxes import hold_boxes, move_boxes, move_boxes_singly
 from softbody.settings import Settings
 from softbody.state import Controls, Model, State, boxes_of, copied, particles_of, soft_bodies_of
 from softbody.vec import load, store
+
+NO_ROOM = 3  # a fault beside DIVERGED and COLLAPSED: there are more contacts than rows for them
 
 
 class Work(NamedTuple):
@@ -35,6 +39,14 @@ class Work(NamedTuple):
     manifold: Manifold | None
     start: State  # of the step
     grounded: np.ndarray | None  # (m,) of bool: which boxes touch the ground
+    stop: np.ndarray  # (1,) what is not 0 ends a run early; somebody else may write it
+
+
+class Clock(NamedTuple):
+    """How far a world is. Kernels write it with the state, so that no interrupt comes between the two."""
+
+    steps: np.ndarray  # (1,) done since the world was made
+    time: np.ndarray  # (1,) [s]
 
 
 @jit_inlined
@@ -47,10 +59,10 @@ def step(
     settings: Settings,
     h: float,
 ) -> tuple[Contacts, int, int]:
-    """Advance a world by `h` [s]; return (contacts, fault, soft body).
+    """Advance a world by `h` [s]; return (contacts, fault, body), boxes numbered after soft bodies.
 
     The contacts are those of this step, in longer arrays if there was no room for all. On a fault (DIVERGED or
-    COLLAPSED, else 0) no soft body has moved, and the step must be undone.
+    COLLAPSED, else 0) the step must be undone, to `work.start`.
     """
     contacts.number[0] = contacts.number[1] = 0
     if not settings.single_contact:
@@ -64,11 +76,39 @@ def step(
     else:
         move_boxes(model, controls, state, work.grounded, contacts, settings, h)
     limit_boxes(model, state, settings, work.grounded)
+    stray = -1 if work.grounded is None else box_astray(model, state, h)
+    if stray >= 0:
+        return contacts, DIVERGED, model.soft_count + stray
     contacts = find_soft_contacts(model, state, work.surfaces, settings, contacts)
+    if not settings.single_contact:
+        cache_impulses(contacts)  # not sooner: had there been no room, the step might have to be undone
     push = resolve_soft_contacts(model, state, work.start, work.surfaces, contacts, settings, h)
     hold_boxes(model, controls, state, work.grounded, contacts, push, settings, h)
     resolve_ground(model, state)
+    stray = _thrown_astray(model, state, contacts, h)
+    if stray >= 0:
+        contacts.cache.number[0] = 0
+        return contacts, DIVERGED, stray
     return contacts, 0, -1
+
+
+@jit_lean
+def _thrown_astray(model: Model, state: State, contacts: Contacts, h: float) -> int:
+    """Return a body that the contacts of soft bodies have thrown out of all numbers, or −1."""
+    first, end = contacts.number[1], contacts.number[0]
+    for k in range(first, end):
+        for side in range(2):
+            for c in range(3):
+                i = contacts.particles[k, side, c]
+                if i != NOBODY:
+                    x, v = load(state.particle_position, i), load(state.particle_velocity, i)
+                    if not isfinite(x[0] + x[1] + x[2] + v[0] + v[1] + v[2]):
+                        body = 0
+                        while model.soft_particle_start[body + 1] <= i:
+                            body += 1
+                        return body
+    stray = box_astray(model, state, h) if end > first else -1
+    return -1 if stray < 0 else model.soft_count + stray
 
 
 @jit
@@ -105,20 +145,39 @@ def run(
     settings: Settings,
     h: float,
     steps: int,
+    grows: bool = True,
 ) -> tuple[Contacts, int, int, int]:
-    """Advance any world by `steps` steps of `h` [s]; return (contacts, steps done, fault, soft body).
+    """Advance any world by `steps` steps of `h` [s]; return (contacts, steps done, fault, body).
 
     Where bodies would jump through each other a step is taken in equal parts. On a fault the state is that of the last
-    good step.
+    good step. Where `work.stop` is not 0, the run ends after the step. Where there is no room for all contacts, the run
+    goes on with longer arrays, if it `grows`; else that is a fault like others, NO_ROOM, and "body" is how many rows
+    there must be.
     """
+    stray = -1 if work.grounded is None else box_astray(model, state, h)
+    if stray >= 0:
+        return contacts, 0, DIVERGED, model.soft_count + stray
+    # What a step in parts goes back to. (Names that are bound in every step would be counted in every step.)
+    given, start, cache = contacts, work.start, contacts.cache
     for done in range(steps):
         parts = subdivision(model, state, h) if settings.split_steps and model.soft_count > 0 else 1
-        start = copied(state) if parts > 1 else state
+        if parts > 1:
+            start, cache = copied(state), copied_cache(contacts.cache)
+        room = contacts.depth.shape[0]
         for _ in range(parts):
             contacts, fault, body = step(model, controls, state, work, contacts, settings, h / parts)
+            if not grows and contacts.depth.shape[0] > room:
+                fault, body, contacts = NO_ROOM, contacts.depth.shape[0], given
             if fault:
-                copy_state(start, state)
+                if parts > 1:
+                    copy_state(start, state)
+                    copy_cache(cache, contacts.cache)
+                else:
+                    copy_state(work.start, state)
+                contacts.number[0] = contacts.number[1] = 0
                 return contacts, done, fault, body
+        if work.stop[0] != 0:
+            return contacts, done + 1, 0, -1
     return contacts, steps, 0, -1
 
 
@@ -134,6 +193,55 @@ def run_alone(
     if model.soft_count == 1:
         material = material_on_ground(model, 0)
     return move_soft_bodies(bodies, motion, settings, h, steps, model.ground_height, material)
+
+
+@jit
+def run_by_clock(
+    model: Model,
+    controls: Controls,
+    state: State,
+    work: Work,
+    contacts: Contacts,
+    settings: Settings,
+    h: float,
+    steps: int,
+    clock: Clock,
+    begun: tuple[int, float],
+) -> tuple[int, int]:
+    """Advance any world like `run`, which does not grow, and its clock; return (fault, body).
+
+    `begun`: what the clock showed when the first of many such runs began. The time is counted from there, so that it is
+    the same to the last bit, however many runs it takes. All that changes is written to the arrays that are given: what
+    a kernel returns is lost where a signal is handled before Python has kept it.
+    """
+    _, done, fault, body = run(model, controls, state, work, contacts, settings, h, steps, False)
+    _advance_clock(clock, begun, done, h)
+    return fault, body
+
+
+@jit
+def run_alone_by_clock(
+    model: Model,
+    controls: Controls,
+    state: State,
+    motion: Motion,
+    settings: Settings,
+    h: float,
+    steps: int,
+    clock: Clock,
+    begun: tuple[int, float],
+) -> tuple[int, int]:
+    """Advance a world of one soft body like `run_alone`, and its clock, like `run_by_clock`; return (fault, body)."""
+    done, fault, body = run_alone(model, controls, state, motion, settings, h, steps)
+    _advance_clock(clock, begun, done, h)
+    return fault, body
+
+
+@jit_lean
+def _advance_clock(clock: Clock, begun: tuple[int, float], done: int, h: float) -> None:
+    """Count steps of `h` [s]."""
+    clock.steps[0] += done
+    clock.time[0] = begun[1] + (clock.steps[0] - begun[0]) * h
 
 
 @jit

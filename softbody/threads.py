@@ -8,6 +8,10 @@ from contextlib import contextmanager
 
 import numba
 
+from softbody.errors import ParameterError
+
+_lost: list[int] = []  # processes that were forked off when threads had been launched, which do not live on in them
+
 
 @contextmanager
 def team_of(threads: int) -> Iterator[None]:
@@ -15,6 +19,11 @@ def team_of(threads: int) -> Iterator[None]:
     if threads == 1:
         yield
         return
+    if os.getpid() in _lost:
+        raise ParameterError(
+            f"threads is {threads}, and this process was forked off one that had launched threads, which it does not "
+            "have: take threads=1 here, or start processes by 'spawn' or 'forkserver'"
+        )
     with _asleep_while_waiting():
         before = numba.get_num_threads()  # launches them, if nothing has yet
     numba.set_num_threads(threads)
@@ -39,3 +48,16 @@ def _asleep_while_waiting() -> Iterator[None]:
         yield
     finally:
         os.environ.pop("OMP_WAIT_POLICY", None)
+
+
+def _note_fork() -> None:
+    """Note that threads were lost, if any had been launched: to use them would end the process, or wait for ever."""
+    try:
+        numba.threading_layer()
+    except ValueError:  # none was launched
+        return
+    _lost.append(os.getpid())
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_note_fork)

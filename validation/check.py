@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
+import random
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from math import inf
 from typing import Any
@@ -33,7 +34,8 @@ class Comparison:
     `measured` and `expected` are (n,) or (n, k); the error of a case is the length of the difference of its
     rows, divided by `scale` (a number or (n,), finite and above 0). Yes-or-no answers are compared as such. `groups`
     (n,) names the kind of each case. `printed` holds what the paper's printed form answers, for an erratum: finite.
-    No two of them may share memory: what is compared with itself agrees.
+    No two of them may share memory: what is compared with itself agrees. `inputs` (name → (n, …)) say what each case
+    asks, as far as that is a few numbers: those of the worst case are kept, and `replay` shows those of any.
     """
 
     measured: Any
@@ -42,6 +44,7 @@ class Comparison:
     groups: Any = None
     printed: Any = None
     notes: list[str] = field(default_factory=list)
+    inputs: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -55,6 +58,12 @@ class Run:
     def fresh_rng(self) -> np.random.Generator:
         """A fresh generator: the same numbers at every call, others for every check."""
         return np.random.default_rng([self.seed, zlib.crc32(self.check_id.encode())])
+
+    def seed_engines(self) -> None:
+        """Seed the generators that are shared by all: some engines, such as trimesh 4.4, draw from them."""
+        number = zlib.crc32(f"{self.seed} {self.check_id}".encode())
+        np.random.seed(number)
+        random.seed(number)
 
     def count(self, quick: int, standard: int, full: int) -> int:
         """Return the number of cases for this run's level."""

@@ -4,37 +4,73 @@ from __future__ import annotations
 
 import fnmatch
 import os
-import subprocess
 import sys
-import time
-from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
-from datetime import datetime, timezone
-from functools import partial
-from multiprocessing import get_context
+from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from validation.check import Check
-    from validation.record import Behaviour, ClaimRecord, Figure, Picture, Report, Timing
+    from validation.record import Report
 
-Scene = TypeVar("Scene")
-Seen = TypeVar("Seen")
-
-ALL_HOLD, A_CLAIM_FAILS, WRONG_USAGE, ENGINE_MISSING, INTERRUPTED = 0, 1, 2, 3, 130
+ALL_HOLD, A_CLAIM_FAILS, WRONG_USAGE, ENGINE_MISSING, CANNOT_WRITE, INTERRUPTED = 0, 1, 2, 3, 4, 130
+EXIT_CODES = """\b
+Exit code:
+  0    all claims hold, or were not run
+  1    a claim fails
+  2    wrong usage
+  3    an engine that was demanded is missing or broken
+  4    the output cannot be written: disk, permission
+  130  interrupted; what was done by then is written, and --resume goes on
+"""
 
 # The level of a plain run, and the seed of all random cases.
 LEVEL, SEED = "standard", 20080101
+OUT, OUT_OF_SOME = Path("build/report"), Path("build/report-k")  # a run of some claims leaves the full report alone
+
+level_option = click.option(
+    "--level", type=click.Choice(["quick", "standard", "full"]), default=LEVEL, show_default=True
+)
+seed_option = click.option(
+    "--seed",
+    type=click.IntRange(min=0, max=2**63 - 1),
+    default=SEED,
+    show_default=True,
+    help="Of all random cases.",
+)
 
 
-@click.command(context_settings={"help_option_names": ["-h", "--help"]})
-@click.option("--level", type=click.Choice(["quick", "standard", "full"]), default=LEVEL, show_default=True)
-@click.option("--seed", type=click.IntRange(min=0), default=SEED, show_default=True, help="Of all random cases.")
+class CannotWrite(click.ClickException):
+    """The output cannot be written; the command ends with CANNOT_WRITE."""
+
+    exit_code = CANNOT_WRITE
+
+
+class Commands(click.Group):
+    """Ends with the codes of its own, also where click or Python would end with 1: "a claim fails"."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            click.echo("Interrupted.", err=True)
+            ctx.exit(INTERRUPTED)
+        except OSError as error:
+            raise CannotWrite(str(error)) from error
+
+
+@click.group(
+    cls=Commands,
+    invoke_without_command=True,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog=EXIT_CODES,
+)
+@level_option
+@seed_option
 @click.option(
     "-k",
     "patterns",
@@ -46,57 +82,134 @@ LEVEL, SEED = "standard", 20080101
 @click.option(
     "--out",
     type=click.Path(file_okay=False, path_type=Path),
-    default=Path("build/report"),
-    show_default=True,
-    help="Folder for index.html, report.json and junit.xml.",
+    help=f"Folder for index.html, report.json and junit.xml.  [default: {OUT}, with -k {OUT_OF_SOME}]",
 )
+@click.option("--resume", is_flag=True, help="Go on with the run that was cut short in the output folder.")
 @click.option(
     "--require", "required", multiple=True, metavar="ENGINE", help="Exit with 3 if ENGINE is missing or broken."
 )
 @click.option("--require-all", is_flag=True, help="Exit with 3 if any engine that a claim needs is missing or broken.")
 @click.option("--timings/--no-timings", default=None, help="Measure step costs too. Default: yes, but not with -k.")
 @click.option("--pictures/--no-pictures", default=None, help="Run, film and compare scenes too. Default: as --timings.")
-@click.option("--jobs", type=click.IntRange(min=1), default=min(os.cpu_count() or 1, 4), show_default=True)
+@click.option(
+    "--workers",
+    "--jobs",
+    "jobs",
+    type=click.IntRange(min=1),
+    default=min(os.cpu_count() or 1, 4),
+    show_default=True,
+    help="Processes that judge claims side by side; results are the same for any number.",
+)
+@click.option("--quiet", is_flag=True, help="Say only what does not hold, and the sum.")
+@click.pass_context
 def main(
+    ctx: click.Context,
     level: str,
     seed: int,
     patterns: tuple[str, ...],
     list_only: bool,
-    out: Path,
+    out: Path | None,
+    resume: bool,
     required: tuple[str, ...],
     require_all: bool,
     timings: bool | None,
     pictures: bool | None,
     jobs: int,
+    quiet: bool,
 ) -> None:
     """Check every claim about the core against its judge, and write a report.
 
-    Exit code: 0 all claims hold, or were not run, 1 a claim fails, 2 wrong usage, 3 a required engine is missing or
-    broken.
+    Each claim is on disk, in claims.jsonl of the output folder, as soon as it has ended.
     """
+    if ctx.invoked_subcommand:
+        pass_on(ctx, level, seed)
+        return
     checks = chosen(patterns)
     if list_only:
         for check in checks:
             click.echo(f"{check.id:44} {check.claim}")
         return
     refuse_missing_engines(checks, required, require_all)
+    out = out or (OUT_OF_SOME if patterns else OUT)
+    try_folder(out)
+
+    from validation.journal import CannotRunHereError, Journal, identity
+    from validation.run import Plan, run_all
+    from validation.terminal import Terminal
+
+    timings = not patterns if timings is None else timings
+    pictures = timings if pictures is None else pictures
+    plan = Plan(checks, level, seed, jobs, out, timings, pictures, list(patterns))
+    terminal = Terminal(quiet)
     try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise click.UsageError(f"cannot write to {out}: {error.strerror}; choose another folder with --out") from error
-    if timings is None:
-        timings = not patterns
-    if pictures is None:
-        pictures = timings
-    report, interrupted = run_report(checks, level, seed, jobs, timings)
-    if pictures and not interrupted:
-        report.pictures = film_scenes(out, jobs)
-        report.behaviours = compare_rules(jobs)
-    write_outputs(report, out)
-    summarize(report, out)
-    if interrupted:
-        sys.exit(INTERRUPTED)
+        journal = Journal(out, identity(level, seed), resume, terminal.say)
+    except CannotRunHereError as error:
+        raise click.UsageError(str(error)) from error
+    with journal:
+        try:
+            report, cut_short = run_all(plan, journal, terminal)
+            write_outputs(report, out, terminal)
+        except OSError as error:
+            kept = f"; {len(journal.records)} claims are kept in {journal.path}: make room, and go on with --resume"
+            raise CannotWrite(f"{error}{kept if journal.records else ''}") from error
+        terminal.summarize(report, out)
+        if cut_short:
+            terminal.say("To go on: the same command with --resume.")
+            sys.exit(INTERRUPTED)
+        journal.remove()
     sys.exit(exit_code(report, required, require_all))
+
+
+def pass_on(ctx: click.Context, level: str, seed: int) -> None:
+    """Give level and seed to the command that follows; wrong usage if other options stand before it."""
+    for parameter in ctx.params:
+        source = ctx.get_parameter_source(parameter)
+        if parameter not in ("level", "seed") and source not in (ParameterSource.DEFAULT, None):
+            raise click.UsageError(f"{ctx.invoked_subcommand} takes no option {parameter!r}; only --level and --seed")
+    ctx.default_map = {"replay": {"level": level, "seed": seed}}
+
+
+@main.command(
+    epilog="Exit code: 0 the case is within the tolerance, 1 it is not, 2 wrong usage, 3 the engine is broken."
+)
+@click.argument("claim")
+@click.option("--case", "number", type=click.IntRange(min=0), metavar="N", help="From 0.  [default: the worst]")
+@level_option
+@seed_option
+def replay(claim: str, number: int | None, level: str, seed: int) -> None:
+    """Run CLAIM again and show one case: its inputs, both answers, its error and the tolerance."""
+    from validation.check import Run
+    from validation.record import BROKEN, HOLDS, NOT_RUN
+    from validation.replay import replay_case
+
+    check = the_claim(claim)
+    try:
+        verdict = replay_case(check, Run(level, seed, check.id), number)
+    except IndexError as error:
+        raise click.UsageError(str(error)) from error
+    sys.exit(ALL_HOLD if verdict == HOLDS else ENGINE_MISSING if verdict in (BROKEN, NOT_RUN) else A_CLAIM_FAILS)
+
+
+@main.command()
+@click.argument("claim")
+def explain(claim: str) -> None:
+    """Say what CLAIM compares, who judges it, why its tolerance is what it is, and which faults it sees."""
+    from validation.explain import explanation
+    from validation.terminal import wide_enough
+
+    wide_enough().print(explanation(the_claim(claim)))
+
+
+def the_claim(name: str) -> Check:
+    """Return the check of an id; wrong usage, with the nearest ones, if there is none."""
+    from validation.check import all_checks
+
+    checks = all_checks()
+    if name not in checks:
+        near = [*dict.fromkeys([*(one for one in checks if name in one), *get_close_matches(name, checks)])][:5]
+        cure = f"did you mean {', '.join(near)}?" if near else "`python -m validation --list` shows them all"
+        raise click.UsageError(f"no claim is called {name!r}; {cure}")
+    return checks[name]
 
 
 def chosen(patterns: tuple[str, ...]) -> list[Check]:
@@ -133,170 +246,43 @@ def refuse_missing_engines(checks: list[Check], required: tuple[str, ...], requi
         sys.exit(ENGINE_MISSING)
 
 
-def run_report(checks: list[Check], level: str, seed: int, jobs: int, timings: bool) -> tuple[Report, bool]:
-    """Judge all checks with progress; return the report, and whether Ctrl-C cut it short."""
-    from validation.engines import environment, revision, versions
-    from validation.judge import blank_record
-    from validation.record import Report
-    from validation.startup import measure_startup
-    from validation.timings import add_trends, measure_timings
-
-    start = time.perf_counter()
-    records: dict[str, ClaimRecord] = {}
-    interrupted = False
+def try_folder(folder: Path) -> None:
+    """Raise CannotWrite, before anything runs, if files cannot be written to a folder."""
+    trial = folder / f".trial.{os.getpid()}"
     try:
-        judge_with_progress(checks, level, seed, jobs, records)
-    except KeyboardInterrupt:
-        interrupted = True
-        click.echo("Interrupted: writing what is done.", err=True)
-    for check in checks:
-        if check.id not in records:
-            records[check.id] = blank_record(check, seed)
-            records[check.id].why = "interrupted"
-    rows: list[Timing] = []
-    figures: list[Figure] = []
-    why: str | None = "not asked for (--timings)"
-    trends_why: str | None = None
-    if timings and not interrupted:
-        try:
-            rows, why = measure_timings(level)
-            trends_why = add_trends(rows) if rows else None
-            figures = measure_startup(level)
-        except KeyboardInterrupt:
-            interrupted, why = True, "interrupted"
-    report = Report(
-        level=level,
-        seed=seed,
-        created=datetime.now(timezone.utc).isoformat(timespec="seconds"),
-        seconds=time.perf_counter() - start,
-        softbody_version=core_version(),
-        revision=revision(),
-        environment=environment(),
-        engines=versions(),
-        claims=[records[check.id] for check in checks],
-        timings=rows,
-        timings_why=None if rows else why,
-        trends_why=trends_why,
-        figures=figures,
-    )
-    return report, interrupted
+        folder.mkdir(parents=True, exist_ok=True)
+        trial.write_bytes(b"x" * 4096)
+        trial.unlink()
+    except OSError as error:
+        raise CannotWrite(
+            f"cannot write to {folder}: {error.strerror}; make room there, or choose another folder with --out"
+        ) from error
+    for name in ("index.html", "report.json", "junit.xml", "claims.jsonl"):
+        if (folder / name).is_dir():
+            raise CannotWrite(f"{folder / name} is a folder; choose another one with --out")
 
 
-def film_scenes(out: Path, jobs: int) -> list[Picture]:
-    """Run and film the scenes, `jobs` at a time; a scene that fails is left out, and said."""
-    from validation.pictures import SCENES, make_picture
+def write_outputs(report: Report, out: Path, terminal: Any) -> None:
+    """Write report.json and junit.xml, then have the page made from the record; raises OSError."""
+    import signal
+    import subprocess
 
-    return each_scene(partial(make_picture, folder=out / "pictures"), SCENES, "films", jobs)
-
-
-def compare_rules(jobs: int) -> list[Behaviour]:
-    """Run the paper's scenes by its own rules and by the defaults; one that fails is left out, and said."""
-    from validation.behaviour import SCENES, SHOTS, behaviours_of
-
-    return [one for scene in each_scene(behaviours_of, [*SCENES, SHOTS], "rules", jobs) for one in scene]
-
-
-def each_scene(task: Callable[[Scene], Seen], scenes: list[Scene], label: str, jobs: int) -> list[Seen]:
-    """Return what a task makes of each scene, `jobs` at a time, in processes of their own."""
-    from rich.progress import track
-
-    seen = []
-    with ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
-        futures = [pool.submit(task, scene) for scene in scenes]
-        for scene, future in track(list(zip(scenes, futures)), label, console=progress_console()):
-            try:
-                seen.append(future.result())
-            except Exception as error:
-                click.echo(f"{label}: {scene} is left out: {error}", err=True)
-    return seen
-
-
-def core_version() -> str:
-    """Return the version of the core under test."""
-    import softbody
-
-    return softbody.__version__
-
-
-def judge_with_progress(checks: list[Check], level: str, seed: int, jobs: int, records: dict[str, ClaimRecord]) -> None:
-    """Fill `records` while a bar shows what is running, what is done and the time left."""
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
-
-    from validation.runner import run_checks
-
-    bar = Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TextColumn("left:"),
-        TimeRemainingColumn(),
-        console=progress_console(),
-    )
-    with bar:
-        task = bar.add_task("claims", total=len(checks))
-        started = lambda check: bar.update(task, description=check.id)  # noqa: E731
-        for record in run_checks(checks, level, seed, jobs, started):
-            records[record.id] = record
-            bar.console.print(
-                line_of(record), style=STYLES[record.verdict], highlight=False, markup=False, soft_wrap=True
-            )
-            bar.advance(task)
-
-
-def progress_console() -> Console:
-    """Return where progress is shown: standard error, so that standard output holds the summary alone."""
-    from rich.console import Console
-
-    return Console(stderr=True)
-
-
-STYLES = {"holds": "green", "fails": "bold red", "engine broken": "bold yellow", "not run": "yellow"}
-SYMBOLS = {"holds": "✓", "fails": "✗", "engine broken": "!", "not run": "–"}
-
-
-def line_of(record: ClaimRecord) -> str:
-    """Return one line that says what became of a claim."""
-    mark = SYMBOLS[record.verdict]
-    if record.value is None:
-        return f"{mark} {record.id}: {record.verdict}, {record.why}"
-    line = f"{mark} {record.id}: {record.value:.3g} ≤ {record.tolerance:.3g} {record.unit}, n = {record.n}"
-    if record.verdict == "fails":
-        line = line.replace("≤", "against a tolerance of") + f" — {record.why}"
-    return f"{line} ({record.seconds:.1f} s)"
-
-
-def write_outputs(report: Report, out: Path) -> None:
-    """Write report.json and junit.xml, then have the page made from the record."""
     from validation.junit import write_junit
     from validation.record import write_report
 
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # a second Ctrl-C costs the page, not the verdicts
     write_report(report, out / "report.json")
     write_junit(report, out / "junit.xml")
-    made = subprocess.run([sys.executable, "-m", "reports", str(out)], capture_output=True, text=True)
+    signal.signal(signal.SIGINT, before)
+    try:
+        made = subprocess.run([sys.executable, "-m", "reports", str(out)], capture_output=True, text=True)
+    except KeyboardInterrupt:
+        terminal.say(f"Interrupted while the page was made; `python -m reports {out}` makes it.")
+        return
+    if made.returncode == CANNOT_WRITE:
+        raise OSError(made.stderr.strip())
     if made.returncode:
-        click.echo(f"The page could not be made:\n{made.stderr.strip()}", err=True)
-
-
-def summarize(report: Report, out: Path) -> None:
-    """Print the verdicts, the failures and where the page is."""
-    counts = {verdict: sum(c.verdict == verdict for c in report.claims) for verdict in STYLES}
-    click.echo()
-    for record in report.claims:
-        if record.verdict != "holds":
-            click.echo(line_of(record))
-    said = [f"{n} {verdict}" for verdict, n in counts.items() if n or verdict != "engine broken"]
-    click.echo(", ".join(said) + f", in {report.seconds:.0f} s")
-    for name in ("index.html", "report.json", "junit.xml"):
-        if (out / name).exists():
-            click.echo(f"  {out / name}")
+        terminal.say(f"The page could not be made:\n{made.stderr.strip()}")
 
 
 def exit_code(report: Report, required: tuple[str, ...] = (), require_all: bool = False) -> int:

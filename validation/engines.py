@@ -66,11 +66,20 @@ def _processor() -> str:
     return platform.processor() or platform.machine()
 
 
-def revision() -> str | None:
-    """Return the git commit of the working directory, with "+" if it has uncommitted changes."""
-    command = ["git", "describe", "--always", "--abbrev=12", "--dirty=+", "--exclude=*"]
+def revision(package: Path) -> str | None:
+    """Return the git commit that a package's folder belongs to, with "+" if anything in its repository differs.
+
+    None where it is not under version control, such as an installed one, be it in a folder inside a repository.
+    """
+    if _git("ls-files", "--error-unmatch", "__init__.py", folder=package) is None:
+        return None
+    return _git("describe", "--always", "--abbrev=12", "--dirty=+", "--exclude=*", folder=package)
+
+
+def _git(*arguments: str, folder: Path) -> str | None:
+    """Return what git says in a folder, or None if it fails or says nothing."""
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=10)
+        done = subprocess.run(["git", *arguments], cwd=folder, capture_output=True, text=True, timeout=10)
     except (OSError, subprocess.TimeoutExpired):
         return None
-    return done.stdout.strip() or None
+    return (done.stdout.strip() or None) if done.returncode == 0 else None

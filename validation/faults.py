@@ -22,6 +22,7 @@ from typing import Any
 
 import click
 
+from softbody.core_digest import core_digest
 from validation.check import all_checks
 from validation.engines import missing
 from validation.fault import Fault, plant, plant_switched
@@ -194,7 +195,7 @@ def write(outcomes: list[Outcome], caught: int, out: Path) -> None:
         {"name": each.fault.name, "place": ".".join(each.fault.place), "claims": each.claims, "verdict": each.verdict}
         for each in outcomes
     ]
-    planted = {"planted": len(outcomes), "caught": caught, "faults": rows}
+    planted = {"core": core_digest(), "planted": len(outcomes), "caught": caught, "faults": rows}
     write_whole(out, json.dumps(planted, indent=1, ensure_ascii=False) + "\n")
 
 

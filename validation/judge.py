@@ -10,32 +10,41 @@ from pathlib import Path
 import numpy as np
 
 from validation.check import DISAGREEMENTS, Check, Comparison, Run
+from validation.one_case import case_of
+from validation.plain_text import plain
 from validation.record import BROKEN, FAILS, HOLDS, NOT_RUN, ClaimRecord, Distribution, Erratum, Group
 
 BINS = 40  # of the histogram of a claim's errors
+MOST_KINDS = 1_000  # of cases that a claim may name
+MOST_NOTES = 100
 MOST_WHOLE = 2**53  # up to which whole numbers are doubles
 
 
 def judge(check: Check, run: Run) -> ClaimRecord:
-    """Run one check; whatever goes wrong makes it fail, but for an engine that is missing or broken."""
+    """Run one check; whatever goes wrong makes it fail, but for an engine that is missing or broken.
+
+    That holds for what an engine raises to end the process, too: it ends the claim.
+    """
     record = blank_record(check, run.seed)
     start = time.perf_counter()
+    run.seed_engines()
     try:
         weigh(check, check.compare(run), record)
-    except Exception as error:
+    except BaseException as error:
         record.verdict, record.why = verdict_on(error, check.engines)
     record.seconds = time.perf_counter() - start
     return record
 
 
-def verdict_on(error: Exception, engines: tuple[str, ...]) -> tuple[str, str]:
+def verdict_on(error: BaseException, engines: tuple[str, ...]) -> tuple[str, str]:
     """Return the verdict on a check that raised, and why: only an engine of its own excuses it.
 
     One that is not installed, that cannot be imported, or that raised: called by a reference or by the check itself,
     and not by way of the core.
     """
     where = traceback.extract_tb(error.__traceback__)
-    why = f"raised {type(error).__name__}: {error} (in {where[-1].name}, line {where[-1].lineno})"
+    name = plain(type(error).__name__)
+    why = f"raised {name}: {plain(error)} (in {plain(where[-1].name)}, line {where[-1].lineno})"
     if isinstance(error, ModuleNotFoundError) and error.name in engines and not _folders(error.name):
         return NOT_RUN, f"{error.name} is not installed"
     core, judges = _folders("softbody"), _folders("references")
@@ -62,25 +71,25 @@ def blank_record(check: Check, seed: int) -> ClaimRecord:
     """Return the record of a check that has not been run."""
     misprint = check.erratum
     return ClaimRecord(
-        id=check.id,
-        family=check.family,
-        claim=check.claim,
-        section=check.section,
-        piece=check.piece,
-        reference=check.reference,
-        engines=list(check.engines),
-        unit=check.unit,
+        id=plain(check.id),
+        family=plain(check.family),
+        claim=plain(check.claim),
+        section=plain(check.section),
+        piece=plain(check.piece),
+        reference=plain(check.reference),
+        engines=[plain(engine) for engine in check.engines],
+        unit=plain(check.unit),
         value=None,
         tolerance=check.tolerance,
-        because=check.because,
-        detects=check.detects,
+        because=plain(check.because),
+        detects=plain(check.detects),
         n=0,
         seed=seed,
         verdict=NOT_RUN,
         why=None,
         seconds=0.0,
-        erratum=None if misprint is None else Erratum(misprint.id, misprint.prints, misprint.right),
-        kind=check.kind,
+        erratum=Erratum(plain(misprint.id), plain(misprint.prints), plain(misprint.right)) if misprint else None,
+        kind=plain(check.kind),
     )
 
 
@@ -88,7 +97,7 @@ def weigh(check: Check, comparison: Comparison, record: ClaimRecord) -> None:
     """Fill in value, distribution and verdict. Comparing nothing fails, and so does anything not finite."""
     errors = errors_of(comparison.measured, comparison.expected, comparison.scale)
     record.n = len(errors)
-    record.notes = comparison.notes
+    record.notes = notes_of(comparison.notes)
     if len(errors) < check.least:
         few = f"compared {len(errors)} cases, and is to compare {check.least} at least"
         record.verdict, record.why = FAILS, few if len(errors) else "compared nothing"
@@ -97,6 +106,7 @@ def weigh(check: Check, comparison: Comparison, record: ClaimRecord) -> None:
     record.value = float(errors.sum() if counts else errors.max())
     record.errors = distribution(errors)
     record.groups = groups(errors, comparison.groups, counts)
+    record.worst = case_of(comparison, errors, int(errors.argmax()))
     if not np.isfinite(errors).all():
         record.verdict = FAILS
         record.why = f"{int((~np.isfinite(errors)).sum())} of {len(errors)} comparisons are not finite"
@@ -170,6 +180,14 @@ def _largest(whole: np.ndarray) -> int:
     return max(abs(int(whole.min())), abs(int(whole.max()))) if whole.size else 0
 
 
+def notes_of(notes: object) -> list[str]:
+    """Return what a claim has noted as texts that can be shown; raises TypeError for what is no list."""
+    if not isinstance(notes, (list, tuple)):
+        raise TypeError(f"notes are {type(notes).__name__}: give a list of texts")
+    kept = [plain(note) for note in notes[:MOST_NOTES]]
+    return kept + [f"and {len(notes) - MOST_NOTES} notes more"] * (len(notes) > MOST_NOTES)
+
+
 def distribution(errors: np.ndarray) -> Distribution:
     """Return quantiles and a histogram, over the logarithm, of the finite errors."""
     finite = errors[np.isfinite(errors)]
@@ -194,8 +212,11 @@ def groups(errors: np.ndarray, labels: object, counts: bool) -> list[Group]:
     if len(names) != len(errors):
         raise ValueError(f"{len(names)} group names for {len(errors)} cases")
     rows = []
-    for name in dict.fromkeys(names.tolist()):
+    kinds = dict.fromkeys(names.tolist())
+    if len(kinds) > MOST_KINDS:
+        raise ValueError(f"{len(kinds)} kinds of cases are named: name {MOST_KINDS} at most")
+    for name in kinds:
         part = errors[names == name]
         worst = part.sum() if counts else part.max()
-        rows.append(Group(str(name), len(part), float(np.median(part)), float(np.quantile(part, 0.99)), float(worst)))
+        rows.append(Group(plain(name), len(part), float(np.median(part)), float(np.quantile(part, 0.99)), float(worst)))
     return rows

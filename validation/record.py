@@ -1,8 +1,8 @@
-"""What a validation run leaves behind: the record in report.json, version 1 of its schema.
+"""What a validation run leaves behind: the record in report.json, version 2 of its schema.
 
 `Report` is the document; its fields, and those of the classes it holds, are the schema. Numbers that JSON cannot
 hold (NaN, infinity) are written as null. Reports are built from this file alone, so an old record can be shown
-again without running anything.
+again without running anything: version 1, which has no worst cases, is read, too.
 """
 
 from __future__ import annotations
@@ -10,11 +10,21 @@ from __future__ import annotations
 import json
 import math
 import os
-from dataclasses import asdict, dataclass, field, fields
-from pathlib import Path
-from typing import Any
+from dataclasses import asdict, dataclass, field
+from itertools import pairwise
+from pathlib import Path, PurePosixPath, PureWindowsPath
+from typing import Any, TypeVar
 
-SCHEMA = "softbody-report/1"
+from validation.from_json import from_json as from_json
+
+SCHEMA = "softbody-report/2"
+READABLE = ("softbody-report/1", SCHEMA)
+LARGEST_FILE = 64 * 2**20  # bytes; a run of all claims leaves some hundred kilobytes
+SHORTEST, LONGEST = 1e-12, 1e18  # nanoseconds, and ratios of them
+LOGS = 400.0  # no double has a larger absolute log10
+IMAGES = (".png", ".webp")
+
+Document = TypeVar("Document")
 
 HOLDS = "holds"
 FAILS = "fails"
@@ -45,6 +55,18 @@ class Distribution:
     log10_edges: list[float]  # edges of the histogram's bins, in log10 of the error
     counts: list[int]  # errors in each bin; len(log10_edges) − 1 of them
 
+    def __post_init__(self) -> None:
+        """Raise ValueError for a histogram that cannot be drawn."""
+        edges, counts = self.log10_edges, self.counts
+        if any(abs(edge) > LOGS for edge in edges):
+            raise ValueError(f"log10_edges go from {min(edges)} to {max(edges)}: no error has such a logarithm")
+        if any(right <= left for left, right in pairwise(edges)):
+            raise ValueError("log10_edges do not rise from each to the next")
+        if len(counts) != max(0, len(edges) - 1):
+            raise ValueError(f"counts has {len(counts)} bins, and log10_edges has {len(edges)} edges")
+        if min([self.zeros, *counts]) < 0:
+            raise ValueError("zeros and counts hold a number below 0")
+
 
 @dataclass
 class Group:
@@ -55,6 +77,20 @@ class Group:
     median: float | None
     p99: float | None
     max: float | None
+
+
+@dataclass
+class Case:
+    """One comparison: what it was about, and what both sides answered."""
+
+    number: int  # from 0
+    error: float | None  # in the claim's unit
+    scale: float | None  # that the difference of the answers is divided by
+    measured: list[Any]  # the core's answer: numbers, or yes-or-no
+    expected: list[Any]  # the judge's
+    group: str | None = None  # the kind of case
+    inputs: dict[str, Any] = field(default_factory=dict)  # what was asked, as far as the claim says it
+    length: int = 0  # of an answer, of which `measured` and `expected` hold the first numbers
 
 
 @dataclass
@@ -95,6 +131,12 @@ class ClaimRecord:
     notes: list[str] = field(default_factory=list)  # what the judge saw, such as cases that it had to skip
     erratum: Erratum | None = None
     kind: str = ""  # of judge, such as "third-party engine"; "" in records that do not know
+    worst: Case | None = None  # the case with the largest error, also of a claim that holds
+
+    def __post_init__(self) -> None:
+        """Raise ValueError for numbers that contradict each other."""
+        if self.n < 0 or (self.tolerance is not None and self.tolerance < 0.0) or (self.value or 0.0) < 0.0:
+            raise ValueError(f"n = {self.n}, value = {self.value}, tolerance = {self.tolerance}: none can be below 0")
 
 
 @dataclass
@@ -120,15 +162,25 @@ class Trend:
     values: list[float]
     steps: list[TrendStep]
 
+    def __post_init__(self) -> None:
+        """Raise ValueError for what cannot be drawn as runs with steps between them."""
+        if not self.values or len(self.values) != len(self.started):
+            raise ValueError(f"{len(self.values)} values of {len(self.started)} runs: give one a run")
+        if not all(SHORTEST <= value <= LONGEST for value in self.values):
+            raise ValueError(f"values from {min(self.values)} to {max(self.values)} are no times")
+        places = [0, *(step.at for step in self.steps), len(self.values)]
+        if any(after <= before for before, after in pairwise(places)):
+            raise ValueError(f"steps at {places[1:-1]} of {len(self.values)} runs: each has runs before and after it")
+        if not all(SHORTEST <= step.ratio <= LONGEST for step in self.steps):
+            raise ValueError("the ratio of a step is no ratio of times")
+        missing = {"table", "name", "size", "of", "per"} - {name for name, one in self.row.items() if one is not None}
+        if missing:
+            raise ValueError(f"row does not say its {', '.join(sorted(missing))}")
+
     @property
     def unit(self) -> str:
         """Of the values."""
         return f"× {self.peer}" if self.peer else f"ns per {self.row['per']}"
-
-
-def read_trend(data: dict[str, Any]) -> Trend:
-    """Return a trend from what JSON has of it."""
-    return Trend(**data | {"steps": [TrendStep(**step) for step in data["steps"]]})
 
 
 @dataclass
@@ -151,6 +203,14 @@ class Timing:
     own: bool = False  # a peer that is the core, too: no yardstick for it
     trend: Trend | None = None  # of ours, from the history of benchmarks that were run before
 
+    def __post_init__(self) -> None:
+        """Raise ValueError for numbers that are no times."""
+        times = self.nanoseconds, self.low, self.high, self.ratio, self.low_ratio, self.high_ratio
+        if not all(not one or SHORTEST <= one <= LONGEST for one in times):
+            raise ValueError(f"{self.name}: {', '.join(str(one) for one in times)} are no times, and ratios of them")
+        if self.size < 0 or self.rounds < 0 or (self.error or 0.0) < 0.0:
+            raise ValueError(f"size {self.size}, rounds {self.rounds}, error {self.error}: none can be below 0")
+
 
 @dataclass
 class Figure:
@@ -170,6 +230,13 @@ class Picture:
     animation: str
     still: str
 
+    def __post_init__(self) -> None:
+        """Raise ValueError for a path that leads out of the report's folder, or to no image."""
+        for path in (self.animation, self.still):
+            parts = PurePosixPath(path.replace("\\", "/"))
+            if parts.is_absolute() or PureWindowsPath(path).drive or ".." in parts.parts or parts.suffix not in IMAGES:
+                raise ValueError(f"{path!r} is no image inside the report's folder")
+
 
 @dataclass
 class Behaviour:
@@ -184,6 +251,28 @@ class Behaviour:
     cost: float  # time of a step, of that by the defaults
     real_time: float  # simulated seconds a second
     tunnelled: float | None = None  # share of fast balls that went through a plate; None where nothing is shot
+
+
+@dataclass
+class PlantedFault:
+    """A fault that was planted in the core, and what became of it."""
+
+    name: str
+    place: str  # in the core, dotted
+    claims: list[str]  # that were to see it
+    verdict: str  # "caught", "escaped" or "not run"
+
+
+@dataclass
+class Sensitivity:
+    """What planted faults and mutants of this core have shown that the claims see."""
+
+    faults: list[PlantedFault] = field(default_factory=list)
+    faults_why: str | None = None  # why there are none, if there are none
+    mutants: int = 0
+    killed: int = 0
+    equivalent: int = 0  # mutants that change nothing
+    mutants_why: str | None = None
 
 
 @dataclass
@@ -205,35 +294,37 @@ class Report:
     pictures: list[Picture] = field(default_factory=list)
     figures: list[Figure] = field(default_factory=list)
     behaviours: list[Behaviour] = field(default_factory=list)
+    sensitivity: Sensitivity | None = None
+    patterns: list[str] = field(default_factory=list)  # given by -k; all claims were judged if there are none
     schema: str = SCHEMA
 
 
 def write_report(report: Report, path: Path) -> None:
     """Write `report` as JSON, whole or not at all."""
-    write_whole(path, json.dumps(_finite(asdict(report)), indent=1, ensure_ascii=False) + "\n")
+    write_whole(path, json.dumps(finite(asdict(report)), indent=1, ensure_ascii=False) + "\n")
 
 
 def read_report(path: Path) -> Report:
-    """Read a report; raises ValueError, naming the file, if it is not one of this schema."""
-    data = read_document(path, SCHEMA, "run the validation again")
-    data["claims"] = [_claim(claim) for claim in data["claims"]]
-    data["timings"] = [_timing(timing) for timing in data["timings"]]
-    data["figures"] = [Figure(**figure) for figure in data.get("figures", [])]
-    data["pictures"] = [Picture(**picture) for picture in data.get("pictures", [])]
-    data["behaviours"] = [Behaviour(**behaviour) for behaviour in data.get("behaviours", [])]
-    return Report(**data)
+    """Read a report; raises ValueError, naming the file and the entry, if it is not one of a readable schema."""
+    return read_document(path, Report, READABLE, "run the validation again")
 
 
-def read_document(path: Path, schema: str, cure: str) -> dict[str, Any]:
-    """Read JSON of a schema; raises ValueError with the file, what it is, and the cure."""
+def read_document(path: Path, kind: type[Document], schemas: tuple[str, ...], cure: str) -> Document:
+    """Read JSON of some schemas; raises ValueError with the file, the entry at fault, and the cure."""
+    size = path.stat().st_size
+    if size > LARGEST_FILE:
+        raise ValueError(f"{path} has {size} bytes, more than {LARGEST_FILE}; {cure}")
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise ValueError(f"{path} is not JSON ({error}); {cure}") from error
-    if not isinstance(data, dict) or data.get("schema") != schema:
+    if not isinstance(data, dict) or data.get("schema") not in schemas:
         found = data.get("schema") if isinstance(data, dict) else type(data).__name__
-        raise ValueError(f"{path} has schema {found!r}, not {schema!r}; {cure}")
-    return data
+        raise ValueError(f"{path} has schema {found!r}, not {schemas[-1]!r}; {cure}")
+    try:
+        return from_json(kind, data)
+    except ValueError as error:
+        raise ValueError(f"{path} is damaged: {error}; {cure}") from error
 
 
 def write_whole(path: Path, text: str) -> None:
@@ -247,26 +338,12 @@ def write_whole(path: Path, text: str) -> None:
     temporary.replace(path)
 
 
-def _timing(data: dict[str, Any]) -> Timing:
-    trend = data.get("trend")
-    return Timing(**data | {"trend": trend and read_trend(trend)})
-
-
-def _claim(data: dict[str, Any]) -> ClaimRecord:
-    known = {f.name for f in fields(ClaimRecord)}
-    data = {key: value for key, value in data.items() if key in known}
-    data["errors"] = Distribution(**data["errors"]) if data["errors"] else None
-    data["groups"] = [Group(**group) for group in data["groups"]]
-    data["erratum"] = Erratum(**data["erratum"]) if data["erratum"] else None
-    return ClaimRecord(**data)
-
-
-def _finite(value: Any) -> Any:
+def finite(value: Any) -> Any:
     """Replace numbers that JSON cannot hold by None, all the way down."""
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
+        return {key: finite(item) for key, item in value.items()}
     if isinstance(value, list):
-        return [_finite(item) for item in value]
+        return [finite(item) for item in value]
     return value

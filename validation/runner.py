@@ -2,129 +2,116 @@
 
 from __future__ import annotations
 
-import queue
-import signal
-import threading
-from collections import Counter
-from collections.abc import Callable, Iterator
-from multiprocessing import get_context
-from multiprocessing.connection import Connection
+from collections import Counter, deque
+from collections.abc import Callable, Generator
+from dataclasses import asdict
+from multiprocessing.connection import wait
+from typing import Any
+
+import numpy as np
+import psutil
 
 from validation.check import Check, Run, all_checks
 from validation.engines import missing
 from validation.judge import blank_record, judge
-from validation.record import FAILS, NOT_RUN, ClaimRecord
+from validation.record import FAILS, NOT_RUN, ClaimRecord, finite, from_json
+from validation.worker import RAISED, Ended, Task, Worker
 
 # Seconds that one claim may take, the compilation of its kernels included, on a machine that does something else too.
 LIMITS = {"quick": 900.0, "standard": 1_200.0, "full": 7_200.0}
+# Bytes that one claim may hold at least, and of the machine's memory what all workers may hold together.
+LEAST_MEMORY, SHARE_OF_MEMORY = 2 * 2**30, 0.8
+GLANCE = 0.1  # [s] between two looks at time and memory
 
 
 def run_checks(
-    checks: list[Check], level: str, seed: int, jobs: int, started: Callable[[Check], None]
-) -> Iterator[ClaimRecord]:
-    """Yield the record of each check as it ends; `started` hears of each as it begins.
+    checks: list[Check],
+    level: str,
+    seed: int,
+    jobs: int,
+    started: Callable[[str], None],
+    limit: float | None = None,
+    memory: float | None = None,
+) -> Generator[ClaimRecord, None, None]:
+    """Yield the record of each check as it ends; `started` hears the id of each as it begins.
 
     `jobs` workers take the lanes of checks one after the other, so that each kernel is compiled in one process only. A
-    worker process that dies, or takes longer than the level's limit, fails the claim it was at, and a new one goes on
-    with the next.
+    worker process that dies, holds more than `memory` [bytes] or takes longer than `limit` [s], which is the level's
+    else, fails the claim it was at, and a new one goes on with the next.
     """
-    waiting: queue.SimpleQueue[list[Check]] = queue.SimpleQueue()
-    # First the lane with most claims, which is that of worlds: its kernel takes longer to compile than all others.
-    sizes = Counter(check.lane for check in checks)
-    for lane_name in sorted(sizes, key=lambda name: -sizes[name]):
-        waiting.put([check for check in checks if check.lane == lane_name])
-    done: queue.SimpleQueue[ClaimRecord | BaseException] = queue.SimpleQueue()
-    stop = threading.Event()
-    how = level, seed, LIMITS[level]
-    lanes = [threading.Thread(target=_lane, args=(waiting, done, stop, how, started), daemon=True) for _ in range(jobs)]
-    for lane in lanes:
-        lane.start()
-    try:
-        for _ in checks:
-            record = done.get()
-            if isinstance(record, BaseException):
-                raise record
+    here = []
+    for check in checks:
+        absent = missing(check.engines)
+        if absent:
+            record = blank_record(check, seed)
+            record.verdict, record.why = NOT_RUN, f"{', '.join(absent)} is not installed"
             yield record
-    finally:
-        stop.set()
+        else:
+            here.append(check)
+    # First the lane with most claims, which is that of worlds: its kernel takes longer to compile than all others.
+    sizes = Counter(check.lane for check in here)
+    lanes = [
+        [
+            Task(check.id, judged, (check.id, level, seed), limit or LIMITS[level])
+            for check in here
+            if check.lane == name
+        ]
+        for name in sorted(sizes, key=lambda name: -sizes[name])
+    ]
+    for ended in run_tasks(lanes, jobs, started, memory):
+        yield record_of(ended, seed)
 
 
-def _lane(
-    waiting: queue.SimpleQueue[list[Check]],
-    done: queue.SimpleQueue[ClaimRecord | BaseException],
-    stop: threading.Event,
-    how: tuple[str, int, float],
-    started: Callable[[Check], None],
-) -> None:
-    worker = Worker()
-    level, seed, limit = how
+def judged(check_id: str, level: str, seed: int) -> dict[str, Any]:
+    """Return the record of a check, as JSON would hold it."""
+    with np.errstate():  # what an engine makes of NumPy's warnings is gone with it
+        record = judge(all_checks()[check_id], Run(level, seed, check_id))
+    data: dict[str, Any] = finite(asdict(record))
+    return data
+
+
+def record_of(ended: Ended, seed: int) -> ClaimRecord:
+    """Return what became of a check, whatever became of its process."""
+    record = blank_record(all_checks()[ended.task.name], seed)
+    why = ended.why
+    if ended.how is None:
+        try:
+            return from_json(ClaimRecord, ended.answer)
+        except ValueError as error:
+            why = f"its record cannot be kept: {error}"
+    record.verdict, record.why, record.seconds = FAILS, why, ended.seconds
+    if ended.last_words and ended.how != RAISED:
+        record.notes = [f"the process’s last words: {ended.last_words}"]
+    return record
+
+
+def run_tasks(
+    lanes: list[list[Task]], jobs: int, started: Callable[[str], None], memory: float | None = None
+) -> Generator[Ended, None, None]:
+    """Yield what becomes of each task as it ends; one worker does a lane's tasks, one after the other."""
+    if memory is None:
+        memory = max(LEAST_MEMORY, SHARE_OF_MEMORY * psutil.virtual_memory().total / jobs)
+    waiting = deque(deque(lane) for lane in lanes)
+    workers: dict[Worker, deque[Task]] = {}
     try:
-        while not stop.is_set():
-            try:
-                checks = waiting.get_nowait()
-            except queue.Empty:
+        for _ in range(min(jobs, len(waiting))):
+            workers[Worker(memory)] = deque()
+        while True:
+            for worker, lane in workers.items():
+                if worker.is_idle and not lane and waiting:
+                    lane.extend(waiting.popleft())
+                if worker.is_idle and lane:
+                    task = lane.popleft()
+                    started(task.name)
+                    worker.begin(task)
+            busy = [worker for worker in workers if not worker.is_idle]
+            if not busy:
                 return
-            for check in checks:
-                if stop.is_set():
-                    return
-                started(check)
-                record = blank_record(check, seed)
-                absent = missing(check.engines)
-                if absent:
-                    record.verdict, record.why = NOT_RUN, f"{', '.join(absent)} is not installed"
-                else:
-                    try:
-                        record = worker.judge(check.id, level, seed, limit)
-                    except (EOFError, ConnectionError):
-                        record.verdict, record.why = FAILS, "the process crashed"
-                    except TimeoutError:
-                        record.verdict, record.why = FAILS, f"it was not done after {limit:g} s"
-                        record.seconds = limit
-                done.put(record)
-    except BaseException as error:
-        done.put(error)
+            wait([one for worker in busy for one in worker.news], GLANCE)
+            for worker in busy:
+                ended = worker.look()
+                if ended is not None:
+                    yield ended
     finally:
-        worker.stop()
-
-
-class Worker:
-    """A process that judges one claim at a time; a new one takes its place when it ends, or is ended."""
-
-    def __init__(self) -> None:
-        self._start()
-
-    def _start(self) -> None:
-        self._end, theirs = get_context("spawn").Pipe()
-        self._process = get_context("spawn").Process(target=_serve, args=(theirs,), daemon=True)
-        self._process.start()
-        theirs.close()
-
-    def judge(self, check_id: str, level: str, seed: int, limit: float) -> ClaimRecord:
-        """Return the record of a check; raises EOFError or ConnectionError if the process dies, and TimeoutError."""
-        try:
-            self._end.send((check_id, level, seed))
-            if not self._end.poll(limit):
-                raise TimeoutError
-            record: ClaimRecord = self._end.recv()
-        except (OSError, EOFError):  # of which TimeoutError is one
-            self.stop()
-            self._start()
-            raise
-        return record
-
-    def stop(self) -> None:
-        """End the process, whatever it does."""
-        self._process.kill()
-        self._process.join()
-        self._end.close()
-
-
-def _serve(end: Connection) -> None:
-    """Judge what is asked for, until nobody asks any more; Ctrl-C is for who asks."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    while True:
-        try:
-            check_id, level, seed = end.recv()
-        except EOFError:
-            return
-        end.send(judge(all_checks()[check_id], Run(level, seed, check_id)))
+        for worker in workers:
+            worker.stop()

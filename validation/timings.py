@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from validation.record import Timing, read_trend
+from validation.record import Timing, Trend, from_json
 
 BENCHMARKS = Path("benchmarks")
 # What is timed at each level: all tables take some minutes.
@@ -31,7 +31,6 @@ def measure_timings(level: str) -> tuple[list[Timing], str | None]:
         written = Path(folder) / "benchmarks.json"
         command = [sys.executable, "-m", "benchmarks", "run", *FILES[level]]
         command += ["--level", level, "--json", str(written), "--no-history"]
-        print("timing …", file=sys.stderr, flush=True)
         done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         if done.returncode or not written.exists():
             return [], " ".join(done.stdout.strip().splitlines()[-3:])
@@ -47,7 +46,7 @@ def add_trends(rows: list[Timing]) -> str | None:
         done = subprocess.run(command, capture_output=True, text=True)
         if done.returncode or not written.exists():
             return " ".join(done.stderr.strip().splitlines()[-1:]).removeprefix("Error: ")
-        trends = [read_trend(trend) for trend in json.loads(written.read_text(encoding="utf-8"))["trends"]]
+        trends = [from_json(Trend, trend) for trend in json.loads(written.read_text(encoding="utf-8"))["trends"]]
     by_row = {(trend.row["table"], trend.row["name"], trend.row["size"]): trend for trend in trends}
     for row in rows:
         row.trend = by_row.get((row.table, row.name, row.size)) if row.ratio is None else None

@@ -29,16 +29,21 @@ def penetration_slop(controls: Controls, h: float) -> float:
 
 
 @jit_lean
-def travel_in_step(model: Model, controls: Controls, state: State, box: int, h: float) -> Vec:
-    """Return how far [m] a box moves within a step of `h` [s] if nothing holds it; a static one has no velocity."""
+def _pull_in_step(model: Model, controls: Controls, box: int, h: float) -> Vec:
+    """Return how far [m] gravity and forces move a box within a step of `h` [s]; a static one not at all."""
     inverse_mass = model.box_inverse_mass[box]
     if inverse_mass == 0.0:
         return STILL
-    pull = add(
-        (controls.gravity[0], controls.gravity[1], controls.gravity[2]),
-        scale(inverse_mass, load(controls.box_force, box)),
-    )
-    return scale(h, add(load(state.box_velocity, box), scale(h, pull)))
+    gravity = controls.gravity[0], controls.gravity[1], controls.gravity[2]
+    return scale(h * h, add(gravity, scale(inverse_mass, load(controls.box_force, box))))
+
+
+@jit_lean
+def travel_in_step(model: Model, controls: Controls, state: State, box: int, h: float) -> Vec:
+    """Return how far [m] a box moves within a step of `h` [s] if nothing holds it; a static one has no velocity."""
+    if model.box_inverse_mass[box] == 0.0:
+        return STILL
+    return add(scale(h, load(state.box_velocity, box)), _pull_in_step(model, controls, box, h))
 
 
 @jit_lean
@@ -124,14 +129,23 @@ def _find_pair(
     manifold: Manifold,
     h: float,
 ) -> int:
-    """Find where two boxes touch, or may do so within `h` [s]; return the number of points, now in `manifold`."""
-    a, b = pair
+    """Find where two boxes touch, or may do so within `h` [s]; return the number of points, now in `manifold`.
+
+    Where axes tie, the faces of the first are taken: those of a box that stands still, so that what slides on it slides
+    level with it, and not along a face of its own that leans by what the solver leaves.
+    """
+    turned = model.box_inverse_mass[pair[1]] == 0.0
+    a, b = (pair[1], pair[0]) if turned else pair
     travel_a, travel_b = travel_in_step(model, controls, state, a, h), travel_in_step(model, controls, state, b, h)
     spins = _spin_in_step(model, state, a, h), _spin_in_step(model, state, b, h)
     turn = turn_in_step(model, controls, state, a, h) + turn_in_step(model, controls, state, b, h)
     share = model.box_inverse_mass[a] / (model.box_inverse_mass[a] + model.box_inverse_mass[b])
-    sweep = Sweep(sub(travel_a, travel_b), spins[0], spins[1], turn, share)
-    found = swept_manifold(boxes, pair, sweep, limits, manifold)
+    pull = sub(_pull_in_step(model, controls, a, h), _pull_in_step(model, controls, b, h))
+    sweep = Sweep(sub(travel_a, travel_b), pull, spins[0], spins[1], turn, share)
+    found = swept_manifold(boxes, (a, b), sweep, limits, manifold)
+    if turned:
+        for c in range(3):
+            manifold.sat.normal[c] = -manifold.sat.normal[c]
     both_move = model.box_inverse_mass[a] > 0.0 and model.box_inverse_mass[b] > 0.0
     # (What bounces must come as fast as it flies, and is not held up before it is there.)
     if found > 0 or not both_move or combined(material_of_box(model, a), material_of_box(model, b)).restitution > 0.0:

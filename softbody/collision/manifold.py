@@ -133,7 +133,7 @@ def stopped_manifold(
     if left <= open_at or left + dot(gain, normal) > open_at:
         return 0
     travel = add(flight.travel, scale(dot(gain, normal), normal))
-    sweep = Sweep(travel, flight.spin_a, flight.spin_b, flight.turn, flight.share)
+    sweep = Sweep(travel, flight.pull, flight.spin_a, flight.spin_b, flight.turn, flight.share)
     if sweep.turn > graze:
         near = come_near(boxes, pair, sweep, NEAR * graze)
         return _points_of_overlap(boxes, pair, (separation, axis), limits, manifold) if near else 0
@@ -150,7 +150,7 @@ def _points_of_meeting(
     meeting = meeting_of(boxes, pair, sweep, limits, manifold.sat)
     if meeting.axis == NEVER:
         return 0
-    to_meet = Sweep(scale(meeting.when, sweep.travel), STILL, STILL, sweep.turn, sweep.share)
+    to_meet = Sweep(scale(meeting.when, sweep.travel), STILL, STILL, STILL, sweep.turn, sweep.share)
     if meeting.axis < 6:
         return _clip_along(boxes, pair, meeting.axis, limits, to_meet, manifold)
     gap = _edge_point(boxes, pair, meeting, to_meet, manifold)

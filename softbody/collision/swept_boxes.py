@@ -29,9 +29,10 @@ from softbody.collision.sat_boxes import (
 )
 from softbody.jit import jit_lean
 from softbody.quaternion import from_rotation_vector, normalize_quaternion, product
-from softbody.vec import Vec, add, dot, norm, scale
+from softbody.vec import Vec, add, dot, norm, scale, sub
 
 GRAZE = 2.0  # slops of overlap up to which boxes only graze each other, as boxes at rest do
+SLIDE = 0.01  # of the slop: a way in a step that is none of the solver's noise
 NEAR = 0.01  # of that: boxes that turn are taken to meet if they come as near within the step
 
 
@@ -39,6 +40,7 @@ class Sweep(NamedTuple):
     """How a moves within a step, seen from b, if nothing stops it."""
 
     travel: Vec  # [m] by its velocity and by what pulls, as if nothing held it
+    pull: Vec  # [m] what of it comes from what pulls
     spin_a: Vec  # [rad] about its centre, in the world
     spin_b: Vec  # [rad]
     turn: float  # [m] that any point may come besides, by turning
@@ -54,7 +56,7 @@ class Meeting(NamedTuple):
 
 
 STILL = (0.0, 0.0, 0.0)
-NO_SWEEP = Sweep(STILL, STILL, STILL, 0.0, 0.0)
+NO_SWEEP = Sweep(STILL, STILL, STILL, STILL, 0.0, 0.0)
 
 NEVER = -1
 NO_MEETING = Meeting(NEVER, 0.0, 0.0)
@@ -89,7 +91,8 @@ def meeting_of(boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, limits: Li
     """Return where and when two boxes meet, which `least_overlap` has found apart, or grazing; its normal in `memory`.
 
     An overlap of less than `grazing_depth` counts as none. Boxes that graze along an axis on which they all but keep
-    their distance, as one that slides on another does, touch along it before any other. A contact that would act, but
+    their distance, as one that slides on another does, touch along it before any other; if on two, as one that slides
+    on to the next of flush tiles, along that on which their velocities move them less. A contact that would act, but
     that they would fly past if nothing held them, is none.
     """
     a, b = pair
@@ -121,6 +124,10 @@ def meeting_of(boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, limits: Li
             preference = np.inf
         if entry == latest:
             better = separation > best.separation + preference
+            if entry == np.inf and abs(separation - best.separation) > rounding:
+                own, others = _slide(boxes, pair, sweep, k, memory), _slide(boxes, pair, sweep, best.axis, memory)
+                if abs(own - others) > SLIDE * limits.slop + rounding:
+                    better = own < others
         elif entry < np.inf and latest < np.inf:
             better = (entry - latest) * closing > preference
         else:
@@ -136,6 +143,15 @@ def meeting_of(boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, limits: Li
     _write_normal(boxes, pair, best.axis, memory)
     when = latest if latest <= 1.0 and best.separation > touching else before
     return Meeting(best.axis, best.separation, when)
+
+
+@jit_lean
+def _slide(boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, k: int, memory: SatMemory) -> float:
+    """Return how far [m] velocities alone move two boxes along axis `k`, seen from each other, within the step."""
+    _project_travel(boxes, pair, sub(sweep.travel, sweep.pull), memory)
+    _, _, way, _ = _projection(boxes.size, pair, k, memory)
+    _project_travel(boxes, pair, sweep.travel, memory)
+    return abs(way)
 
 
 @jit_lean

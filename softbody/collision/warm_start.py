@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from softbody.collision.contact import Contacts
-from softbody.jit import jit_lean
+from softbody.collision.contact import Contacts, ImpulseCache
+from softbody.jit import jit, jit_lean
 from softbody.vec import load, store
 
 
@@ -56,3 +56,22 @@ def cache_impulses(contacts: Contacts) -> None:
         cache.feature[k] = contacts.feature[k]
         store(cache.point, k, load(contacts.point, k))
         store(cache.impulse, k, load(contacts.impulse, k))
+
+
+@jit
+def copied_cache(cache: ImpulseCache) -> ImpulseCache:
+    """Return a cache of the same contacts that shares no memory with this one."""
+    return ImpulseCache(
+        cache.number.copy(), cache.box.copy(), cache.feature.copy(), cache.point.copy(), cache.impulse.copy()
+    )
+
+
+@jit_lean
+def copy_cache(source: ImpulseCache, cache: ImpulseCache) -> None:
+    """Overwrite a cache with what another one holds, for which it has room."""
+    cache.number[0] = source.number[0]
+    for k in range(source.number[0]):
+        cache.box[k, 0], cache.box[k, 1] = source.box[k, 0], source.box[k, 1]
+        cache.feature[k] = source.feature[k]
+        store(cache.point, k, load(source.point, k))
+        store(cache.impulse, k, load(source.impulse, k))

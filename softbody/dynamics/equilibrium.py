@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,19 +17,32 @@ FASTER, SLOWER = 1.1, 0.5
 MIXING, MIXING_FADES = 0.1, 0.99
 
 
+class Glide(NamedTuple):
+    """How bodies glide that are being relaxed: what goes on where a run was stopped."""
+
+    velocity: np.ndarray  # (n, 3) [m/s]
+    pace: np.ndarray  # (3,) length of the next step [s], part of the mixing, steps downhill so far
+
+
+def glide_from_rest(position: np.ndarray, longest: float) -> Glide:
+    """Return how bodies at `position` (n, 3) [m] begin to glide, with steps of `longest` [s]."""
+    return Glide(np.zeros_like(position), np.array([longest, MIXING, 0.0]))
+
+
 @jit
-def relax(bodies: SoftBodies, motion: Motion, longest: float, steps: int) -> float:
-    """Move soft bodies downhill in energy by `steps` steps of at most `longest` [s]; their velocities are zero.
+def relax(bodies: SoftBodies, motion: Motion, longest: float, steps: int, glide: Glide) -> tuple[float, int]:
+    """Move soft bodies downhill in energy by `steps` steps of at most `longest` [s].
 
     They glide like bodies in motion, their velocity mixed with the direction of the force, and stop whenever they
-    would climb. Returns the largest acceleration [m/s²] that is left, of any component of any particle.
+    would climb. Returns the largest acceleration [m/s²] that is left, of any component of any particle, and how many
+    steps are left: where `motion.memory.stop` is not 0, only the next one is made.
     """
-    position = bodies.position
-    velocity = np.zeros_like(position)
+    position, velocity = bodies.position, glide.velocity
     acceleration = np.empty_like(position)
-    h, mixing, downhill = longest, MIXING, 0
+    h, mixing, downhill = glide.pace[0], glide.pace[1], glide.pace[2]
+    left = 0
     ring_accelerations(bodies, motion, acceleration)
-    for _ in range(steps):
+    for done in range(1, steps + 1):
         power = along = speed = 0.0
         for i in range(position.shape[0]):
             for c in range(3):
@@ -51,4 +65,8 @@ def relax(bodies: SoftBodies, motion: Motion, longest: float, steps: int) -> flo
                 velocity[i, c] = keep * velocity[i, c] + (turn + h) * acceleration[i, c]
                 position[i, c] += h * velocity[i, c]
         ring_accelerations(bodies, motion, acceleration)
-    return np.abs(acceleration).max()
+        if motion.memory.stop[0] != 0:
+            left = steps - done
+            break
+    glide.pace[0], glide.pace[1], glide.pace[2] = h, mixing, downhill
+    return np.abs(acceleration).max(), left

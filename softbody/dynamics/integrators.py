@@ -80,13 +80,14 @@ Part = tuple[int, int]  # first index and end, whole lanes
 
 def _advance_body(
     bodies: SoftBodies, rings: VertexRings, body: int, stretch: Stretch, cut: np.ndarray, work: np.ndarray,
-    block_moment: np.ndarray,
-) -> float:  # fmt: skip
+    block_moment: np.ndarray, stop: np.ndarray,
+) -> tuple[float, int]:  # fmt: skip
     """Advance one body by a stretch of steps in the rows POSITION and VELOCITY of `work` (WORK_ROWS, n).
 
     Its blocks are done in shares, of which share i has blocks cut[i] … cut[i + 1]; they write to places of their own,
     so that the result is the same for any `cut`. `block_moment` (blocks,) is scratch. Returns the least volume [m³]
-    of all starts of steps and of the end (NaN if one is NaN).
+    of all starts of steps and of the end (NaN if one is NaN), and how many steps were made: where `stop` (1,) is not 0,
+    only those to the next landing.
     """
     h, steps, integrator = stretch.h, stretch.steps, stretch.integrator
     one, other = work[POSITION : POSITION + 6], work[NEXT_POSITION : NEXT_POSITION + 6]
@@ -103,7 +104,7 @@ def _advance_body(
     k, real, stages, least = rings.common_stiffness[body], work.dtype.type, STAGES[integrator], np.inf
     # One call of the force, for the stages of all steps and for the volume at the end: machine code for it is made
     # for every place that it is called from.
-    for turn in range(stages * steps + 1):
+    for turn in range(stages * stretch.steps + 1):
         step = turn // stages
         stage = turn - step * stages
         # Each step starts where the one before ended: the two sets of rows change places.
@@ -121,6 +122,8 @@ def _advance_body(
         volume /= 18.0
         if stage == 0 and not volume >= least:  # so that NaN stays
             least = volume
+        if stage == 0 and step > 0 and stop[0] != 0 and (stretch.begin + step) % stretch.landing == 0:
+            steps = step
         if step == steps:
             break
         lead = h if stage >= 2 or integrator == SYMPLECTIC_EULER else 0.5 * h
@@ -134,7 +137,7 @@ def _advance_body(
                     land(end[:3], end[3:], part, stretch.height, Material(stretch.restitution, stretch.friction))
     if steps % 2 == 1:
         copy_rows(work, NEXT_POSITION, POSITION, rings.block[cut[-1] - 1, END])
-    return least
+    return least, steps
 
 
 advance_body = jit_lean(_advance_body)

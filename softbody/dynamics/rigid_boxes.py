@@ -59,6 +59,29 @@ def advance_boxes(model: Model, state: State, h: float, gyroscopic: bool) -> Non
                 state.box_orientation[i, c] = q[c]
 
 
+# A box has diverged where one more step would turn it by more than MOST_TURN [rad], or lead so far away from the origin
+# that its thinnest side, times RESOLVED, is less than that: it would be lost in rounding.
+MOST_TURN, RESOLVED = 1e6, 2.0**46
+UNIT = 1e-6  # how far from 1 the square of an orientation's length may be
+
+
+@jit_lean
+def box_astray(model: Model, state: State, h: float) -> int:
+    """Return the first box that has diverged, as seen before one more step of `h` [s], or −1."""
+    for i in range(state.box_position.shape[0]):
+        far = turn = length = 0.0
+        for c in range(3):
+            far = far + abs(state.box_position[i, c]) + h * abs(state.box_velocity[i, c])
+            turn = turn + h * abs(state.box_angular_velocity[i, c])
+        for c in range(4):
+            length += state.box_orientation[i, c] ** 2
+        size = load(model.box_size, i)
+        # Written so that NaN, for which every comparison is false, counts as diverged.
+        if not (far <= RESOLVED * min(size[0], size[1], size[2]) and turn <= MOST_TURN and abs(length - 1.0) <= UNIT):
+            return i
+    return -1
+
+
 @jit_lean
 def shift_boxes(state: State, shift: np.ndarray) -> None:
     """Move every box by `shift` [i, :3] [m] and turn it by [i, 3:] [rad], its velocities untouched."""

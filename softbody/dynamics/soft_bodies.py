@@ -47,6 +47,9 @@ LARGE = 8_000
 # Particles of a world below which one thread moves all: to wake another may take as long.
 FEW = 2_000
 
+# How far away a body may be, in its extents: farther off its shape is lost in rounding.
+RESOLVED, RESOLVED_IN_SINGLE = 2.0**46, 2.0**20
+
 BARE = Material(0.0, 0.0)  # where no ground acts
 
 
@@ -59,6 +62,8 @@ class MotionMemory(NamedTuple):
     block_moment: np.ndarray  # (blocks,)
     done: np.ndarray  # (b,) steps that each body has done
     fault: np.ndarray  # (b,) DIVERGED, COLLAPSED or 0
+    most_extent: np.ndarray  # (b,) [m] beyond which a body has diverged
+    stop: np.ndarray  # (1,) what is not 0 ends a run early; somebody else may write it
 
 
 class Motion(NamedTuple):
@@ -83,6 +88,8 @@ def motion_of(start: np.ndarray, rings: VertexRings, threads: int = 1) -> Motion
         np.empty(len(rings.block)),
         np.zeros(len(start) - 1, np.int64),
         np.zeros(len(start) - 1, np.int64),
+        np.full(len(start) - 1, np.inf),
+        np.zeros(1, np.uint8),
     )
     return Motion(rings, memory, None if threads == 1 else threads)
 
@@ -103,17 +110,22 @@ def move_soft_bodies(
     that of body and ground together.
 
     On a fault (DIVERGED or COLLAPSED, else 0) the bodies are where they are after the last good step of all. `motion`
-    is None where there are none.
+    is None where there are none. Where `motion.memory.stop` is not 0, the run ends after one of the next steps.
     """
-    if motion is None:
+    if motion is None or bodies.gas.shape[0] == 0:
         return steps, 0, -1
     rings, memory, threads = motion
-    stretch = _stretch(settings, h, steps, height, material)
-    fault, culprit = _move_all(bodies, rings, memory, stretch, threads)
-    if fault:
+    fault, culprit = _move_all(bodies, rings, memory, _stretch(settings, h, steps, height, material), threads)
+    least = memory.done.min() // settings.substeps
+    while (memory.done != least * settings.substeps).any():
         # Once more, now that it is known how far all can go.
-        steps = memory.done[culprit] // settings.substeps
+        memory.stop[0] = 0
+        steps = least
         _move_all(bodies, rings, memory, _stretch(settings, h, steps, height, material), threads)
+        least = memory.done.min() // settings.substeps
+        if least < steps:  # stopped once more, before there was a fault
+            fault, culprit = 0, -1
+    steps = least
     for i in range(bodies.position.shape[0]):
         store(bodies.position, i, load(memory.position, i))
         store(bodies.velocity, i, load(memory.velocity, i))
@@ -141,10 +153,8 @@ def _move_all(
             move_body(bodies, rings, memory, stretch, body, 0, None)
     else:
         move_on_threads(bodies, rings, memory, stretch, threads)
-    if not memory.fault.any():
-        return 0, -1
     culprit = int(np.argmin(memory.done))
-    return memory.fault[culprit], culprit
+    return (memory.fault[culprit], culprit) if memory.fault[culprit] else (0, -1)
 
 
 @jit_threaded
@@ -191,17 +201,19 @@ def move_body(
     _load_body(bodies, particle, work)
     cut = rings.block_start[body : body + 2] if threads is None else even_cut(rings, body, threads)
     least_volume = bodies.deflated_below[body] * bodies.mesh_volume[body]
-    done, fault, look = 0, 0, LOOK
+    done, fault, look, most = 0, 0, LOOK, memory.most_extent[body]
     h, _, steps, integrator, landing, height, restitution, friction = stretch
-    while done < steps and fault == 0:
+    while done < steps and fault == 0 and (done == 0 or memory.stop[0] == 0 or done % landing != 0):
         part = Stretch(h, done, min(look, steps - done), integrator, landing, height, restitution, friction)
         if threads is None:
-            volume = advance_body(bodies, rings, body, part, cut, work, memory.block_moment)
+            volume, made = advance_body(bodies, rings, body, part, cut, work, memory.block_moment, memory.stop)
         else:
-            volume = advance_body_on_threads(bodies, rings, body, part, cut, work, memory.block_moment)
-        fault = find_fault(rings, body, work[POSITION : POSITION + 6], h, volume, least_volume)
+            volume, made = advance_body_on_threads(
+                bodies, rings, body, part, cut, work, memory.block_moment, memory.stop
+            )
+        fault = find_fault(rings, body, work[POSITION : POSITION + 6], h, volume, least_volume, most)
         if fault == 0:
-            done += part.steps
+            done += made
             _store_rows(work, particle, memory)
         else:
             # Back to the last look, and from there step by step.
@@ -209,7 +221,7 @@ def move_body(
                 _load_rows(memory.position, memory.velocity, particle, work)
             else:
                 _load_rows(bodies.position, bodies.velocity, particle, work)
-            if part.steps > 1:
+            if made > 1:
                 fault, look = 0, 1
     if done == 0:
         _store_rows(work, particle, memory)
@@ -243,21 +255,33 @@ def _store_rows(work: np.ndarray, particle: np.ndarray, memory: MotionMemory) ->
 
 
 @jit_lean
-def find_fault(rings: VertexRings, body: int, rows: np.ndarray, h: float, volume: float, least_volume: float) -> int:
+def find_fault(
+    rings: VertexRings,
+    body: int,
+    rows: np.ndarray,
+    h: float,
+    volume: float,
+    least_volume: float,
+    most_extent: float = np.inf,
+) -> int:
     """Return whether a body has DIVERGED or COLLAPSED, or 0; `rows` (6, n) of x and of v, by index.
 
     Diverged: some particle is not finite, or would cross its whole body in one more step, as seen from the body's
-    mean velocity. Collapsed: the volume [m³] is not above `least_volume`.
+    mean velocity; or the body is longer than `most_extent` [m], along an axis, or so far away that it is lost in
+    rounding. Collapsed: the volume [m³] is not above `least_volume`.
     """
     first, end = rings.block_start[body], rings.block_start[body + 1]
-    extent, count = 0.0, rings.start[body + 1] - rings.start[body]
+    extent, far, count = 0.0, 0.0, rings.start[body + 1] - rings.start[body]
     for c in range(3):
         low = high = in_double(load_lanes(rows[c], 0))
         for i in range(LANES, count, LANES):
             x = in_double(load_lanes(rows[c], i))
             low, high = where_less(x, low, x, low), where_less(high, x, x, high)
         highest, lowest = -least_lane(spread(0.0) - high), least_lane(low)
-        extent = max(extent, highest - lowest)
+        extent, far = max(extent, highest - lowest), max(far, highest, -lowest)
+    # Written so that NaN, for which every comparison is false, counts as diverged.
+    if not (extent <= most_extent and far <= extent * (RESOLVED_IN_SINGLE if rows.itemsize == 4 else RESOLVED)):
+        return DIVERGED
     for c in range(3):
         total, number, least = spread(0.0), 0, spread(extent)
         for block in range(first, end):
@@ -269,7 +293,6 @@ def find_fault(rings: VertexRings, body: int, rows: np.ndarray, h: float, volume
         for i in range(0, count, LANES):
             off = in_double(load_lanes(rows[3 + c], i)) - mean
             left = extent - h * where_less(off, 0.0, 0.0 - off, off)
-            # Written so that NaN, for which every comparison is false, counts as diverged.
             least = where_less(0.0, left, least, 0.0)
         if not least_lane(least) > 0.0:
             return DIVERGED

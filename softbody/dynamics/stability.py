@@ -7,7 +7,7 @@ from math import sqrt
 import numpy as np
 
 from softbody.dynamics.pressure import soft_volume
-from softbody.jit import jit
+from softbody.jit import jit, jit_lean
 from softbody.state import Controls, Model
 from softbody.vec import add, cross, dot, load, norm, scale, sub
 
@@ -100,3 +100,36 @@ def longest_stable_step(frequency: float, damping: float, limit: float) -> float
     if a == 0.0 and b == 0.0:
         return np.inf
     return 1.0 / (b + sqrt(b * b + a))
+
+
+GROWTH = 1e3  # times its own size, at rest, to which no body grows that is computed well
+LARGEST = 1e50  # [m] so that squares of squares of lengths are finite
+
+
+def most_extents(model: Model, controls: Controls) -> np.ndarray:
+    """Return the length [m], along an axis, beyond which each soft body can only have diverged: (b,).
+
+    GROWTH times what springs, gas and gravity make of it. The size of the springs is √(Σ l0²), some times the extent of
+    a mesh as it was made. A gas blows it up by the λ of a regular solid, λ² − λ = 3 nRT / Σ k l0²; a body that hangs on
+    one spring is as much longer as that gives.
+    """
+    extents = np.empty(model.soft_count)
+    fall = float(np.sqrt(np.square(controls.gravity).sum()))
+    for body in range(model.soft_count):
+        edges = slice(model.soft_edge_start[body], model.soft_edge_start[body + 1])
+        stiffness, square = model.edge_stiffness[edges], np.square(model.edge_rest_length[edges])
+        inverse = model.particle_inverse_mass[model.soft_particle_start[body] : model.soft_particle_start[body + 1]]
+        with np.errstate(all="ignore"):
+            swelling = 0.5 + np.sqrt(0.25 + 3.0 * controls.soft_gas[body] / (stiffness * square).sum())
+            hanging = fall * len(inverse) / inverse.max() / stiffness.min()
+            extents[body] = GROWTH * (np.sqrt(square.sum()) * swelling + hanging)
+    return np.fmin(extents, LARGEST)
+
+
+@jit_lean
+def fingerprint(bits: np.ndarray) -> int:
+    """Return a number that tells `bits` (n,) of int64 from others, and from themselves in another order."""
+    total = 0
+    for i in range(bits.shape[0]):
+        total += int(bits[i]) ^ (i * 2654435761)
+    return total

@@ -45,7 +45,8 @@ def build_rings(
     breadth-first over the mesh (Cuthill and McKee 1969), so that neighbours lie near each other in memory, and then
     by degree within windows of it.
     """
-    ring_start, ring, after, is_cycle = one_rings(count, triangles)
+    # A copy: for the read-only triangles of a Mesh the kernel would be compiled once more.
+    ring_start, ring, after, is_cycle = one_rings(count, triangles.copy())
     degree = np.diff(ring_start)
     order = breadth_first_order(ring_start, ring)
     # A particle where several fans of triangles meet goes to blocks of its own: its entries are not one cycle.
@@ -146,7 +147,10 @@ def one_rings(count: int, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray
             after[entry] = triangles[t, (c + 2) % 3]
             filled[i] += 1
     is_cycle = np.ones(count, np.bool_)
+    entry_of = np.zeros(count, np.int64)  # of each neighbour of the vertex at hand: a search takes d² of d neighbours
     for i in range(count):
+        for e in range(start[i], start[i + 1]):
+            entry_of[ring[e]] = e
         fan = ring[start[i]]
         for e in range(start[i], start[i + 1] - 1):
             wanted = after[e]
@@ -154,11 +158,10 @@ def one_rings(count: int, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray
                 is_cycle[i] = False
                 fan = ring[e + 1]
                 continue
-            for other in range(e + 1, start[i + 1]):
-                if ring[other] == wanted:
-                    ring[other], ring[e + 1] = ring[e + 1], ring[other]
-                    after[other], after[e + 1] = after[e + 1], after[other]
-                    break
+            other = entry_of[wanted]
+            entry_of[ring[e + 1]] = other
+            ring[other], ring[e + 1] = ring[e + 1], ring[other]
+            after[other], after[e + 1] = after[e + 1], after[other]
     return start, ring, after, is_cycle
 
 

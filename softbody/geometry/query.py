@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
@@ -9,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softbody.errors import MeshError, ParameterError
+from softbody.errors import MeshError
 from softbody.geometry.bvh import BVH, build_bvh, closest_all_in_bvh, refit_bvh
 from softbody.geometry.closest_point import Closest
 from softbody.geometry.parity_grid import (
@@ -20,6 +21,9 @@ from softbody.geometry.parity_grid import (
     rebuild_parity_grid,
 )
 from softbody.geometry.triangle_list import checked_points, checked_triangles
+from softbody.parameters import check_range, check_whole
+
+MOST_THREADS = max(64, 4 * (os.cpu_count() or 1))  # that share points; more than there are processors wait in turn
 
 
 class MeshQuery:
@@ -34,39 +38,46 @@ class MeshQuery:
         self, vertices: ArrayLike, triangles: ArrayLike, columns_per_triangle: float = COLUMNS_PER_TRIANGLE
     ) -> None:
         """Check and copy the arrays. The structures are made when they are first needed."""
-        if not 0.0 < columns_per_triangle <= 64.0:
-            raise ParameterError(
-                f"columns_per_triangle is {columns_per_triangle!r}; give a number up to 64, such as 0.25"
-            )
-        checked, self.triangles = checked_triangles(vertices, triangles)
-        self.vertices = checked.copy()
+        columns_per_triangle = check_range(columns_per_triangle, "columns_per_triangle", above=0.0, most=64.0)
+        checked, self._triangles = checked_triangles(vertices, triangles)
+        self._vertices = checked.copy()
         self._columns_per_triangle = columns_per_triangle
         self._grid: ParityGrid | None = None
         self._tree: BVH | None = None
         self._grid_is_old = self._tree_is_old = False
 
+    @property
+    def vertices(self) -> np.ndarray:
+        """Where the vertices are now (n, 3) [m], read-only; `move` moves them."""
+        return _read_only(self._vertices)
+
+    @property
+    def triangles(self) -> np.ndarray:
+        """The triangles (t, 3), read-only: what is asked trusts them."""
+        return _read_only(self._triangles)
+
     def move(self, vertices: ArrayLike) -> None:
         """Move the mesh: new `vertices` (n, 3) [m] for the same triangles. All must be finite."""
         moved = checked_points(vertices, "vertices")
-        if moved.shape != self.vertices.shape:
-            raise MeshError(f"vertices have shape {moved.shape}; the mesh has {len(self.vertices)} of them")
+        if moved.shape != self._vertices.shape:
+            raise MeshError(f"vertices have shape {moved.shape}; the mesh has {len(self._vertices)} of them")
         if not np.isfinite(moved).all():
             i = int(np.argmin(np.isfinite(moved).all(axis=1)))
             raise MeshError(f"vertex {i} is at {moved[i]}: not finite; repair its coordinates")
-        self.vertices[:] = moved
+        self._vertices[:] = moved
         self._grid_is_old = self._tree_is_old = True
 
     def contains(self, points: ArrayLike, threads: int = 1) -> np.ndarray:
         """Tell for each of `points` (m, 3) [m] whether it is inside: (m,) of bool, the same for any `threads`."""
         if self._grid is None:
-            self._grid = build_parity_grid(self.vertices, self.triangles, self._columns_per_triangle)
+            self._grid = build_parity_grid(self._vertices, self._triangles, self._columns_per_triangle)
         elif self._grid_is_old:
-            rebuild_parity_grid(self._grid, self.vertices)
+            rebuild_parity_grid(self._grid, self._vertices)
         self._grid_is_old = False
         rows, grid = checked_points(points), self._grid
         answers = np.empty(len(rows), bool)
         _share(
-            lambda share: points_in_parity_grid(rows, grid, self.vertices, answers, share),
+            lambda share: points_in_parity_grid(rows, grid, self._vertices, answers, share),
             len(rows),
             threads,
         )
@@ -75,14 +86,14 @@ class MeshQuery:
     def closest(self, points: ArrayLike, threads: int = 1) -> Closest:
         """Return the triangle closest to each of `points` (m, 3) [m], with weights, point and distance."""
         if self._tree is None:
-            self._tree = build_bvh(self.vertices, self.triangles)
+            self._tree = build_bvh(self._vertices, self._triangles)
         elif self._tree_is_old:
-            refit_bvh(self._tree, self.vertices)
+            refit_bvh(self._tree, self._vertices)
         self._tree_is_old = False
         rows, tree = checked_points(points), self._tree
         count = len(rows)
         answers = Closest(np.empty(count, np.int64), np.empty((count, 3)), np.empty((count, 3)), np.empty(count))
-        _share(lambda share: closest_all_in_bvh(rows, tree, self.vertices, answers, share), count, threads)
+        _share(lambda share: closest_all_in_bvh(rows, tree, self._vertices, answers, share), count, threads)
         return answers
 
 
@@ -106,10 +117,16 @@ def closest_on_mesh(points: ArrayLike, vertices: ArrayLike, triangles: ArrayLike
     return MeshQuery(vertices, triangles).closest(points, threads)
 
 
+def _read_only(array: np.ndarray) -> np.ndarray:
+    """Return a view through which nothing can be written."""
+    view = array.view()
+    view.flags.writeable = False
+    return view
+
+
 def _share(work: Callable[[tuple[int, int]], object], count: int, threads: int) -> None:
     """Call work((first, last)) for equal shares of `count` on as many threads; the kernels let go of the GIL."""
-    if not isinstance(threads, (int, np.integer)) or threads < 1:
-        raise ParameterError(f"threads is {threads!r}; give a whole number from 1 on")
+    threads = check_whole(threads, "threads", 1, MOST_THREADS)
     if threads == 1:
         work((0, count))
         return

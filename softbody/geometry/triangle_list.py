@@ -11,12 +11,13 @@ MOST = 2**31 - 1  # triangles and vertices: structures hold their numbers as int
 
 
 def checked_triangles(vertices: ArrayLike, triangles: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """Return both as contiguous float64 (n, 3) and int64 (t, 3) arrays, neither of them empty.
+    """Return both as contiguous float64 (n, 3) and int64 (t, 3) arrays, neither of them empty; the triangles as a copy.
 
     Raises MeshError if they are not, if a vertex is not finite or an index out of range. Nothing else is asked: the
     triangles may be degenerate, overlap, or leave holes; `softbody.Mesh` asks for a closed solid.
     """
-    points, faces = checked_points(vertices, "vertices"), _rows(triangles, "triangles")
+    # A copy, made before it is looked at: what structures keep must not change when the caller's array does.
+    points, faces = checked_points(vertices, "vertices"), _rows(triangles, "triangles").copy()
     if len(points) == 0 or len(faces) == 0:
         raise MeshError("the mesh is empty; give at least one triangle")
     if max(len(points), len(faces)) > MOST:
@@ -31,13 +32,15 @@ def checked_triangles(vertices: ArrayLike, triangles: ArrayLike) -> tuple[np.nda
     if spoiled.any():
         i = int(np.argmax(spoiled))
         raise MeshError(f"vertex {i} is at {points[i]}: not finite; repair its coordinates")
-    return points, np.ascontiguousarray(faces, np.int64)
+    return points, faces.astype(np.int64, order="C", copy=False)
 
 
 def checked_points(points: ArrayLike, name: str = "points") -> np.ndarray:
-    """Return `points` as a contiguous float64 (m, 3) array, or raise MeshError; they may be none, or not finite."""
-    rows = _rows(points, name)
-    return np.ascontiguousarray(rows, np.float64)
+    """Return `points` as a contiguous float64 (m, 3) array, or raise MeshError; they may be none, or not finite.
+
+    A read-only one, as a Mesh has, is copied: kernels would be compiled once more for it.
+    """
+    return np.require(_rows(points, name), np.float64, ["C", "A", "W"])
 
 
 def _rows(rows: ArrayLike, name: str) -> np.ndarray:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from softbody.errors import ParameterError
 from softbody.mesh import icosphere
-from softbody.parameters import check_range
-from softbody.world import World
+from softbody.parameters import NO_NUMBERS, check_range, doubles, shown
+from softbody.world import World, world_to_fill
 
 
 def build(
@@ -19,11 +20,15 @@ def build(
 
     Each has 10·4ˢ + 2 particles, weighs 1 kg, and its gas is in proportion to its springs: all have the same shape.
     """
-    check_range(height, "height", "m", least=0.0)
-    world = World() if world is None else world
+    height = check_range(height, "height", "m", least=0.0)
+    world = world_to_fill(world)
     world.add_ground()
     ball = icosphere(subdivisions, radius=0.5)
-    for k, stiffness in enumerate(stiffnesses):
-        place = (1.4 * (k - 0.5 * (len(stiffnesses) - 1)), 0.0, 0.5 + height)
+    try:
+        springs = doubles(stiffnesses).ravel().tolist()
+    except NO_NUMBERS as error:
+        raise ParameterError(f"stiffnesses is {shown(stiffnesses)}; give a number for each ball [N/m]") from error
+    for k, stiffness in enumerate(springs):
+        place = (1.4 * (k - 0.5 * (len(springs) - 1)), 0.0, 0.5 + height)
         world.add_soft_body(ball, mass=1.0, stiffness=stiffness, gas=0.15 * stiffness, position=place)
     return world

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from softbody.parameters import check_whole
-from softbody.world import World
+from softbody.world import World, world_to_fill
 
 ACROSS = 1.3  # [m] between neighbours at the start, give or take 0.2: few boxes have so long a diagonal, none overlap
 
@@ -15,8 +15,8 @@ def build(boxes: int = 40, world: World | None = None) -> World:
 
     A layer holds 3 × 3 boxes, so that more of them make a higher heap; the same number falls the same way each time.
     """
-    check_whole(boxes, "boxes", 1)
-    world = World() if world is None else world
+    boxes = check_whole(boxes, "boxes", 1)
+    world = world_to_fill(world)
     world.add_ground(friction=0.6)
     rng = np.random.default_rng(2008)
     for k in range(boxes):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from softbody.parameters import check_range, check_whole
-from softbody.world import World
+from softbody.world import World, world_to_fill
 
 
 def build(boxes: int = 8, gap: float = 0.05, world: World | None = None) -> World:
@@ -11,9 +11,9 @@ def build(boxes: int = 8, gap: float = 0.05, world: World | None = None) -> Worl
 
     Every other plate lies across, and each is a little off the axis, by less than lets the tower lean.
     """
-    check_whole(boxes, "boxes", 1)
-    check_range(gap, "gap", "m", least=0.0)
-    world = World() if world is None else world
+    boxes = check_whole(boxes, "boxes", 1)
+    gap = check_range(gap, "gap", "m", least=0.0)
+    world = world_to_fill(world)
     world.add_ground(friction=0.6)
     for k in range(boxes):
         size = (1.2, 0.8, 0.3) if k % 2 == 0 else (0.8, 1.2, 0.3)

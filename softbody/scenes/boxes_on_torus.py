@@ -6,7 +6,7 @@ import numpy as np
 
 from softbody.mesh import torus
 from softbody.parameters import check_whole
-from softbody.world import World
+from softbody.world import World, world_to_fill
 
 LARGEST, SMALLER = 1.0, 0.75  # [m] side of the lowest cube, and that of each other one, of the one below
 DENSITY = 0.4  # [kg/m³]: three cubes weigh a third of what the torus does
@@ -19,8 +19,8 @@ def build(boxes: int = 3, world: World | None = None) -> World:
     Each is smaller than the one below, and turned by 45° from it. The lowest is wider across its corners than the hole
     of the torus (1.2 m), so that the torus carries all.
     """
-    check_whole(boxes, "boxes", 0)
-    world = World() if world is None else world
+    boxes = check_whole(boxes, "boxes", 0)
+    world = world_to_fill(world)
     world.add_ground()
     world.add_soft_body(
         torus(1.0, 0.4, 36, 18), mass=2.0, stiffness=600.0, gas=200.0, position=(0.0, 0.0, 0.45), friction=0.8

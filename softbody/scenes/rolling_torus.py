@@ -6,7 +6,7 @@ import numpy as np
 
 from softbody.mesh import Mesh, torus
 from softbody.parameters import check_range
-from softbody.world import World
+from softbody.world import World, world_to_fill
 
 
 def build(force: float = 0.5, tilt: float = 0.0, world: World | None = None) -> World:
@@ -16,10 +16,10 @@ def build(force: float = 0.5, tilt: float = 0.0, world: World | None = None) -> 
     its torus could only slide; and a force too small lets it topple before it is as fast as a hoop must be to stay
     upright (v² > g R/3).
     """
-    check_range(force, "force")
-    check_range(tilt, "tilt", "rad")
+    force = check_range(force, "force")
+    tilt = check_range(tilt, "tilt", "rad")
     mass = 2.0
-    world = World() if world is None else world
+    world = world_to_fill(world)
     world.add_ground(friction=0.8)
     ring = torus(1.0, 0.4, 36, 18)
     # (x, y, z) → (x, −z, y) puts the axis along y; then lean about x.

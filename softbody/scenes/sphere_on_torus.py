@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from softbody.mesh import icosphere, torus
-from softbody.world import World
+from softbody.world import World, world_to_fill
 
 RADIUS = 0.9  # [m] of the sphere; the hole's is 0.6 m, and the loaded sphere and torus both give by some centimetres
 
@@ -13,7 +13,7 @@ def build(subdivisions: int = 3, world: World | None = None) -> World:
 
     The sphere (RADIUS) is so much wider than the hole that the torus carries it, well above the ground.
     """
-    world = World() if world is None else world
+    world = world_to_fill(world)
     world.add_ground()
     world.add_soft_body(torus(1.0, 0.4, 36, 18), mass=2.0, stiffness=400.0, gas=150.0, position=(0.0, 0.0, 0.45))
     ball = icosphere(subdivisions, RADIUS)

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from softbody.mesh import torus
 from softbody.parameters import check_whole
-from softbody.world import World
+from softbody.world import World, world_to_fill
 
 DRAG = 2.0  # [1/s] so that the bounce of the stack, which springs and gas alone would keep up for minutes, ends in 4 s
 
 
 def build(bodies: int = 4, world: World | None = None) -> World:
     """Return `world`, or a new one, with `bodies` tori, copies of one mesh, one above the other."""
-    check_whole(bodies, "bodies", 1)
-    world = World() if world is None else world
+    bodies = check_whole(bodies, "bodies", 1)
+    world = world_to_fill(world)
     world.add_ground()
     ring = torus(1.0, 0.4, 24, 12)
     for k in range(bodies):

@@ -8,7 +8,7 @@ import numpy as np
 
 from softbody.mesh import icosphere
 from softbody.parameters import check_whole
-from softbody.world import World
+from softbody.world import World, world_to_fill
 
 RADIUS = 0.5  # [m] of each ball
 SPACING = 1.15  # [m] between centres at the start
@@ -21,8 +21,8 @@ def build(bodies: int = 30, world: World | None = None) -> World:
 
     Loose layers, in which each ball is a little aside from the one below, so that none stands on another's top.
     """
-    check_whole(bodies, "bodies", 1)
-    world = World() if world is None else world
+    bodies = check_whole(bodies, "bodies", 1)
+    world = world_to_fill(world)
     world.add_ground()
     side = ceil(sqrt(bodies / LAYERS))
     inner = SPACING * side

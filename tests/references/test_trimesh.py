@@ -174,3 +174,11 @@ def test_the_closest_points_of_a_cube_are_on_its_faces(cases):
     distance, _, point = trimesh.closest_points(np.array([[0.5, 0.4, 0.75], [2.0, 2.0, 1.0]]), vertices, triangles)
     assert_allclose(distance, [0.25, 2**0.5], rtol=1e-12)
     assert_allclose(point, [[0.5, 0.4, 1.0], [1.0, 1.0, 1.0]], atol=1e-12)
+
+
+def test_answers_about_points_in_doubt_are_the_same_every_time(cases):
+    vertices, triangles = cases.torus(1.0, 0.4, 16, 8)
+    points = np.concatenate([vertices, vertices + [0.0, 0.0, 0.3], 0.5 * (vertices + np.roll(vertices, 1, axis=0))])
+    first = trimesh.points_in_mesh(points, vertices, triangles)
+    for _ in range(5):
+        assert (trimesh.points_in_mesh(points, vertices, triangles) == first).all()

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from reports.__main__ import main as reports
 from reports.compare import main
 from reports.differences import changes, slow_downs
 from validation.record import FAILS, HOLDS, NOT_RUN, Timing, write_report
@@ -44,6 +45,15 @@ def compare(before, now, tmp_path):
         return CliRunner().invoke(main, [str(tmp_path / "before.json"), str(tmp_path / "now.json")])
 
     return compare
+
+
+def test_diff_is_the_same_by_its_name_and_takes_folders(before, now, tmp_path):
+    now.claims[0].verdict = FAILS
+    for name, one in (("a", before), ("b", now)):
+        write_report(one, tmp_path / name / "report.json")
+    done = CliRunner().invoke(reports, ["diff", str(tmp_path / "a"), str(tmp_path / "b")])
+    assert done.exit_code == 1
+    assert "fails now" in done.output
 
 
 def kinds(before, now):

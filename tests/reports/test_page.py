@@ -9,7 +9,7 @@ import pytest
 from reports.page import growth_of, page
 from reports.trend_plots import sparkline
 from tests.reports.parsed import Parsed
-from validation.record import FAILS, NOT_RUN, Erratum, Figure, Group, Trend, TrendStep
+from validation.record import FAILS, NOT_RUN, Case, Erratum, Figure, Group, Trend, TrendStep
 
 EVIL = "<script>alert(1)</script>\"' onload=x {{ 7*7 }}"
 
@@ -72,7 +72,7 @@ def test_the_run_is_described(parsed):
         "AMD EPYC 9654",
         "pybullet– missing",
         "numba0.60.0",
-        "softbody-report/1",
+        "softbody-report/2",
         "python -m validation --seed 20080101 --level standard",
         "never a pass",
     ):
@@ -93,11 +93,29 @@ def test_the_facts_of_every_claim_are_there(parsed, report):
             assert fact in parsed.text
         for fact in claim.notes + [group.label for group in claim.groups]:
             assert fact in parsed.text
-        assert f"python -m validation -k {claim.id} --seed {claim.seed} --level standard" in parsed.text
+        assert f"python -m validation replay {claim.id} --seed {claim.seed} --level standard" in parsed.text
         assert f"claim-{claim.id}" in parsed.all("id")
 
 
-def test_every_measured_claim_has_a_plot_and_a_row_in_the_overview(parsed, report):
+def test_the_worst_case_of_a_claim_that_holds_has_inputs_and_both_answers(report, claim_of):
+    errors = np.array([1e-15, 2e-13])
+    answers = [0.1 + 0.2, *range(40)], [0.3, *range(40)]
+    worst = Case(1234, 2e-13, 1.0, *answers, "torus", {"point": [1.5, None], "<b>": True}, 41)
+    report.claims = [claim_of(0, errors, 1e-12, worst=worst)]
+    found = Parsed(page(report))
+    assert found.broken == found.stack == []
+    text = " ".join(found.text.split()).replace("\u202f", " ")
+    assert "The worst case: number 1234, torus; error 2 × 10⁻¹³ relative" in text.replace("\u00a0", " ")
+    for word in ("point", "1.5, not a number", "<b>", "yes", "0.30000000000000004", "and 29 numbers more"):
+        assert word in text
+
+
+def test_a_run_of_some_claims_says_so_in_its_command(report):
+    report.patterns = ["volume", "a b"]
+    assert "python -m validation -k volume -k 'a b' --seed 20080101 --level standard" in Parsed(page(report)).text
+
+
+def test_every_measured_claim_has_a_plot_and_a_place_on_the_axis(parsed, report):
     measured = [c for c in report.claims if c.errors and c.tolerance and c.unit != "disagreements"]
     labels = parsed.all("aria-label")
     assert sum(label.startswith("Histogram") for label in labels) == len(measured)
@@ -182,7 +200,8 @@ def test_without_a_history_one_line_says_how_to_get_one(report, parsed):
 
 def test_a_sparkline_goes_through_all_runs_and_stays_in_its_frame(trend):
     for values in ([1.0], [1.0, 3.0, 2.0], trend.values):
-        svg = sparkline(dataclasses.replace(trend, values=values, steps=[]))
+        started = trend.started[: len(values)]
+        svg = sparkline(dataclasses.replace(trend, started=started, values=values, steps=[]))
         points = re.search(r'points="([^"]*)"', svg)[1].split()
         assert len(points) == len(values)
         x, y = np.array([point.split(",") for point in points], float).T
@@ -194,7 +213,7 @@ def test_a_sparkline_goes_through_all_runs_and_stays_in_its_frame(trend):
 
 
 def test_the_papers_own_rules_stand_beside_the_defaults(parsed):
-    rules = parsed.text[parsed.text.index("The paper’s own rules") : parsed.text.index("What it costs")]
+    rules = parsed.text[parsed.text.index("The paper’s own rules") : parsed.text.rindex("What it costs")]
     assert rules.index("defaults") < rules.index("the paper's own")
     for fact in ("2: rolling torus", "2.1 %", "< 0.1 %", "9.4 %", "0.7 %", "100 %", "0.8", "14"):
         assert fact in rules.replace("\u202f", " ")
@@ -292,3 +311,25 @@ def test_claims_whose_ids_differ_in_odd_characters_have_their_own_anchors(report
     report.claims = [claim_of(0, np.array([1e-15]), id=name) for name in ("a b", "a-b", "a<b")]
     ids = [name for name in Parsed(page(report)).all("id") if name.startswith("claim-")]
     assert len(ids) == len(set(ids)) == 3
+
+
+def test_a_look_tells_what_is_nearest_to_failing_and_who_judges(report, parsed):
+    ratios = {c.id: c.value / c.tolerance for c in report.claims if c.verdict == "holds" and c.value and c.tolerance}
+    measured = {c.id for c in report.claims if c.errors and c.unit != "disagreements"}
+    nearest = max(measured & set(ratios), key=ratios.get)
+    glance = parsed.text[parsed.text.index("Nearest to failing") : parsed.text.index("One line a family")]
+    assert nearest in glance
+    assert "ns per thing and step" in glance
+
+
+def test_the_contents_name_what_is_there_and_only_that(report, parsed):
+    assert "What they detect" not in parsed.text
+    contents = parsed.text[: parsed.text.index("Nearest to failing")]
+    for title in ("The claims", "Errata", "What it costs", "Where it ran"):
+        assert title in contents
+
+
+def test_every_claim_says_what_it_can_be_found_by(parsed, report):
+    assert len(parsed.all("data-verdict")) == len(report.claims)
+    assert len(parsed.all("data-kind")) == len(report.claims)
+    assert all(float(ratio) >= 0.0 for ratio in parsed.all("data-ratio"))

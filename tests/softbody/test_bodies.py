@@ -64,3 +64,30 @@ def test_springs_can_be_changed_between_steps():
     assert world.stable_time_step() == pytest.approx(0.5 * stable, rel=1e-9)
     with pytest.raises(ParameterError, match="stiffness of edge 0 is -1"):
         body.set_springs(stiffness=-1.0)
+
+
+def test_a_handle_of_a_body_that_is_not_there_says_so():
+    world = World()
+    fewer = world.snapshot()
+    soft, box = world.add_soft_body(SOLID, 1.0, 10.0, 1.0), world.add_box((1.0, 1.0, 1.0), 1.0)
+    for index in (1, -1, 1.5, None):
+        with pytest.raises(ParameterError, match=r"soft body 1 is not in this world: there are 1|index is"):
+            softbody.SoftBody(world, index)
+        with pytest.raises(ParameterError, match=r"box 1 is not in this world: there are 1|index is"):
+            softbody.Box(world, index)
+    world.restore(fewer)
+    for ask in ("positions", "velocities", "triangles", "centre", "volume", "pressure", "gas", "external_force"):
+        with pytest.raises(ParameterError, match="soft body 0 is not in this world: there are 0"):
+            getattr(soft, ask)
+    for ask in ("position", "orientation", "velocity", "angular_velocity", "clear_forces"):
+        with pytest.raises(ParameterError, match="box 0 is not in this world: there are 0"):
+            getattr(box, ask)()
+    for change in (
+        lambda: setattr(soft, "gas", 1.0),
+        lambda: setattr(soft, "external_force", (0.0, 0.0, 1.0)),
+        lambda: soft.set_springs(1.0),
+        lambda: box.apply_force((0.0, 0.0, 1.0)),
+        lambda: box.apply_torque((0.0, 0.0, 1.0)),
+    ):
+        with pytest.raises(ParameterError, match="0 is not in this world"):
+            change()

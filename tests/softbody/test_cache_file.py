@@ -1,10 +1,19 @@
 """Is machine code kept for each signature alone, and does what cannot be read count as not there?"""
 
+import os
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
 import pytest
 
 pytest.importorskip("softbody.compile_once", reason="Numba's internals are not as expected", exc_type=ImportError)
 
-from softbody.cache_file import CacheFile
+import softbody
+from softbody.cache_file import DAY, CacheFile
+from softbody.core_digest import core_digest
 
 KEY, OTHER_KEY, DATA = ("kernel", "signature"), ("kernel", "another one"), ("machine", "code")
 
@@ -62,3 +71,60 @@ def test_what_cannot_be_kept_leaves_nothing_behind(tmp_path):
     with pytest.raises(TypeError):
         cache.save(KEY, (each for each in DATA))
     assert not list(tmp_path.iterdir())
+
+
+def test_what_was_not_used_for_long_is_removed_when_something_is_kept(tmp_path):
+    cache, now = CacheFile(str(tmp_path), "kernel"), time.time()
+    for key, days in (KEY, 29), (OTHER_KEY, 31):
+        cache.save(key, DATA)
+        os.utime(cache._path(key), (now - days * DAY,) * 2)
+    (tmp_path / "another.nbc").touch()
+    os.utime(tmp_path / "another.nbc", (now - 99 * DAY,) * 2)
+    cache.save("a third", DATA)
+    assert not cache._path(OTHER_KEY).exists()
+    assert (tmp_path / "another.nbc").exists()
+    assert cache.load(KEY) == DATA
+    assert cache._path(KEY).stat().st_mtime > now - DAY  # it was used
+
+
+PROGRAM = """
+import warnings
+import numba.core.caching as caching
+{damage}
+with warnings.catch_warnings(record=True) as said:
+    warnings.simplefilter("always")
+    import softbody
+    print(softbody.tetrahedron().volume > 0.0)
+print([str(each.message)[:27] for each in said if each.category is softbody.CacheWarning])
+"""
+DAMAGE = {
+    "no folder": "getattr(caching, 'CacheImpl', getattr(caching, '_CacheImpl', None))._locator_classes = []",
+    "full disk": "import os\ndef full(*what): raise OSError(28, 'No space left on device')\nos.replace = full",
+}
+
+
+@pytest.mark.parametrize("plain", ["0", "1"])
+@pytest.mark.parametrize("damage", DAMAGE)
+def test_a_core_that_cannot_keep_machine_code_runs_and_says_so_once(tmp_path, damage, plain):
+    if (damage, plain) == ("full disk", "1"):
+        pytest.skip("Numba's own cache writes as it likes")
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "SOFTBODY_PLAIN_NUMBA": plain}
+    program = [sys.executable, "-c", PROGRAM.format(damage=DAMAGE[damage])]
+    run = subprocess.run(program, env=environment, capture_output=True, text=True)
+    assert run.stdout.splitlines() == ["True", "['machine code cannot be kept']"], run.stderr
+
+
+def test_an_editors_lock_is_no_part_of_the_core(tmp_path):
+    core = tmp_path / "softbody"
+    shutil.copytree(Path(softbody.__file__).parent, core, ignore=shutil.ignore_patterns("__pycache__"))
+    (core / ".#world.py").symlink_to("somebody@somewhere.1234")
+    (core / ".world.py.swp.py").write_text("not Python")
+    program = "from softbody.core_digest import core_digest; print(core_digest())"
+    run = subprocess.run(
+        [sys.executable, "-c", program],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": ""},
+        capture_output=True,
+        text=True,
+    )
+    assert run.stdout.strip() == core_digest(), run.stderr

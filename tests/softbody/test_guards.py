@@ -211,3 +211,133 @@ def test_what_lies_on_a_heavier_body_or_only_beside_it_is_not_warned_of():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         world.step(1e-4)
+
+
+def test_nine_tenths_of_the_stable_step_are_always_taken_whatever_has_moved():
+    """An estimate from before would refuse: as the gas expands, ever longer steps are stable."""
+    world = World(gravity=(0.0, 0.0, 0.0))
+    body = world.add_soft_body(SOLID, 1.0, 10.0, 5.0)
+    body.positions[:] *= 0.2
+    first = world.stable_time_step()
+    for _ in range(60):
+        world.step(0.9 * world.stable_time_step())
+    assert world.stable_time_step() > 2.0 * first
+
+
+def test_particles_that_somebody_moves_between_steps_are_looked_at():
+    world = World(gravity=(0.0, 0.0, 0.0))
+    body = world.add_soft_body(SOLID, 1.0, 10.0, 1.0)
+    h = 0.9 * world.stable_time_step()
+    world.step(h)
+    body.positions[:] *= 0.1
+    with pytest.raises(ParameterError, match="a stable time step here is"):
+        world.step(h)
+    body.positions[:] *= 10.0
+    world.step(h)
+    assert world.steps == 2
+
+
+@pytest.mark.parametrize("gas", [0.0, 1.0])
+def test_a_flat_body_has_no_stable_step_and_is_named(gas):
+    world = World()
+    world.add_soft_body(SOLID, 1.0, 10.0, gas)
+    flat = world.add_soft_body(SOLID, 1.0, 10.0, gas, (5.0, 0.0, 0.0))
+    flat.positions[:, 2] = 0.0
+    for ask in (world.stable_time_step, lambda: world.step(1e-3)):
+        with pytest.raises(ParameterError, match=r"no time step is stable: soft body 1 is flat and has no volume"):
+            ask()
+    with pytest.raises(SimulationError, match=r"soft body 1 .* in step 0") as caught:
+        world.step(1e-3, allow_unstable=True)
+    assert (caught.value.stable_time_step, world.steps) == (0.0, 0)
+
+
+def test_a_body_too_light_for_its_springs_has_no_stable_step_and_is_named():
+    world = World()
+    world.add_soft_body(SOLID, 1e-300, 1e100, 1.0)
+    with pytest.raises(ParameterError, match=r"no time step is stable: soft body 0 is too light for its springs"):
+        world.step(1e-3)
+
+
+def test_the_last_good_state_is_a_bounded_one_and_the_step_that_is_named_helps():
+    world = World()
+    world.add_soft_body(softbody.icosphere(2, 0.5), 1.0, 200.0, 30.0)
+    with pytest.raises(
+        SimulationError, match=r"soft body 0 diverged in step \d+; a stable time step here is"
+    ) as caught:
+        world.run(2.0, 0.05, allow_unstable=True)
+    assert np.ptp(world.state.particle_position, axis=0).max() < 1e4
+    world.step(0.9 * caught.value.stable_time_step, 100)
+    assert world.steps == caught.value.step + 100
+
+
+def two_boxes():
+    world = World()
+    world.add_box((1.0, 1.0, 1.0), 1.0)
+    return world, world.add_box((1.0, 1.0, 1.0), 1.0, (5.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("spoil", "message"),
+    [
+        (lambda box: box.orientation.__setitem__(slice(4), 0.0), "orientation of box 1 is .* no unit quaternion"),
+        (
+            lambda box: box.angular_velocity.__setitem__(0, 1e160),
+            r"angular_velocity of box 1 is 1e\+160 rad/s, too fast",
+        ),
+        (lambda box: box.velocity.__setitem__(0, 1e160), r"velocity of box 1 is 1e\+160 m/s, which a step of 0.001 s"),
+        (lambda box: box.position.__setitem__(0, 1e30), "position of box 1 is .* its size is lost in rounding"),
+    ],
+)
+def test_a_box_that_nothing_can_be_computed_of_is_refused_by_name(spoil, message):
+    world, box = two_boxes()
+    spoil(box)
+    before = world.state_hash()
+    with pytest.raises(ParameterError, match=message):
+        world.step(1e-3, 10)
+    assert (world.state_hash(), world.steps) == (before, 0)
+
+
+def test_a_box_that_a_long_step_throws_out_of_all_numbers_is_found_and_a_step_that_helps_is_named():
+    world, _ = two_boxes()
+    before = world.state_hash()
+    with pytest.raises(
+        SimulationError, match=r"box 0 diverged in step 0; a stable time step here is 0\.\d+ s"
+    ) as caught:
+        world.step(1e200)
+    assert (world.state_hash(), caught.value.body) == (before, "box 0")
+    world.step(caught.value.stable_time_step)
+    with pytest.raises(ParameterError, match=r"velocity of box 0 is .* take a shorter time step, such as"):
+        world.step(1e200)
+    assert world.steps == 1
+
+
+def test_a_box_that_its_torque_spins_up_is_found_after_some_steps():
+    world = World()
+    world.add_box((1.0, 1.0, 1.0), 1.0).apply_torque((0.0, 0.0, 1e9))
+    with pytest.raises(SimulationError, match="box 0 diverged in step"):
+        world.step(1e-3, 1_000)
+    assert np.isfinite(world.state.box_angular_velocity).all()
+    assert 0 < world.steps < 1_000
+
+
+def test_after_a_fault_a_world_goes_on_as_one_that_has_made_as_many_steps():
+    """What the solver remembers of the contacts of boxes is that of the last good step, too."""
+
+    def heap():
+        world = World()
+        world.add_ground()
+        for k in range(3):
+            world.add_box((1.0, 1.0, 0.5), 1.0, (0.05 * k, 0.0, 0.25 + 0.51 * k))
+        weak = world.add_soft_body(SOLID, 1.0, 1.0, 0.0, (9.0, 0.0, 2.0))
+        weak.external_force = (0.0, 0.0, -3.0)
+        return world
+
+    failing, good = heap(), heap()
+    with pytest.raises(SimulationError, match="soft body 0 collapsed"):
+        failing.step(1e-3, 10_000)
+    good.step(1e-3, failing.steps)
+    for world in (failing, good):
+        softbody.SoftBody(world, 0).gas = 10.0
+        world.step(1e-4, 20)
+    assert failing.time == good.time
+    assert failing.state_hash() == good.state_hash()

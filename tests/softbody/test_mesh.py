@@ -1,5 +1,7 @@
 """Are the shapes what they say, and does Mesh refuse everything that is not a closed solid?"""
 
+import copy
+import pickle
 from math import pi, sqrt
 
 import numpy as np
@@ -276,3 +278,23 @@ def test_a_shape_refuses_a_parameter_by_name(make, name):
 def test_a_mesh_error_is_a_value_error_and_a_softbody_error():
     assert issubclass(MeshError, ValueError)
     assert issubclass(MeshError, softbody.SoftbodyError)
+
+
+def test_what_was_checked_cannot_be_changed():
+    vertices, triangles = V.copy(), T.copy()
+    mesh = Mesh(vertices, triangles)
+    triangles[0, 0], vertices[0] = 10**9, np.nan
+    for one in (mesh, pickle.loads(pickle.dumps(mesh)), copy.deepcopy(mesh), copy.copy(mesh)):
+        assert (one.vertices == V).all()
+        assert (one.triangles == T).all()
+        for array in (one.vertices, one.triangles):
+            with pytest.raises(ValueError, match="read-only"):
+                array[0, 0] = -1
+
+
+def test_a_mesh_that_was_changed_by_force_is_checked_again_when_it_is_copied():
+    mesh = softbody.tetrahedron()
+    mesh.triangles.flags.writeable = True
+    mesh.triangles[0, 0] = 10**9
+    with pytest.raises(MeshError, match="triangle 0"):
+        copy.deepcopy(mesh)

@@ -23,6 +23,7 @@ BALL = softbody.icosphere(1)
         ("pairs", "some"),
         ("iterations", 0),
         ("iterations", 2.5),
+        ("iterations", 10**9),
         ("speed_ceiling", -1.0),
         ("angular_speed_ceiling", float("nan")),
         ("angular_speed_floor", -1.0),

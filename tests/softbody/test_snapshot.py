@@ -1,12 +1,13 @@
 """Does a world that is put back, read from a file or unpickled go on to the same bits?"""
 
 import pickle
+import re
 
 import numpy as np
 import pytest
 
 import softbody
-from softbody import ParameterError, World
+from softbody import OverlapWarning, SnapshotError, World
 from softbody.scenes import boxes_on_torus
 
 STEP = 1e-3
@@ -89,23 +90,158 @@ def test_the_hash_sees_the_last_bit():
     assert world.state_hash() != before
 
 
-def test_what_is_no_snapshot_is_refused_and_changes_nothing(tmp_path):
+@pytest.fixture(scope="module")
+def mixed():
+    """The snapshot of a world of two soft bodies, boxes and a ground that touch each other."""
     world = World()
-    world.add_soft_body(softbody.tetrahedron(), 1.0, 50.0, 5.0)
-    before = world.state_hash()
-    lacking = world.snapshot()
-    del lacking["rings.particle"]
-    with pytest.raises(ParameterError, match=r"'rings\.particle' is missing"):
-        world.restore(lacking)
-    with pytest.raises(ParameterError, match="precision is 'half'; choose one of double, single"):
-        world.restore(world.snapshot() | {"precision": np.array("half")})
-    for integrator in (np.array("euler"), np.array(7)):
-        with pytest.raises(ParameterError, match=r"settings\.integrator"):
-            world.restore(world.snapshot() | {"settings.integrator": integrator})
-    assert world.state_hash() == before
-    (tmp_path / "text.npz").write_text("no archive")
-    with pytest.raises(ParameterError, match=r"text\.npz is no NPZ file of a world"):
-        World.load(tmp_path / "text.npz")
-    np.savez(tmp_path / "other.npz", a=np.zeros(3))
-    with pytest.raises(ParameterError, match="missing"):
-        World.load(tmp_path / "other.npz")
+    world.add_ground()
+    world.add_soft_body(softbody.icosphere(1, 0.4), 1.0, 100.0, 20.0, (0.0, 0.0, 0.38), fixed=(3,))
+    world.add_soft_body(softbody.octahedron(0.4), 1.0, 100.0, 10.0, (0.1, 0.0, 1.1))
+    for k in range(2):
+        world.add_box((0.5, 0.4, 0.3), 2.0, (0.6, 0.0, 0.149 + 0.298 * k))
+    world.add_box((0.5, 0.4, 0.3), None, (5.0, 0.0, 0.0))
+    with pytest.warns(OverlapWarning):
+        world.step(STEP, 5)
+    assert world.contacts.cache.number[0] > 4
+    return world.snapshot()
+
+
+def damaged(snapshot, name, place, value):
+    array = snapshot[name].copy()
+    array[place] = value
+    return snapshot | {name: array}
+
+
+def refused(snapshot, message):
+    """A world that was to take a snapshot says why it does not, and is as it was."""
+    world = World(integrator="rk4")
+    world.add_box((1.0, 1.0, 1.0), 1.0)
+    before = world.snapshot()
+    with pytest.raises(SnapshotError, match=message):
+        world.restore(snapshot)
+    after = world.snapshot()
+    assert after.keys() == before.keys()
+    assert all((after[name] == before[name]).all() for name in before)
+
+
+@pytest.mark.parametrize(
+    ("name", "place", "value", "message"),
+    [
+        ("model.particle_inverse_mass", 3, -1.0, r"inverse_mass\[3\] is -1\.0; it must be a finite number ≥ 0"),
+        ("model.particle_inverse_mass", slice(42), 0.0, r"soft body 0 is 0 everywhere"),
+        ("model.edge_particles", (7, 1), 10**9, r"edge_particles of soft body 0 are not the edges of its triangles"),
+        ("model.edge_particles", (-1, 0), 3, r"edge_particles of soft body 1"),
+        ("model.edge_rest_length", 0, 0.0, r"edge_rest_length\[0\] is 0\.0; it must be a finite number > 0"),
+        ("model.edge_stiffness", 0, np.inf, r"edge_stiffness\[0\] is inf"),
+        ("model.triangle_particles", (5, 2), 10**9, r"soft body 0, from 0 on: triangle 5 is .* 1000000000\], but"),
+        ("model.triangle_particles", (5, 2), -1, r"triangle_particles of soft body 0"),
+        ("model.triangle_particles", (-1, 2), 0, r"triangle_particles of soft body 1"),
+        ("model.triangle_particles", 3, [0, 1, 2], r"triangle_particles of soft body 0, .* is met by"),
+        ("model.soft_particle_start", 0, 1, r"soft_particle_start is \[ 1 42 48\]; it must begin with 0 and grow"),
+        ("model.soft_particle_start", 2, 10**15, r"has shape .*; it must be \(1000000000000000,\)"),
+        ("model.soft_edge_start", 1, 2**62, r"soft_edge_start"),
+        ("model.soft_triangle_start", 1, -(2**63), r"soft_triangle_start\[1\] is -9223372036854775808"),
+        ("model.soft_restitution", 0, 1.5, r"soft_restitution\[0\] is 1\.5; it must be a finite number ≥ 0 and ≤ 1"),
+        ("model.box_size", (1, 2), -1.0, r"box_size\[1, 2\] is -1\.0; it must be a finite number > 0"),
+        ("model.box_inverse_inertia", (0, 1), 1.0, r"box_inverse_inertia\[0\] is .*; of a homogeneous box"),
+        ("model.box_inverse_inertia", (2, 1), 1.0, r"box_inverse_inertia\[2\] is .*; of a homogeneous box"),
+        ("model.ground_height", (), np.inf, r"ground_height is inf"),
+        ("model.ground_friction", (), -1.0, r"ground_friction is -1\.0"),
+        ("model.soft_count", (), 3, r"soft_particle_start has shape \(3,\); it must be \(4,\)"),
+        ("model.box_count", (), -1, r"box_count is -1"),
+        ("controls.soft_gas", 0, -1.0, r"soft_gas\[0\] is -1\.0"),
+        ("controls.gravity", 1, np.nan, r"gravity\[1\] is nan"),
+        ("state.particle_position", (9, 2), np.nan, r"particle_position\[9, 2\] is nan"),
+        ("state.particle_velocity", (9, 2), 1e200, r"particle_velocity\[9, 2\] is 1e\+200; .* up to 1e\+50"),
+        ("state.box_orientation", 0, [0.5, 0.0, 0.0, 0.0], r"box_orientation\[0\] has length 0\.5; it must be 1"),
+        ("cache.number", 0, 10**9, r"cache\.box has shape"),
+        ("cache.box", (0, 0), 99, r"cache\.box is no list of pairs of boxes"),
+        ("cache.box", 0, [1, 0], r"cache\.box is no list of pairs of boxes"),
+        ("cache.impulse", (0, 0), np.inf, r"cache\.impulse\[0, 0\] is inf"),
+        ("settings.integrator", (), 7, r"settings\.integrator is 7; there are 0 \(rk4_velocity\), 1"),
+        ("settings.substeps", (), 10**9, r"settings\.substeps is 1000000000; it is 1"),
+        ("settings.iterations", (), 10**12, r"settings\.iterations is 1000000000000"),
+        ("settings.speed_ceiling", (), np.nan, r"settings\.speed_ceiling is nan"),
+        ("steps", (), -1, r"steps is -1"),
+        ("time", (), np.inf, r"time is inf"),
+    ],
+)
+def test_a_changed_number_is_refused_by_the_name_of_its_entry(mixed, name, place, value, message):
+    refused(damaged(mixed, name, place, value), message)
+
+
+def test_every_entry_must_be_there_and_be_an_array_of_its_kind_and_shape(mixed):
+    for name, array in mixed.items():
+        lacking = {key: mixed[key] for key in mixed if key != name}
+        refused(lacking, f"'{re.escape(name)}' is missing")
+        refused(mixed | {name: None}, re.escape(name))
+        refused(mixed | {name: array.astype(object)}, f"{re.escape(name)} holds object")
+        refused(mixed | {name: array.astype(complex) if array.dtype.kind != "U" else 1j}, re.escape(name))
+        refused(mixed | {name: array[None]}, f"{re.escape(name)} has shape")
+        if array.ndim:
+            refused(mixed | {name: array[..., :-1]}, "has shape|must be")
+            refused(mixed | {name: array.astype(np.float32)}, f"{re.escape(name)} holds float32")
+
+
+def test_what_no_snapshot_has_is_refused(mixed):
+    refused(mixed | {"model.colour": np.zeros(3)}, "'model.colour' is no entry of a snapshot")
+    refused(mixed | {"precision": np.array("half")}, "precision is 'half'; choose one of double, single")
+    refused(mixed | {"settings.integrator": np.array("euler")}, r"settings\.integrator holds <U5")
+    refused(list(mixed), "a snapshot is a dict of arrays, and this is a list")
+    refused({}, "'format' is missing")
+
+
+def test_a_snapshot_of_a_later_format_says_so_and_one_of_the_first_is_read_without_its_rings(mixed):
+    refused(mixed | {"format": np.array(3)}, "format is 3, and this softbody reads formats up to 2")
+    first = {name: array for name, array in mixed.items() if name != "format"}
+    first |= {"rings.particle": np.array([10**9]), "rings.order": np.array([-1])}
+    worlds = World(), World()
+    for world, snapshot in zip(worlds, (mixed, first)):
+        world.restore(snapshot)
+        world.step(STEP, 20)
+    assert worlds[0].state_hash() == worlds[1].state_hash()
+
+
+def test_arrays_that_lie_otherwise_in_memory_are_the_same_snapshot(mixed):
+    other = {name: np.asfortranarray(array) if array.ndim == 2 else array.copy() for name, array in mixed.items()}
+    other["state.particle_velocity"] = np.repeat(other["state.particle_velocity"], 2, axis=0)[::2]
+    for array in other.values():
+        array.flags.writeable = False
+    worlds = World(), World()
+    for world, snapshot in zip(worlds, (mixed, other)):
+        world.restore(snapshot)
+        world.step(STEP, 20)
+    assert worlds[0].state_hash() == worlds[1].state_hash()
+
+
+def two_tips():
+    """Two tetrahedra that share a vertex, about which triangles lie in two rings."""
+    corners = 0.5 * np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (-1, 0, 0), (0, -1, 0), (0, 0, -1)])
+    one = [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]
+    other = [(0, 4, 5), (0, 6, 4), (4, 6, 5), (5, 6, 0)]
+    return softbody.Mesh(corners, one + other)
+
+
+@pytest.mark.parametrize("precision", ["double", "single"])
+def test_vertex_rings_are_rebuilt_as_they_were(precision):
+    world = World(precision=precision)
+    meshes = two_tips(), softbody.octahedron(), two_tips(), softbody.torus(1.0, 0.4, 9, 7), softbody.octahedron()
+    for k, mesh in enumerate(meshes):
+        stiffness = np.linspace(1.0, 2.0, len(mesh.edges)) if k in (2, 3) else 100.0
+        world.add_soft_body(mesh, 1.0, stiffness, 1.0, (3.0 * k, 0.0, 0.0), rest_length=0.3 if k == 3 else None)
+    for changed in (None, 0, 3):
+        if changed is not None:
+            body = softbody.SoftBody(world, changed)
+            count = len(meshes[changed].edges)
+            body.set_springs(np.linspace(1.0, 3.0, count) if changed == 0 else 5.0, np.linspace(0.1, 0.2, count))
+        before = world.rings
+        world.restore(world.snapshot())
+        for name, array in world.rings._asdict().items():
+            assert array.dtype == getattr(before, name).dtype
+            np.testing.assert_array_equal(array, getattr(before, name), name)
+
+
+def test_the_state_of_a_pickle_is_checked_as_a_snapshot_is(mixed):
+    world = World.__new__(World)
+    with pytest.raises(SnapshotError, match="triangle_particles"):
+        world.__setstate__(damaged(mixed, "model.triangle_particles", (0, 0), 10**9))

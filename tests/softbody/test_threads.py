@@ -6,6 +6,7 @@ import numba
 import pytest
 
 import softbody
+from softbody.geometry import MeshQuery
 from softbody.scenes import tray
 from softbody.threads import team_of
 
@@ -58,3 +59,34 @@ def test_a_body_added_between_steps_is_found_by_all_threads():
             world.step(1e-4, 5)
         hashes.append(world.state_hash())
     assert hashes[0] == hashes[1]
+
+
+@several
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork here")
+def test_a_process_forked_off_one_with_threads_says_that_it_has_none():
+    with team_of(2):
+        pass
+    child = os.fork()
+    if not child:  # whatever happens, it must not go on with the tests
+        code = 1
+        try:
+            with team_of(1):
+                code = 2
+            try:
+                with team_of(2):
+                    code = 3
+            except softbody.ParameterError as error:
+                code = 0 if "forked" in str(error) and "spawn" in str(error) else 4
+        finally:
+            os._exit(code)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+
+
+@several
+def test_more_threads_than_there_are_are_refused_with_the_number_that_there_is():
+    for value in (numba.config.NUMBA_NUM_THREADS + 1, 10**6, 10**400):
+        with pytest.raises(softbody.ParameterError, match=r"threads is .* give a (whole )?number"):
+            softbody.World(threads=value)
+    query = MeshQuery(softbody.octahedron().vertices, softbody.octahedron().triangles)
+    with pytest.raises(softbody.ParameterError, match="threads is 1000000; give a whole number from 1 to"):
+        query.contains([[0.0, 0.0, 0.0]], 10**6)

@@ -206,3 +206,43 @@ def test_a_core_that_raises_is_a_fault_of_the_core_whoever_judges(engine):
         softbody.World().add_box((0.0, 0.0, 0.0), 1.0)
 
     assert verdict_of(compare, engines=engine(""))[0] == "fails"
+
+
+def test_the_worst_case_is_kept_with_both_answers_and_its_inputs():
+    made = Comparison(
+        [[1.0, 2.0], [3.0, 4.0]], [[1.0, 2.0], [3.0, 4.5]], [1.0, 2.0], ["a", "b"],
+        inputs={"point": [[0.0, 1.0], [2.0, 3.0]], "mesh": ["torus", "sphere"], "vertices": np.zeros((2, 99, 3))},
+    )  # fmt: skip
+    worst = verdict_of(lambda run: made, tolerance=1.0)[1].worst
+    assert (worst.number, worst.error, worst.scale, worst.group) == (1, 0.25, 2.0, "b")
+    assert (worst.measured, worst.expected) == ([3.0, 4.0], [3.0, 4.5])
+    assert worst.inputs == {"point": [2.0, 3.0], "mesh": "sphere", "vertices": "array of shape (99, 3)"}
+
+
+def test_of_a_long_answer_the_first_numbers_are_kept_and_its_length():
+    worst = verdict_of(lambda run: Comparison(np.ones((1, 500)), np.ones((1, 500))))[1].worst
+    assert (len(worst.measured), worst.length) == (100, 500)
+
+
+def test_inputs_have_a_row_a_case():
+    made = Comparison([1.0, 2.0], [1.0, 2.0], inputs={"point": [0.0]})
+    verdict, record = verdict_of(lambda run: made)
+    assert verdict == "fails"
+    assert "inputs['point'] has 1 rows for 2 cases" in record.why
+
+
+@pytest.mark.parametrize("error", [SystemExit(1), KeyboardInterrupt(), GeneratorExit()])
+def test_what_ends_a_process_ends_its_claim_only(error):
+    def compare(run):
+        raise error
+
+    verdict, record = verdict_of(compare)
+    assert verdict == "fails"
+    assert type(error).__name__ in record.why
+
+
+def test_an_engine_s_own_random_numbers_are_the_same_every_time():
+    def compare(run):
+        return Comparison(np.random.random(5), np.zeros(5), 1e9)
+
+    assert verdict_of(compare)[1].value == verdict_of(compare)[1].value

@@ -12,6 +12,7 @@ from validation.check import all_checks
 from validation.judge import blank_record
 from validation.record import (
     Behaviour,
+    Case,
     Distribution,
     Erratum,
     Group,
@@ -31,6 +32,7 @@ def make_report() -> Report:
     claim.errors = Distribution({"0": 0.0, "1": 1e-15}, 1, [-16.0, -15.0], [1])
     claim.groups = [Group("kind", 2, 0.0, 1e-15, 1e-15)]
     claim.erratum = Erratum("E1", "wrong", "right", 1.0, 0.5, 1.0)
+    claim.worst = Case(1, 1e-15, 2.0, [1.0, True], [1.0, False], "kind", {"point": [0.0, 1.0], "name": "torus"}, 2)
     row = {"table": "A step", "name": "rk4", "size": 642, "of": "particles", "per": "particle and step"}
     trend = Trend("bench_x.py", "bench_x", row, None, ["a", "b"], [1.0, 2.0], [TrendStep(1, 2.0, "b", "old", "new")])
     return Report(
@@ -44,6 +46,26 @@ def test_what_is_written_is_read_back(tmp_path: Path) -> None:
     report = make_report()
     write_report(report, tmp_path / "new" / "report.json")
     assert read_report(tmp_path / "new" / "report.json") == report
+
+
+def test_a_record_of_version_1_is_read(tmp_path: Path) -> None:
+    write_report(make_report(), tmp_path / "report.json")
+    data = json.loads((tmp_path / "report.json").read_text())
+    data["schema"] = "softbody-report/1"
+    del data["patterns"], data["figures"], data["claims"][0]["worst"], data["claims"][0]["kind"]
+    (tmp_path / "report.json").write_text(json.dumps(data))
+    report = read_report(tmp_path / "report.json")
+    assert report.claims[0].worst is None
+    assert report.patterns == []
+    assert report.claims[0].errors == make_report().claims[0].errors
+
+
+def test_a_newer_record_is_refused(tmp_path: Path) -> None:
+    report = make_report()
+    report.schema = "softbody-report/3"
+    write_report(report, tmp_path / "report.json")
+    with pytest.raises(ValueError, match="softbody-report/3"):
+        read_report(tmp_path / "report.json")
 
 
 def test_numbers_that_json_lacks_become_null(tmp_path: Path) -> None:

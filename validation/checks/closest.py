@@ -60,7 +60,7 @@ def distance_by_igl(run: Run) -> Comparison:
     from references import igl
 
     rng = run.fresh_rng()
-    measured, expected, scales, kinds = [], [], [], []
+    measured, expected, scales, kinds, asked = [], [], [], [], []
     same = total = 0
     for kind, mesh in varied_meshes(rng).items():
         points = points_near_and_far(mesh, rng, run.count(1_000, 6_000, 100_000))
@@ -70,10 +70,18 @@ def distance_by_igl(run: Run) -> Comparison:
         expected.append(distance)
         scales.append(size(mesh, points))
         kinds += [kind] * len(points)
+        asked.append(points)
         same += int((ours.triangle == triangle).sum())
         total += len(points)
     notes = [f"the same triangle in {100.0 * same / total:.1f} %; elsewhere several are equally close"]
-    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds, notes=notes)
+    return Comparison(
+        np.concatenate(measured),
+        np.concatenate(expected),
+        np.concatenate(scales),
+        kinds,
+        notes=notes,
+        inputs={"point": np.concatenate(asked)},
+    )
 
 
 @check(
@@ -93,7 +101,7 @@ def distance_by_trimesh(run: Run) -> Comparison:
     from references import trimesh
 
     rng = run.fresh_rng()
-    measured, expected, scales, kinds = [], [], [], []
+    measured, expected, scales, kinds, asked = [], [], [], [], []
     worse = total = 0
     for kind, mesh in varied_meshes(rng, 2).items():
         points = points_near_and_far(mesh, rng, run.count(200, 1_000, 20_000))
@@ -104,10 +112,18 @@ def distance_by_trimesh(run: Run) -> Comparison:
         expected.append(distance)
         scales.append(size(mesh, points))
         kinds += [kind] * len(points)
+        asked.append(points)
         worse += int((distance > ours + 1e-9).sum())
         total += len(points)
     notes = [f"trimesh's point is farther than the core's by more than 1e-9 m in {worse} of {total} cases"]
-    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds, notes=notes)
+    return Comparison(
+        np.concatenate(measured),
+        np.concatenate(expected),
+        np.concatenate(scales),
+        kinds,
+        notes=notes,
+        inputs={"point": np.concatenate(asked)},
+    )
 
 
 @check(
@@ -138,7 +154,7 @@ def distance_by_trimesh(run: Run) -> Comparison:
 )
 def tree_is_exhaustive(run: Run) -> Comparison:
     rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    measured, expected, kinds, asked = [], [], [], []
     for kind, mesh in varied_meshes(rng).items():
         vertices = mesh.vertices
         tree = build_bvh(vertices, mesh.triangles)
@@ -151,8 +167,10 @@ def tree_is_exhaustive(run: Run) -> Comparison:
             same = all_bits(answers) == all_bits(closest_triangles(points, vertices, mesh.triangles))
             measured.append(same.all(axis=1))
             kinds += [kind] * len(points)
+            asked.append(points)
     expected = [np.ones(len(part), bool) for part in measured]
-    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+    inputs = {"point": np.concatenate(asked)}
+    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds, inputs=inputs)
 
 
 @check(
@@ -178,7 +196,7 @@ def tree_is_exhaustive(run: Run) -> Comparison:
 )
 def weights_make_the_point(run: Run) -> Comparison:
     rng = run.fresh_rng()
-    measured, expected, scales, kinds = [], [], [], []
+    measured, expected, scales, kinds, asked = [], [], [], [], []
     for kind, mesh in varied_meshes(rng).items():
         points = points_near_and_far(mesh, rng, run.count(300, 3_000, 50_000))
         ours = closest_on_mesh(points, mesh.vertices, mesh.triangles)
@@ -190,7 +208,9 @@ def weights_make_the_point(run: Run) -> Comparison:
         expected.append(np.column_stack([ours.point, ours.distance, np.ones(len(points)), np.zeros(len(points))]))
         scales.append(size(mesh, points))
         kinds += [kind] * len(points)
-    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds)
+        asked.append(points)
+    inputs = {"point": np.concatenate(asked)}
+    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds, inputs=inputs)
 
 
 @check(
@@ -210,7 +230,7 @@ def weights_make_the_point(run: Run) -> Comparison:
 )
 def distance_is_invariant(run: Run) -> Comparison:
     rng = run.fresh_rng()
-    measured, expected, kinds, scales = [], [], [], []
+    measured, expected, kinds, scales, asked = [], [], [], [], []
     factors = {"scaled by 1e6": 1e6, "scaled by 1e-6": 1e-6}
     for mesh in varied_meshes(rng).values():
         points = points_near_and_far(mesh, rng, run.count(200, 1_500, 30_000))
@@ -220,4 +240,64 @@ def distance_is_invariant(run: Run) -> Comparison:
             expected.append(before)
             scales.append(size(mesh, points))
             kinds += [kind] * len(points)
-    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds)
+            asked.append(moved)
+    inputs = {"point": np.concatenate(asked)}
+    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds, inputs=inputs)
+
+
+@check(
+    family=FAMILY,
+    claim="The closest point of a single triangle is one: its weights make it, none is negative, they sum to 1, and no"
+    " corner lies beyond it, seen from the point; of triangles at large, thin ones and flat ones.",
+    section="4.3",
+    piece="softbody.geometry.triangle.closest_points_on_triangles",
+    reference="the conditions of the closest point of a convex set: (p − x) · (c − x) ≤ 0 for every corner c",
+    unit="of the size",
+    kind="bound",
+    tolerance=4e-15,
+    because="rounding of some dozen terms",
+    detects="weights in another order; a candidate that is left out or is not the nearest; another row's answer",
+    faults=(
+        Fault(
+            "weights of the closest point of an edge the wrong way round",
+            triangle.closest_weights_on_triangle,
+            "(t_, 0.0, 1.0 - t_)",
+            "(1.0 - t_, 0.0, t_)",
+        ),
+        Fault(
+            "the face of a triangle is never closest",
+            triangle.closest_weights_on_triangle,
+            "_foot_on_face(pa_, pb_, pc_, ab_, ca_)",
+            "(1.0, 0.0, 0.0, inf)",
+        ),
+        Fault(
+            "a point from its weights without one of its edges",
+            triangle.weighted_point,
+            "add(scale(u_, sub(a_, b_)), scale(w_, sub(c_, b_)))",
+            "scale(u_, sub(a_, b_))",
+        ),
+        Fault(
+            "closest points of many triangles a row late",
+            triangle.closest_points_on_triangles,
+            "store(closest_, q_, point_)",
+            "store(closest_, max(q_ - 1, 0), point_)",
+        ),
+    ),
+)
+def one_triangle(run: Run) -> Comparison:
+    rng, count = run.fresh_rng(), run.count(1_000, 10_000, 100_000)
+    corners, points = rng.normal(size=(count, 3, 3)), 1.5 * rng.normal(size=(count, 3))
+    kinds = np.resize(["at large", "thin", "flat"], count)
+    middle = corners[:, 0] + rng.uniform(-0.5, 1.5, (count, 1)) * (corners[:, 1] - corners[:, 0])
+    off = np.select([kinds == "thin", kinds == "flat"], [1e-9, 0.0], 1.0)[:, None]
+    corners[:, 2] = np.where(off == 1.0, corners[:, 2], middle + off * corners[:, 2])
+    found, weights = triangle.closest_points_on_triangles(points, corners)
+    reach = np.linalg.norm(points, axis=1) + np.abs(corners).max(axis=(1, 2))
+    beyond = ((points - found)[:, None] * (corners - found[:, None])).sum(axis=2)
+    measured = [
+        np.maximum(beyond.max(axis=1), 0.0) / reach**2,
+        np.linalg.norm(found - (weights[:, :, None] * corners).sum(axis=1), axis=1) / reach,
+        np.minimum(weights.min(axis=1), 0.0),
+        weights.sum(axis=1),
+    ]
+    return Comparison(np.column_stack(measured), np.tile([0.0, 0.0, 0.0, 1.0], (count, 1)), groups=kinds)

@@ -66,11 +66,12 @@ def meshes(rng: np.random.Generator) -> dict[str, Mesh]:
 def ask_all(shapes: dict[str, Mesh], points: dict[str, np.ndarray], judge: object) -> Comparison:
     """Compare the core's answers with a judge's, mesh by mesh."""
     measured, expected, kinds = [], [], []
+    inputs = {"point": np.concatenate([points[kind] for kind in shapes])}
     for kind, mesh in shapes.items():
         measured.append(polyhedron.points_in_polyhedron(points[kind], mesh.vertices, mesh.triangles))
         expected.append(judge(points[kind], mesh.vertices, mesh.triangles))  # type: ignore[operator]
         kinds += [kind] * len(points[kind])
-    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds, inputs=inputs)
 
 
 @check(
@@ -271,7 +272,7 @@ def special_points(mesh: Mesh, rng: np.random.Generator, count: int) -> dict[str
 )
 def grid_is_exhaustive(run: Run) -> Comparison:
     rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    measured, expected, kinds, asked = [], [], [], []
     for kind, mesh in varied_meshes(rng).items():
         vertices = mesh.vertices
         grid = parity_grid.build_parity_grid(vertices, mesh.triangles)
@@ -286,7 +287,9 @@ def grid_is_exhaustive(run: Run) -> Comparison:
             measured.append(answers)
             expected.append(polyhedron.points_in_polyhedron(points, vertices, mesh.triangles))
             kinds += [kind] * len(points)
-    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+            asked.append(points)
+    inputs = {"point": np.concatenate(asked)}
+    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds, inputs=inputs)
 
 
 def accelerated(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
@@ -311,7 +314,7 @@ def random_points_by_igl(run: Run) -> Comparison:
     from references import igl
 
     rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    measured, expected, kinds, asked = [], [], [], []
     for kind, mesh in varied_meshes(rng).items():
         points = points_around(mesh, run.count(1_000, 10_000, 220_000), rng)
         distance, _, _ = igl.closest_points(points, mesh.vertices, mesh.triangles)
@@ -319,7 +322,9 @@ def random_points_by_igl(run: Run) -> Comparison:
         measured.append(accelerated(points, mesh.vertices, mesh.triangles))
         expected.append(igl.points_in_mesh(points, mesh.vertices, mesh.triangles))
         kinds += [kind] * len(points)
-    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+        asked.append(points)
+    inputs = {"point": np.concatenate(asked)}
+    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds, inputs=inputs)
 
 
 @check(
@@ -349,7 +354,7 @@ def special_points_by_exact_arithmetic(run: Run) -> Comparison:
     if not missing(("embreex",)):
         judges["trimesh with embree"] = trimesh.points_in_mesh_by_embree
     wrong: Counter[str] = Counter()
-    measured, expected, kinds = [], [], []
+    measured, expected, kinds, shapes, asked = [], [], [], [], []
     straight = {"stacked spheres": softbody.icosphere(1), "stacked tori": softbody.torus(1.0, 0.4, 16, 8)}
     for kind, mesh in (straight | varied_meshes(rng, 2)).items():
         points = special_points(mesh, rng, run.count(15, 120, 4_000))
@@ -370,6 +375,8 @@ def special_points_by_exact_arithmetic(run: Run) -> Comparison:
             measured.append(ours[off])
             expected.append(truth[off] > 0)
             kinds += [place] * int(off.sum())
+            shapes += [kind] * int(off.sum())
+            asked.append(rows[off])
     total = sum(map(len, measured))
     counts = ", ".join(f"{name} {count}" for name, count in wrong.items())
     return Comparison(
@@ -377,6 +384,7 @@ def special_points_by_exact_arithmetic(run: Run) -> Comparison:
         np.concatenate(expected),
         groups=kinds,
         notes=[f"wrong about these {total} points, by exact arithmetic: {counts}"],
+        inputs={"mesh": shapes, "point": np.concatenate(asked)},
     )
 
 
@@ -395,8 +403,8 @@ def special_points_by_exact_arithmetic(run: Run) -> Comparison:
 )
 def containment_is_invariant(run: Run) -> Comparison:
     rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
-    for mesh in varied_meshes(rng).values():
+    measured, expected, kinds, shapes, asked = [], [], [], [], []
+    for shape, mesh in varied_meshes(rng).items():
         points = points_around(mesh, run.count(500, 3_000, 50_000), rng)
         distance = closest_on_mesh(points, mesh.vertices, mesh.triangles).distance
         points = points[distance > 1e-9]
@@ -405,7 +413,10 @@ def containment_is_invariant(run: Run) -> Comparison:
             measured.append(accelerated(moved, vertices, triangles))
             expected.append(before)
             kinds += [kind] * len(before)
-    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+            shapes += [shape] * len(before)
+            asked.append(moved)
+    inputs = {"mesh": shapes, "point": np.concatenate(asked)}
+    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds, inputs=inputs)
 
 
 @check(
@@ -432,7 +443,7 @@ def convex(run: Run) -> Comparison:
     from references import winding
 
     rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    measured, expected, kinds, asked = [], [], [], []
     for _ in range(run.count(2, 10, 100)):
         for kind, mesh in (
             ("sphere", softbody.icosphere(2)),
@@ -445,7 +456,9 @@ def convex(run: Run) -> Comparison:
             measured += [polyhedron.point_in_convex(load(points, i), vertices, triangles)[0] for i in range(200)]
             expected.append(winding.points_in_mesh(points, vertices, triangles))
             kinds += [kind] * 200
-    return Comparison(np.array(measured), np.concatenate(expected), groups=kinds)
+            asked.append(points)
+    inputs = {"point": np.concatenate(asked)}
+    return Comparison(np.array(measured), np.concatenate(expected), groups=kinds, inputs=inputs)
 
 
 @check(
@@ -455,7 +468,7 @@ def convex(run: Run) -> Comparison:
     piece="softbody.geometry.tetrahedron.barycentric_in_tetrahedron",
     reference="NumPy solution of the 4 × 4 system",
     kind="closed form",
-    tolerance=1e-10,
+    tolerance=1e-11,
     because="both lose the digits of the system's condition number, up to 1e5 here",
     detects="a determinant with two corners exchanged",
     faults=(
@@ -490,7 +503,8 @@ def tetrahedra(run: Run) -> Comparison:
     by_size = printed.points_in_tetrahedron_same_size(np.array(points), *np.array(tetrahedra).transpose(1, 0, 2))
     misprinted = np.column_stack([np.array(solved)[:, :4], by_size])
     scale = np.linalg.norm(np.array(solved)[:, :4], axis=1)
-    return Comparison(np.array(weights), np.array(solved), scale, printed=misprinted)
+    inputs = {"point": points, "corners": tetrahedra}
+    return Comparison(np.array(weights), np.array(solved), scale, printed=misprinted, inputs=inputs)
 
 
 @check(
@@ -518,7 +532,7 @@ def triangles(run: Run) -> Comparison:
 
     rng = run.fresh_rng()
     count = run.count(500, 5_000, 100_000)
-    measured, expected, misprinted, kinds = [], [], [], []
+    measured, expected, misprinted, kinds, points, all_corners = [], [], [], [], [], []
     for i in range(count):
         corners = rng.normal(size=(3, 3))
         kind = ("inside or outside", "without area", "beyond the end of an edge")[i % 3]
@@ -539,4 +553,96 @@ def triangles(run: Run) -> Comparison:
         expected.append(bool((weights >= 0.0).all()) and kind != "without area")
         misprinted.append(bool(printed.point_in_triangle(point, *corners)))
         kinds.append(kind)
-    return Comparison(np.array(measured), np.array(expected), groups=kinds, printed=np.array(misprinted))
+        points.append(point)
+        all_corners.append(corners)
+    inputs = {"point": points, "corners": all_corners}
+    return Comparison(np.array(measured), np.array(expected), groups=kinds, printed=np.array(misprinted), inputs=inputs)
+
+
+@check(
+    family=FAMILY,
+    claim="Points on faces, edges and corners of tetrahedra, also as convex meshes, and triangles belong to them, and"
+    " nothing to flat ones:"
+    " whole coordinates from −2 to 2, one by one and all at once, points of triangles also off their plane.",
+    section="4.8, 10.10",
+    piece="softbody.geometry.tetrahedron.point_in_tetrahedron",
+    reference="whole numbers: no point is beyond a face or an edge, seen from the corner opposite to it",
+    unit=DISAGREEMENTS,
+    kind="exact arithmetic",
+    tolerance=0.0,
+    because="a yes-or-no answer, of whole numbers",
+    detects="one wrong answer",
+    faults=(
+        Fault(
+            "a tetrahedron without one of its faces",
+            tetrahedron.point_in_tetrahedron,
+            "sign_ * tetrahedron_volume(a, b, p, d) >= 0.0",
+            "sign_ * tetrahedron_volume(a, b, p, d) > 0.0",
+        ),
+        Fault("flat tetrahedra contain points", tetrahedron.point_in_tetrahedron, "whole_ != 0.0", "whole_ == whole_"),
+        Fault(
+            "a triangle without one of its edges",
+            triangle.point_in_triangle,
+            "dot(cross(pa_, pb_), n_) >= 0.0",
+            "dot(cross(pa_, pb_), n_) > 0.0",
+        ),
+        Fault(
+            "of many tetrahedra each with its third corner twice",
+            tetrahedron.points_in_tetrahedra,
+            "load(corners_[q_], 3)",
+            "load(corners_[q_], 2)",
+        ),
+        Fault(
+            "a convex mesh without its surface",
+            polyhedron.point_in_convex,
+            "depth_ >= 0.0",
+            "depth_ > 0.0",
+        ),
+        Fault(
+            "of many triangles each with its second corner twice",
+            triangle.points_in_triangles,
+            "load(corners_[q_], 2)",
+            "load(corners_[q_], 1)",
+        ),
+    ),
+)
+def borders_on_a_grid(run: Run) -> Comparison:
+    whole = run.fresh_rng().integers(-2, 3, (run.count(1_000, 10_000, 100_000), 5, 3))
+    corners, points = whole[:, :4], whole[:, 4]
+    in_tetrahedron = np.array([_is_within(*each) for each in zip(points, corners)])
+    in_triangle = np.array([_is_within(*each) for each in zip(points, corners[:, :3])])
+    rows = [[tuple(row) for row in each] for each in whole.astype(float).tolist()]
+    one_by_one = [tetrahedron.point_in_tetrahedron(p, a, b, c, d) for a, b, c, d, p in rows]
+    at_once, _ = tetrahedron.points_in_tetrahedra(points.astype(float), corners.astype(float))
+    flat_one_by_one = [triangle.point_in_triangle(p, a, b, c) for a, b, c, _, p in rows]
+    flat_at_once = triangle.points_in_triangles(points.astype(float), corners[:, :3].astype(float))
+    # As a mesh, with its faces turned outwards; as such a flat one has two sides, and is left out.
+    a, b, c, d = corners.transpose(1, 0, 2)
+    turn = ((b - a) * np.cross(c - a, d - a)).sum(axis=1)
+    faces = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
+    solid = np.flatnonzero(turn)
+    in_mesh = [
+        polyhedron.point_in_convex(rows[i][4], corners[i].astype(float), faces if turn[i] > 0 else faces[:, ::-1])[0]
+        for i in solid
+    ]
+    kinds = np.repeat(["tetrahedron", "tetrahedra at once", "triangle", "triangles at once"], len(rows))
+    return Comparison(
+        np.concatenate([one_by_one, at_once, flat_one_by_one, flat_at_once, in_mesh]),
+        np.concatenate([in_tetrahedron, in_tetrahedron, in_triangle, in_triangle, in_tetrahedron[solid]]),
+        groups=np.append(kinds, ["convex mesh"] * len(solid)),
+    )
+
+
+def _is_within(point: np.ndarray, corners: np.ndarray) -> bool:
+    """Tell, in whole numbers, whether a point is beyond no face of a tetrahedron (4, 3), or edge of a triangle (3, 3).
+
+    Beyond it is not on the side of the opposite corner. What is flat has nothing within.
+    """
+    for k, opposite in enumerate(corners):
+        a, b, *c = np.delete(corners, k, axis=0)
+        # Across the face, or across the edge in the triangle's plane.
+        outward = np.cross(b - a, c[0] - a) if c else np.cross(np.cross(b - a, opposite - a), b - a)
+        side = int(outward @ (opposite - a))
+        if side == 0 or side * int(outward @ (point - a)) < 0:
+            return False
+    return True

@@ -128,10 +128,10 @@ def springs_that_are_set(run: Run) -> Comparison:
     detects="a sub-step more or less, or as long as a step",
     faults=(
         Fault("sub-steps as long as steps", soft_bodies._stretch, "h / substeps", "h"),
-        Fault("one sub-step too few", soft_bodies._stretch, "steps * substeps", "steps * substeps - 1"),
+        Fault("sub-steps a hundredth too short", soft_bodies._stretch, "h / substeps", "0.99 * h / substeps"),
         Fault(
             "sub-steps that are not asked for",
-            world.World._run,
+            world.World._run_until,
             "self.settings._replace(substeps=substeps)",
             "self.settings",
         ),
@@ -187,8 +187,8 @@ def substeps_are_steps(run: Run) -> Comparison:
         Fault(
             "a step that is counted and was not done",
             step.run,
-            "return contacts_, done_, fault_, body_",
-            "return contacts_, done_ + 1, fault_, body_",
+            "return contacts, done, fault, body",
+            "return contacts, done + 1, fault, body",
         ),
     ),
 )
@@ -253,20 +253,20 @@ def _volume(body: SoftBody) -> float:
         Fault(
             "a force that replaces the one before",
             bodies.Box.apply_force,
-            "force_[self.index] += n_",
-            "force_[self.index] = n_",
+            "force_[self._row()] += n_",
+            "force_[self._row()] = n_",
         ),
         Fault(
             "torques that are not cleared",
             bodies.Box.clear_forces,
-            "self.world.controls.box_torque[self.index] = 0.0",
+            "self.world.controls.box_torque[self._row()] = 0.0",
             "",
         ),
         Fault(
             "the torque of the box before",
             bodies.Box.apply_torque,
-            "self.world.controls.box_torque[self.index] += t_",
-            "self.world.controls.box_torque[self.index - 1] += t_",
+            "self.world.controls.box_torque[self._row()] += t_",
+            "self.world.controls.box_torque[self._row() - 1] += t_",
         ),
     ),
 )
@@ -334,8 +334,8 @@ def forces_on_boxes(run: Run) -> Comparison:
         Fault(
             "vertices that stay where they were",
             query.MeshQuery.move,
-            "self.vertices[:] = moved",
-            "self.vertices[:1] = moved[:1]",
+            "self._vertices[:] = moved",
+            "self._vertices[:1] = moved[:1]",
         ),
         Fault("the last point left out", query._share, "count * k // threads", "count * k // threads - (k == threads)"),
     ),
@@ -652,7 +652,7 @@ def refusals() -> Iterator[tuple[str, Callable[[], object], type[BaseException],
 
     yield "too long a step", unstable, softbody.ParameterError, "time_step"
     yield "divergence", diverging, softbody.SimulationError, "soft body 0"
-    yield "no snapshot", lambda: World().restore({}), softbody.ParameterError, "missing"
+    yield "no snapshot", lambda: World().restore({}), softbody.SnapshotError, "missing"
 
     def overlapping() -> None:
         world = World()

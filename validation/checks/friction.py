@@ -263,7 +263,7 @@ def leaning_boxes_as_in_dart(run: Run) -> Comparison:
     reference="closed form, summed over steps: four corners carry the weight, at half the diagonal from the axis",
     unit="of the angle",
     kind="closed form",
-    tolerance=4e-7,
+    tolerance=1e-7,
     because="sweeps end at 1e-4 g h, 2.5e-7 m/s: 4e-8",
     detects="friction at a corner that does not oppose its own sliding",
     faults=(LESS, PYRAMID),

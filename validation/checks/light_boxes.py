@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 import softbody
-from softbody import SoftBody, World
+from softbody import World
 from softbody.collision import held_boxes, sequential_impulses
+from validation import accounts
 from validation.cases import rotated
 from validation.check import DISAGREEMENTS, Comparison, Run, check
-from validation.checks.energy import soft_energy
 from validation.fault import Fault
 
 FAMILY = "soft bodies at rest"
@@ -21,13 +21,6 @@ SIZE = 1.0  # [m] of the soft bodies
 GRAVITY = 9.81  # [m/s²]
 GAS = 20.0  # [J] in a ball of 1 kg
 STEP = 0.5  # of the stable time step
-
-
-def _energy(ball: SoftBody, mass: float) -> float:
-    """Return the energy [J] of a ball of 1 kg, by the judge, and of boxes of `mass` [kg], but for their rotation."""
-    boxes = ball.world.state
-    gravity = GRAVITY * (ball.centre[2] + mass * boxes.box_position[:, 2].sum())
-    return soft_energy(ball, 1.0, GAS) + gravity + 0.5 * mass * float((boxes.box_velocity**2).sum())
 
 
 @check(
@@ -68,10 +61,10 @@ def light_boxes_carry(run: Run) -> Comparison:
             mesh = rotated(softbody.icosphere(2, 0.5), rng)
             ball = world.add_soft_body(mesh, 1.0, 300.0, GAS, (0.0, 0.0, tops[-1] + 0.55 + drop), drag=1.0)
             world.equilibrium()
-            start, most = _energy(ball, ratio), 0.0
+            start, most = accounts.energy(world), 0.0
             while world.time < 3.0:
                 world.run(0.05, STEP * world.stable_time_step())
-                most = np.maximum(most, _energy(ball, ratio) - start)
+                most = np.maximum(most, accounts.energy(world) - start)
             heights = world.state.box_position[:, 2] - (tops - 0.5 * sizes[:, 2])
             off += [np.abs(heights).max(), ball.positions[:, 2].min() - tops[-1], most / (GRAVITY * SIZE)]
             kinds += [f"{what}, 1 : {1.0 / ratio:.0f}" for what in ("boxes", "soft body", "energy")]

@@ -15,8 +15,15 @@ from softbody.collision.solver_row import prepare_contacts
 from softbody.geometry.box import box_inertia
 from softbody.law import Material
 from softbody.state import RigidBodies
-from validation.cases import BoxPairs, box_separations, random_box_pairs, random_orientations, rotation_matrix
-from validation.check import Comparison, Misprint, Run, check
+from validation.cases import (
+    BoxPairs,
+    box_separations,
+    gap_along,
+    random_box_pairs,
+    random_orientations,
+    rotation_matrix,
+)
+from validation.check import Comparison, Run, check
 from validation.checks.impulse import OVERLAP, Impacts, contact_points, core_velocities, random_impacts, speeds
 from validation.fault import Fault
 
@@ -358,7 +365,8 @@ def conservation(run: Run) -> Comparison:
     engines=("pybullet",),
     unit="of the size, and of a unit vector",
     tolerance=1e-12,
-    because="rounding of both; where two axes tie within 1e-9 of the depth, either normal is right, and is passed over",
+    because="rounding of both; where two axes tie within 1e-9 of the depth, either normal is right, if the corners of"
+    " both boxes say so, or a face within 1e-3 rad of the edges' axis, and is passed over",
     detects="an edge axis that is not normalised, a flipped normal, a depth 1e-12 off",
     faults=(
         Fault(
@@ -366,6 +374,12 @@ def conservation(run: Run) -> Comparison:
             sat_boxes._best_edge_pair,
             "1.0 / sine_ if t_ >= 0.0 else other_",
             "(1.0 + 1e-9) / sine_ if t_ >= 0.0 else other_",
+        ),
+        Fault(
+            "normals of faces that all point one way",
+            sat_boxes.least_overlap,
+            "1.0 if apart_ >= 0.0 else -1.0",
+            "1.0",
         ),
     ),
 )
@@ -379,14 +393,18 @@ def depth_and_normal_by_bullet(run: Run) -> Comparison:
     pairs, normal, depth = pairs.select(rows), normal[rows], depth[rows]
     distance, theirs = pybullet_world.closest(*pairs)
     differ = np.linalg.norm(normal - theirs, axis=1) > 1e-9
-    tie = differ & (np.abs(distance + depth) < 1e-9 * pairs.extent)
+    # A tie is one only if the core's own normal undoes the overlap by as little, or is a face's, which the core prefers
+    # to edges whose axis is within 1e-3 rad of it: the points of faces are what meets there.
+    alike = np.linalg.norm(normal - theirs, axis=1) < 1.001e-3
+    honest = alike | (np.abs(gap_along(pairs, normal) + depth) < 1e-9 * pairs.extent)
+    tie = differ & honest & (np.abs(distance + depth) < 1e-9 * pairs.extent)
     # Where the depths differ, or Bullet finds none (NaN), exact arithmetic says who errs, and judges in Bullet's stead.
     wrong = np.flatnonzero(~(np.abs(distance + depth) < 1e-9 * pairs.extent))
     if len(wrong):
         exactly = exact.box_separation(*pairs.select(wrong))
         errs = ~(np.abs(distance[wrong] - exactly) < 1e-9 * pairs.extent[wrong])
         wrong, exactly = wrong[errs], exactly[errs]
-        distance[wrong], theirs[wrong] = exactly, normal[wrong]
+        distance[wrong], theirs[wrong] = exactly, np.where(honest[wrong, None], normal[wrong], np.nan)
     measured = np.column_stack([depth / pairs.extent, normal])[~tie]
     expected = np.column_stack([-distance / pairs.extent, theirs])[~tie]
     kinds = np.array(["edge on edge" if axis >= 6 else "face" for _, _, axis in box_separations(pairs)])[~tie]
@@ -405,7 +423,7 @@ def depth_and_normal_by_bullet(run: Run) -> Comparison:
     reference="geometry: the point ± half the depth lies on the boundary of a and of b",
     unit="of the size",
     kind="closed form",
-    tolerance=1e-12,
+    tolerance=3e-14,
     because="rounding of the points, 1e-15 of the size, a thousand times",
     detects="a point that far off; a clipped corner outside; depth and normal of another axis",
     faults=(
@@ -444,7 +462,7 @@ def points_on_surfaces(run: Run) -> Comparison:
     reference="pybullet's contact point in one step",
     engines=("pybullet",),
     unit="of the size",
-    tolerance=1e-12,
+    tolerance=1e-13,
     because="rounding; along the normal Bullet's edge contacts are 1e-5 m off, which is its own error",
     detects="a point on another vertex or edge, or 1e-12 of the size aside",
     faults=(
@@ -478,7 +496,7 @@ def points_by_bullet(run: Run) -> Comparison:
     reference="MuJoCo: inertia, frames and Jacobian of its own; Newton's law on top",
     engines=("mujoco",),
     unit="of the speed",
-    tolerance=1e-11,
+    tolerance=1e-13,
     because="MuJoCo's inertia matrix, solved with masses up to 1 000:1",
     detects="e + 1e-9, any missing term",
     faults=(RESTITUTION,),
@@ -505,14 +523,13 @@ def one_impact_by_mujoco(run: Run) -> Comparison:
     reference="closed form",
     unit="of the speed",
     kind="closed form",
-    tolerance=1e-13,
+    tolerance=2e-14,
     because="rounding, with masses up to 1 000:1",
     detects="a bounce from the masses alone, a missing mass in r × impulse",
     faults=(RESTITUTION,),
-    erratum=Misprint("E13", "L = r × v; bounce from masses alone", "r × impulse; effective mass with the inertia"),
 )
 def particle_on_box(run: Run) -> Comparison:
-    from references import analytic, printed
+    from references import analytic
 
     rng = run.fresh_rng()
     count = run.count(500, 5_000, 50_000)
@@ -541,5 +558,4 @@ def particle_on_box(run: Run) -> Comparison:
         measured,
         np.concatenate(analytic.particle_impact(*arguments), axis=1),
         ratio * np.linalg.norm(np.concatenate([v, w, u], axis=1), axis=1),
-        printed=np.concatenate(printed.particle_impact_by_masses(*arguments), axis=1),
     )

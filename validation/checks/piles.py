@@ -194,7 +194,7 @@ def rest_beside_engines(run: Run) -> Comparison:
     unit="m",
     kind="bound",
     least=2,
-    tolerance=1e-6,
+    tolerance=1e-9,
     because="10 s with a speed that is not worth another sweep, 4e-6 m/s, would be 4e-5 m; solved, it is a thousandth",
     detects="friction that is too small, or fades from step to step",
     faults=(

@@ -11,6 +11,7 @@ import softbody
 from softbody import Box, Mesh, SoftBody, World, landing, law
 from softbody.collision import soft_contacts, soft_response
 from softbody.scenes import boxes_on_torus, rolling_torus, sphere_on_torus, torus_stack
+from validation import accounts
 from validation.cases import random_orientations, rotated, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault
@@ -55,7 +56,7 @@ def _mass(world: World) -> float:
     return float((1.0 / world.model.particle_inverse_mass).sum() + (1.0 / world.model.box_inverse_mass).sum())
 
 
-def _deepest(world: World) -> float:
+def deepest(world: World) -> float:
     """Return how deep the deepest point of any surface or box is in another body, or in the ground [m], by the judge.
 
     Corners, middles of sides and middles of triangles are asked about, so that edges that cross are seen.
@@ -83,8 +84,8 @@ def _deepest(world: World) -> float:
 
 @check(
     family=FAMILY,
-    claim="Scenes 1 to 4, without any drag: in 20 s nothing is ever deeper than 0.4 % of the size inside another body"
-    " or the ground.",
+    claim="Scenes 1 to 4, without any drag: for 2 s (standard 4 s, full 20 s), looked at every 0.1 s, nothing is deeper"
+    " than 0.4 % of the size inside another body or the ground.",
     section="9",
     piece="softbody.step.run",
     reference="igl's signed distance (pseudonormals); boxes as meshes",
@@ -103,18 +104,18 @@ def bodies_stay_apart(run: Run) -> Comparison:
         step = STEP * world.stable_time_step()
         for _ in range(run.count(20, 40, 200)):
             world.run(0.1, step)
-            depths.append(np.maximum(0.0, _deepest(world)) / SIZE)
+            depths.append(np.maximum(0.0, deepest(world)) / SIZE)
             kinds.append(name)
     return Comparison(depths, np.zeros(len(depths)), groups=kinds)
 
 
 @check(
     family=FAMILY,
-    claim="Scenes 1 to 4, without any drag: in 20 s the energy, that of the constant force counted, never rises above"
-    " what it was.",
+    claim="Scenes 1 to 4, without any drag: for 2 s (standard 6 s, full 20 s), looked at every 0.05 s, the energy,"
+    " that of the constant force counted, never rises above what it was.",
     section="9",
     piece="softbody.step.run",
-    reference="invariant: kinetic, spring, gas, gravity energy, less the work of the constant force",
+    reference="invariant: kinetic, spring, gas, gravity energy, less the work of the constant force, by NumPy",
     unit="risen above the least so far, of weight × size",
     kind="invariant",
     tolerance=1e-3,
@@ -135,10 +136,10 @@ def scenes_gain_no_energy(run: Run) -> Comparison:
     for name, build in SCENES.items():
         world = _without_drag(build)
         step, unit = STEP * world.stable_time_step(), _mass(world) * WEIGHT_TIMES_SIZE
-        least = world.energy()
+        least = accounts.energy(world)
         for _ in range(20 * seconds):
             world.run(0.05, step)
-            energy = world.energy()
+            energy = accounts.energy(world)
             risen.append(np.maximum(0.0, energy - least) / unit)
             least = np.minimum(least, energy)
             kinds.append(name)
@@ -147,8 +148,8 @@ def scenes_gain_no_energy(run: Run) -> Comparison:
 
 @check(
     family=FAMILY,
-    claim="Scenes 1, 3 and 4 come to rest where they were put, one body on the other, by themselves; the stack alone"
-    " has drag: 2/s.",
+    claim="Scenes 1, 3 and 4 rest after 5 s (standard 10 s, full 20 s) where they were put, one body on the other, by"
+    " themselves; the stack alone has drag: 2/s.",
     section="9",
     piece="softbody.step.run",
     reference="rest: no centre moves any more, none has left its place sideways, and each is still above those that it"
@@ -281,8 +282,8 @@ def torus_stays_upright(run: Run) -> Comparison:
     reference="the same world, its bodies added the other way round",
     unit="of the size, centres",
     kind="invariant",
-    tolerance=1e-3,
-    because="only the order of sums differs, by 1e-16, which bouncing and rocking makes 1e-6 of in 3 s",
+    tolerance=1e-5,
+    because="only the order of sums differs, by 1e-16, which bouncing and rocking may make 1e-6 of in 3 s",
     detects="a pair that is handled one way round only; a contact that sees what those before it have done",
     faults=(
         Fault(
@@ -360,14 +361,14 @@ def overlaps_do_not_explode(run: Run) -> Comparison:
                 world.add_box((0.4, 0.5, 0.3), 0.5, aside, random_orientations(rng, 1)[0])
             else:
                 _soft_body(world, rng, 0.5 if apart == 0.0 else 1.0, aside)
-            step, start = 0.5 * STEP * world.stable_time_step(), world.energy()
+            step, start = 0.5 * STEP * world.stable_time_step(), accounts.energy(world)
             speed = energy = 0.0
             for _ in range(20):
                 world.run(0.05, step)
                 soft, boxes = _bodies(world)
                 rows = [body.velocities.mean(axis=0) for body in soft] + [box.velocity for box in boxes]
                 speed = np.maximum(speed, float(np.linalg.norm(rows, axis=1).max()))
-                energy = np.maximum(energy, world.energy() - start)
+                energy = np.maximum(energy, accounts.energy(world) - start)
             grown += [speed / np.sqrt(2.0 * 9.81 * 10.0), energy / SPRINGS]
             kinds += [f"{kind}: {what}" for what in ("speed", "energy")]
     return Comparison(grown, np.zeros(len(grown)), groups=kinds)
@@ -409,7 +410,7 @@ def overlaps_part(run: Run) -> Comparison:
             left = []
             for _ in range(5):
                 world.run(0.1, step)
-                left.append(np.maximum(0.0, _deepest(world)))
+                left.append(np.maximum(0.0, deepest(world)))
             depths.append(min(left))
             kinds.append(kind)
     return Comparison(depths, np.zeros(len(depths)), groups=kinds)

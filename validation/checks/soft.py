@@ -89,7 +89,7 @@ def forces(run: Run, precision: str) -> tuple[list[np.ndarray], list[np.ndarray]
     reference="invariant: the lengths of its springs after 100 steps",
     unit="of size, or of the distance × 1e-16",
     kind="invariant",
-    tolerance=1e-13,
+    tolerance=3e-14,
     because="rounding; 1e6 m away a position itself is rounded to 1e-10 m",
     detects="a force that knows an axis; a neighbour lost in reordering",
     faults=(
@@ -175,7 +175,7 @@ def refinement(run: Run) -> Comparison:
     reference="closed form: M λ'' = −k Σl0² (λ − 1) − c Σl0² λ'",
     unit="of the amplitude",
     kind="closed form",
-    tolerance=1e-9,
+    tolerance=2e-10,
     because="rk4 at ωh = 5e-3, for up to a period",
     detects="damping off by 1e-9, or across the edge",
     faults=(

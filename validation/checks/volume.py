@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import numpy as np
 
 import softbody
-from softbody.geometry import box, polyhedron, triangle
+from softbody.geometry import box, polyhedron, tetrahedron, triangle
 from softbody.geometry import box as core_box
 from validation.cases import MESH_KINDS, random_mesh, rotated
 from validation.check import Comparison, Misprint, Run, check
@@ -38,7 +40,7 @@ def closed_forms(run: Run) -> Comparison:
     from references import analytic
 
     rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    measured, expected, kinds, parameters = [], [], [], []
     for _ in range(run.count(10, 40, 400)):
         radius, minor, size = rng.uniform(0.1, 5.0), rng.uniform(0.1, 0.9), rng.uniform(0.1, 3.0, 3)
         around, across = (int(n) for n in rng.integers(3, 48, 2))
@@ -57,13 +59,15 @@ def closed_forms(run: Run) -> Comparison:
             measured.append(polyhedron.signed_volume(turned.vertices, turned.triangles))
             expected.append(volume)
             kinds.append(kind)
-    return Comparison(measured, expected, expected, kinds)
+            parameters.append([radius, *size, minor, around, across])
+    inputs = {"radius, size, small radius, around, across": parameters}
+    return Comparison(measured, expected, expected, kinds, inputs=inputs)
 
 
 def _against_trimesh(run: Run, measure: object, judge: object, scale: object) -> Comparison:
     """Compare a measure of random meshes; `scale` makes its error relative."""
     rng = run.fresh_rng()
-    measured, expected, scales, kinds = [], [], [], []
+    measured, expected, scales, kinds, sizes = [], [], [], [], []
     for _ in range(run.count(4, 20, 200)):
         for kind in MESH_KINDS:
             mesh = random_mesh(kind, rng)
@@ -71,7 +75,9 @@ def _against_trimesh(run: Run, measure: object, judge: object, scale: object) ->
             expected.append(_flat(judge(mesh.vertices, mesh.triangles)))  # type: ignore[operator]
             scales.append(scale(expected[-1], mesh))  # type: ignore[operator]
             kinds.append(kind)
-    return Comparison(np.array(measured), np.array(expected), np.array(scales), kinds)
+            sizes.append([len(mesh.vertices), *mesh.vertices.mean(axis=0), *np.ptp(mesh.vertices, axis=0)])
+    inputs = {"vertices, their mean [m], their extent [m]": sizes}
+    return Comparison(np.array(measured), np.array(expected), np.array(scales), kinds, inputs=inputs)
 
 
 @check(
@@ -187,7 +193,7 @@ def volume_far_away(run: Run) -> Comparison:
     from references import trimesh
 
     rng = run.fresh_rng()
-    measured, expected, offsets = [], [], []
+    measured, expected, offsets, moves = [], [], [], []
     for _ in range(run.count(3, 10, 100)):
         for distance in (1e2, 1e3, 1e4, 1e5, 1e6):
             mesh = random_mesh("lumpy sphere", rng)
@@ -196,7 +202,8 @@ def volume_far_away(run: Run) -> Comparison:
             measured.append(polyhedron.signed_volume(far, mesh.triangles))
             expected.append(trimesh.volume(far - offset, mesh.triangles))
             offsets.append(f"{distance:.0e} m")
-    return Comparison(measured, expected, expected, offsets)
+            moves.append(offset)
+    return Comparison(measured, expected, expected, offsets, inputs={"moved by [m]": moves})
 
 
 @check(
@@ -227,7 +234,7 @@ def inertia_of_boxes(run: Run) -> Comparison:
     from references import analytic, printed, trimesh
 
     rng = run.fresh_rng()
-    measured, expected, wrong, judges = [], [], [], []
+    measured, expected, wrong, judges, boxes = [], [], [], [], []
     for _ in range(run.count(10, 100, 1000)):
         size, mass = rng.uniform(0.1, 3.0, 3), rng.uniform(0.1, 10.0)
         mesh = softbody.box(size)
@@ -240,8 +247,10 @@ def inertia_of_boxes(run: Run) -> Comparison:
             expected.append(answer)
             wrong.append(printed.box_inertia_other_order(size, mass))
             judges.append(judge)
+            boxes.append([*size, mass])
     scale = np.linalg.norm(expected, axis=1)
-    return Comparison(np.array(measured), np.array(expected), scale, judges, np.array(wrong))
+    inputs = {"size [m], mass [kg]": boxes}
+    return Comparison(np.array(measured), np.array(expected), scale, judges, np.array(wrong), inputs=inputs)
 
 
 @check(
@@ -270,4 +279,37 @@ def volume_does_not_depend_on_the_origin(run: Run) -> Comparison:
         [exact] * len(moved),
         exact,
         printed=[printed.volume_signed_twice(vertices, mesh.triangles) for vertices in moved],
+        inputs={"moved by [m]": offsets},
     )
+
+
+@check(
+    family=FAMILY,
+    claim="The volume of a tetrahedron is a sixth of the determinant of its edges, with the sign of how it is turned.",
+    section="10.10",
+    piece="softbody.geometry.tetrahedron.tetrahedron_volume",
+    reference="whole numbers: corners with coordinates from −100 to 100",
+    unit="m³",
+    kind="exact arithmetic",
+    tolerance=0.0,
+    because="all products and sums are whole numbers, and one division is rounded as rational numbers are",
+    detects="a wrong sign or factor; a last bit",
+    faults=(
+        Fault("the volume of a parallelepiped", tetrahedron.tetrahedron_volume, "six_ / 6.0", "six_ / 1.0"),
+        Fault(
+            "the volume of tetrahedra turned inside out",
+            tetrahedron.tetrahedron_volume,
+            "cross(c_, d_)",
+            "cross(d_, c_)",
+        ),
+    ),
+)
+def tetrahedra(run: Run) -> Comparison:
+    corners = run.fresh_rng().integers(-100, 101, (run.count(300, 3_000, 30_000), 4, 3))
+    measured = [
+        tetrahedron.tetrahedron_volume(*(tuple(corner) for corner in each)) for each in corners.astype(float).tolist()
+    ]
+    edges = (corners[:, 1:] - corners[:, :1]).astype(object)
+    (a, b, c), (d, e, f), (g, h, i) = edges.transpose(1, 2, 0)
+    six = a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g)  # Python's integers
+    return Comparison(measured, [float(Fraction(each, 6)) for each in six])

@@ -12,6 +12,7 @@ from softbody.collision.manifold import box_box_manifold, box_pairs_manifolds, n
 from softbody.collision.sat_boxes import (
     FACE_PREFERENCE,
     ROUNDING,
+    SAME_COSINE,
     Limits,
     PlacedBox,
     PlacedBoxes,
@@ -140,6 +141,8 @@ def test_a_manifold_has_the_normal_of_the_separating_axis_test_and_no_greater_de
         assert np.linalg.norm(found) == pytest.approx(1.0, abs=1e-14)
         # A face is preferred to a pair of edges by this much, the more the more nearly these are parallel.
         preference = FACE_PREFERENCE * abs(separation) + rounding / smallest_sine(a, b)
+        # And to a pair of edges whose axis is all but its own normal.
+        preference += (1.0 - SAME_COSINE) * sum(a.size + b.size)
         assert max(depths) <= -separation + preference
         assert found == pytest.approx(normal, abs=1e-9) or max(depths) == pytest.approx(-separation, abs=preference)
 

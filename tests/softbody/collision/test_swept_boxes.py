@@ -23,7 +23,7 @@ def manifold_of(positions, travel, *, sizes=((1, 1, 1), (1, 1, 1)), orientations
     boxes = frames_of(PlacedBoxes(*(np.array(rows, float) for rows in (sizes, positions, orientations))))
     manifold = new_manifold()
     sweep, limits = (
-        Sweep(tuple(map(float, travel)), STILL, STILL, 0.0, share),
+        Sweep(tuple(map(float, travel)), STILL, STILL, STILL, 0.0, share),
         Limits(float(np.linalg.norm(travel)), 0.0, False),
     )
     n = swept_manifold(boxes, (0, 1), sweep, limits, manifold)
@@ -130,3 +130,29 @@ def test_a_box_that_spins_beside_another_flies_on():
         world.run(1.0, 1.0 / 60.0)
         assert tuple(box.velocity) == (10.0, 0.0, 0.0)
         assert tuple(box.angular_velocity) == (spin, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("yaw", np.linspace(0.1, 3.0, 8))
+def test_a_box_that_slides_askew_over_flush_tiles_goes_straight_on(yaw):
+    world = World()
+    for x in range(-2, 4):
+        for y in (-1, 0, 1):
+            world.add_box((0.83, 0.57, 0.5), None, (0.83 * x, 0.57 * y, -0.25), friction=0.0)
+    turned = np.cos(0.5 * yaw), 0.0, 0.0, np.sin(0.5 * yaw)
+    box = world.add_box((0.77, 0.2, 0.34), 1.0, (0.0, 0.09, 0.17), turned, velocity=(1.57, 0.0, 0.0), friction=0.0)
+    world.step(1 / 60, 60)
+    assert_allclose(box.velocity, (1.57, 0.0, 0.0), atol=1e-5)
+    assert_allclose(box.position[2], 0.17, atol=1e-5)
+
+
+def test_a_box_that_slides_on_to_the_next_of_heavy_tiles_does_not_feel_its_side():
+    world = World()
+    world.add_ground(friction=0.9)
+    for x in range(-2, 4):
+        for y in (-1, 0, 1):
+            world.add_box((0.83, 0.57, 0.5), 500.0, (0.83 * x, 0.57 * y, 0.25), friction=0.0)
+    yaw = np.linspace(0.02, 3.1, 24)[13]  # its side comes to the next row as slowly as a box falls in a step
+    turned = np.cos(0.5 * yaw), 0.0, 0.0, np.sin(0.5 * yaw)
+    box = world.add_box((0.77, 0.2, 0.34), 1.0, (0.0, 0.09, 0.67), turned, velocity=(1.57, 0.0, 0.0), friction=0.0)
+    world.step(1 / 60, 60)
+    assert_allclose(box.velocity, (1.57, 0.0, 0.0), atol=1e-3)

@@ -39,6 +39,17 @@ def test_a_query_keeps_its_answers_when_the_callers_array_changes():
     assert query.contains([[0.0, 0.0, 0.0]]).tolist() == [True]
 
 
+def test_a_query_keeps_its_triangles_when_the_callers_array_changes():
+    triangles = T.copy()
+    query = MeshQuery(V, triangles)
+    triangles += 10**9
+    np.testing.assert_array_equal(query.closest(POINTS[:9]).triangle, closest_on_mesh(POINTS[:9], V, T).triangle)
+    np.testing.assert_array_equal(query.contains(POINTS[:9]), points_in_mesh(POINTS[:9], V, T))
+    for array in (query.triangles, query.vertices):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0, 0] = 10**9
+
+
 def test_lists_integers_and_float32_are_taken():
     assert points_in_mesh([[0, 0, 0], [5, 0, 0]], V.tolist(), T.tolist()).tolist() == [True, False]
     assert points_in_mesh(np.zeros((1, 3), np.float32), V.astype(np.float32), T.astype(np.uint8)).tolist() == [True]

@@ -1,0 +1,89 @@
+"""How is an interrupt heard while a kernel runs, and how does none come between what belongs together?
+
+Python handles signals between two of its own instructions, in the main thread: so not while a kernel runs, and perhaps
+just when it has ended: what it returned is then lost, and only what it wrote to arrays is there. (So kernels that move
+a world write all of it, and its clock.)
+"""
+
+from __future__ import annotations
+
+import mmap
+import os
+import signal
+import tempfile
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+
+def assign_together(*pairs: tuple[np.ndarray, Any]) -> None:
+    """Overwrite each array with what comes with it: all of them, without an instruction of Python on the way."""
+    arrays, values = zip(*pairs, strict=True)
+    list(map(np.ndarray.__setitem__, arrays, [...] * len(arrays), values))
+
+
+class Bell:
+    """A byte that a kernel can look at: a signal sets it, before Python handles the signal."""
+
+    def __init__(self, struck: np.ndarray, file: int = -1) -> None:
+        """`struck` (1,) of uint8 is where `file` begins; −1: nobody sets it."""
+        self.struck = struck
+        self.file = file
+        self.others = -1  # whose file signals were written to before
+
+    def still(self) -> None:
+        """Set the byte to 0. A signal that came before is handled before the next call of a kernel."""
+        if self.file >= 0:
+            came = os.lseek(self.file, 0, os.SEEK_CUR)
+            os.lseek(self.file, 0, os.SEEK_SET)
+            numbers = os.pread(self.file, came, 0)
+            self.struck[0] = 0
+            if came and self.others >= 0:
+                os.write(self.others, numbers)
+
+
+SILENT = Bell(np.zeros(1, np.uint8))
+_bells: dict[int, Bell] = {}  # one for each process: what is forked must not share its parent's
+
+
+@contextmanager
+def listening() -> Iterator[Bell]:
+    """Yield a Bell that signals strike, or a silent one where signals are not handled: in other threads.
+
+    Python writes the number of each signal, when it comes, to a file of one's choice: here one that lies in memory.
+    Somebody else's choice, such as asyncio's, is put back, and told what came.
+    """
+    if os.name != "posix" or threading.current_thread() is not threading.main_thread():
+        yield SILENT
+        return
+    bell = _bell_of_process()
+    bell.others = -1
+    bell.still()
+    before = signal.set_wakeup_fd(bell.file, warn_on_full_buffer=False)
+    bell.others = before if before != bell.file else -1
+    try:
+        yield bell
+    finally:
+        signal.set_wakeup_fd(bell.others, warn_on_full_buffer=False)
+        bell.still()
+
+
+def _bell_of_process() -> Bell:
+    """Return the bell of this process; it is never closed, so that no signal is written to a file in its place."""
+    bell = _bells.get(os.getpid())
+    if bell is None:
+        file = os.memfd_create("softbody") if hasattr(os, "memfd_create") else _file_on_disk()
+        os.ftruncate(file, 1)
+        os.set_blocking(file, False)
+        bell = Bell(np.frombuffer(mmap.mmap(file, 1), np.uint8), file)
+        _bells[os.getpid()] = bell
+    return bell
+
+
+def _file_on_disk() -> int:
+    """Return a file that is gone when nobody has it open."""
+    with tempfile.TemporaryFile() as file:
+        return os.dup(file.fileno())

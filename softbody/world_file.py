@@ -1,0 +1,133 @@
+"""How is a snapshot kept in a file? Written whole or not at all, and read as what somebody else may have made."""
+
+from __future__ import annotations
+
+import io
+import os
+import secrets
+import stat
+import zipfile
+from contextlib import suppress
+from math import prod
+from pathlib import Path
+from typing import IO
+
+import numpy as np
+
+from softbody.errors import ParameterError, SnapshotError
+
+MOST_BYTES = 2**30  # that a file may have, and that its arrays may take: a world of some five million particles
+
+MOST_ENTRIES = 1_000  # a world has some 70
+MOST_HEADER = 1_000  # bytes that say what an array is; those of a world take 120
+KINDS = "biufU"  # of what arrays may hold: truth values, numbers, words
+PACKED = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}  # as np.savez and np.savez_compressed do
+
+
+def write(path: str | os.PathLike[str], snapshot: dict[str, np.ndarray]) -> None:
+    """Write a snapshot to an NPZ file, whole or not at all.
+
+    It is written beside `path` under a name of its own, flushed to the disk, and then takes the place of what stood
+    there, be it a link. If anything goes wrong, that stays, and nothing else is left. Raises OSError as the disk does.
+    """
+    path = _path(path)
+    part = path.with_name(f".{secrets.token_hex(8)}.part")  # not longer than a name may be, whatever the path's is
+    try:
+        with part.open("xb") as file:  # never through a link, and never one that exists
+            np.savez(file, **snapshot)  # type: ignore[arg-type]
+            file.flush()
+            os.fsync(file.fileno())
+        part.replace(path)
+    except BaseException as error:
+        part.unlink(missing_ok=True)
+        if isinstance(error.__context__, KeyboardInterrupt):  # an archive that is closed half-written hides it
+            raise error.__context__ from None
+        raise
+    _flush_folder(path.parent)
+
+
+def _flush_folder(folder: Path) -> None:
+    """Let the disk know the new name; where folders cannot be flushed, it will some day."""
+    with suppress(OSError):
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+
+
+def read(path: str | os.PathLike[str], most_bytes: int) -> dict[str, np.ndarray]:
+    """Return the arrays of a file that `write` may have written; they must be checked.
+
+    Raises SnapshotError for a file of another kind, a damaged one, and one that is, or unpacks to, more than
+    `most_bytes`, before memory is taken for that; OSError if it cannot be read.
+    """
+    path = _path(path)
+    if not stat.S_ISREG(path.stat().st_mode):
+        raise SnapshotError(f"{path} is no file; give one that World.save wrote")
+    with path.open("rb") as file:
+        raw = file.read(most_bytes + 1)
+    try:
+        if len(raw) > most_bytes:
+            raise _too_large(len(raw), most_bytes)
+        with zipfile.ZipFile(io.BytesIO(raw)) as archive:
+            _check_archive(archive, most_bytes)
+            return {name.removesuffix(".npy"): _array(archive, name) for name in archive.namelist()}
+    except SnapshotError as error:
+        raise SnapshotError(f"{path}: {error}") from error
+    except Exception as error:  # whatever zipfile, zlib and NumPy raise where bytes are not what they expect
+        raise SnapshotError(f"{path} is no NPZ file of a world, or a damaged one: write one with World.save") from error
+
+
+def _check_archive(archive: zipfile.ZipFile, most_bytes: int) -> None:
+    """Raise SnapshotError unless all that an archive holds are different small enough arrays."""
+    entries = archive.infolist()
+    if len(entries) > MOST_ENTRIES:
+        raise SnapshotError(f"it has {len(entries)} entries, and a world less than {MOST_ENTRIES}")
+    total, names = 0, set[str]()
+    for entry in entries:
+        name = entry.filename
+        if name in names:
+            raise SnapshotError(f"{name!r} is there twice")
+        names.add(name)
+        if entry.flag_bits & 1:
+            raise SnapshotError(f"{name!r} is encrypted; it must not be")
+        if entry.compress_type not in PACKED or not name.endswith(".npy"):
+            raise SnapshotError(f"{name!r} is no array as np.savez packs it")
+        with archive.open(entry) as file:
+            shape, _, kind = _header(file)
+            size = prod(shape) * kind.itemsize
+            if kind.kind not in KINDS or entry.file_size != file.tell() + size:
+                raise SnapshotError(f"{name!r} is not what it says: {kind} of shape {shape} in {entry.file_size} bytes")
+        total += size
+        if total > most_bytes:
+            raise _too_large(total, most_bytes)
+
+
+def _header(file: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype]:
+    """Return shape, whether columns come first, and kind of an array, as its first bytes say."""
+    version = np.lib.format.read_magic(file)
+    read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+    return read(file, max_header_size=MOST_HEADER)
+
+
+def _array(archive: zipfile.ZipFile, name: str) -> np.ndarray:
+    with archive.open(name) as file:
+        return np.lib.format.read_array(file, allow_pickle=False, max_header_size=MOST_HEADER)
+
+
+def _too_large(size: int, most_bytes: int) -> SnapshotError:
+    return SnapshotError(
+        f"it has, or unpacks to, {size} bytes and more, and {most_bytes} are allowed; if you trust it, give World.load "
+        "a larger most_bytes"
+    )
+
+
+def _path(path: str | os.PathLike[str]) -> Path:
+    try:
+        result = Path(path)
+    except TypeError as error:
+        raise ParameterError(f"path is {path!r}; give the name of a file") from error
+    if not result.name or "\0" in str(result):
+        raise ParameterError(f"path is {path!r}; give the name of a file")
+    return result

@@ -1,0 +1,48 @@
+"""What planted faults and mutants have shown stands on the page, and what is not known is said."""
+
+from __future__ import annotations
+
+import pytest
+
+from reports.page import page
+from reports.sensitivity import by_family
+from validation.record import PlantedFault, Sensitivity
+
+
+@pytest.fixture
+def tried(report):
+    first, second = report.claims[0].id, report.claims[-1].id
+    report.sensitivity = Sensitivity(
+        [
+            PlantedFault("a sign <turned>", "softbody.law.sliding_kept", [first, second], "caught"),
+            PlantedFault("a factor of two", "softbody.vec.dot", [second], "escaped"),
+            PlantedFault("of a claim that is gone", "softbody.vec.dot", ["nobody.knows"], "caught"),
+        ],
+        mutants=110,
+        killed=97,
+        equivalent=10,
+    )
+    return report
+
+
+def test_faults_are_counted_by_families_and_drawn_by_claims(tried):
+    text = page(tried)
+    assert "2 of 3 planted faults" in text
+    assert "97 %" in text
+    assert "a sign &lt;turned&gt;" in text
+    assert text[text.index('<svg class="matrix"') :].count("</title></circle>") == 3
+    assert [(len(family.faults), family.caught) for family in by_family(tried) if family.faults] != []
+
+
+def test_what_was_not_tried_says_how_to(report):
+    report.sensitivity = Sensitivity(
+        faults_why="not tried: make faults", mutants_why="tried on another core: make mutants again"
+    )
+    text = page(report)
+    assert "not tried: make faults" in text
+    assert "tried on another core: make mutants again" in text
+
+
+def test_records_that_do_not_know_say_nothing(report):
+    report.sensitivity = None
+    assert "have been seen to detect" not in page(report)

@@ -1,0 +1,199 @@
+"""Is an interrupt heard in the midst of a long run, and is what it leaves a whole world?"""
+
+import os
+import signal
+import threading
+import time
+
+import numba
+import numpy as np
+import pytest
+
+import softbody
+from softbody import BusyError, World
+from softbody.interrupts import SILENT, assign_together, listening
+
+compiled = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="Python handles signals anywhere in its own code")
+posix = pytest.mark.skipif(os.name != "posix", reason="signals and timers are those of POSIX")
+
+
+class StopError(Exception):
+    """What a handler raises in place of a KeyboardInterrupt."""
+
+
+@pytest.fixture
+def alarm():
+    """Return how to let the alarm go off after some seconds [s] of work, which raises a StopError."""
+
+    def ring(*_):
+        raise StopError
+
+    before = signal.signal(signal.SIGPROF, ring)
+    yield lambda seconds: signal.setitimer(signal.ITIMER_PROF, seconds)
+    signal.setitimer(signal.ITIMER_PROF, 0.0)
+    signal.signal(signal.SIGPROF, before)
+
+
+def ball():
+    world = World()
+    world.add_ground()
+    world.add_soft_body(softbody.icosphere(2, 0.5), 1.0, 200.0, 30.0, (0.0, 0.0, 0.6))
+    return world
+
+
+def boxes():
+    world = World()
+    world.add_ground()
+    for k in range(3):
+        world.add_box((1.0, 1.0, 0.5), 1.0, (0.05 * k, 0.0, 0.25 + 0.51 * k))
+    return world
+
+
+def same(one, other):
+    mine, its = one.snapshot(), other.snapshot()
+    return all(mine[name].tobytes() == its[name].tobytes() for name in its)
+
+
+@posix
+@compiled
+@pytest.mark.parametrize("build", [ball, boxes])
+@pytest.mark.parametrize("call", ["step", "run"])
+def test_a_long_run_is_interrupted_and_leaves_the_world_of_the_steps_that_it_has_made(alarm, build, call):
+    world, other = build(), build()
+    for each in (world, other):
+        each.step(1e-4)  # compiled
+    begun = time.process_time()
+    alarm(0.05)
+    with pytest.raises(StopError):
+        world.step(1e-4, 10**9) if call == "step" else world.run(1e5, 1e-4)
+    assert time.process_time() - begun < 0.5
+    assert 1 < world.steps < 10**9
+    other.step(1e-4, world.steps - 1)
+    assert (world.time, same(world, other)) == (other.time, True)
+    for each in (world, other):
+        each.step(1e-4, 100)
+    assert same(world, other)
+
+
+@posix
+@compiled
+def test_a_handler_that_raises_nothing_lets_the_run_go_on_to_the_same_bits():
+    world, other, came = ball(), ball(), []
+    before = signal.signal(signal.SIGPROF, lambda *_: came.append(1))
+    signal.setitimer(signal.ITIMER_PROF, 0.01, 0.01)
+    try:
+        while len(came) < 5:
+            world.step(1e-4, 500)
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        signal.signal(signal.SIGPROF, before)
+    for _ in range(world.steps // 500):
+        other.step(1e-4, 500)
+    assert world.time == other.time
+    assert same(world, other)
+
+
+@posix
+@compiled
+def test_an_equilibrium_that_is_interrupted_moves_nobody(alarm):
+    world = World()
+    for k in range(2):
+        world.add_soft_body(softbody.icosphere(3), 1.0, 50.0, 20.0, (3.0 * k, 0.0, 0.0), (1.0, 0.0, 0.0), fixed=[0])
+    before = world.state_hash()
+    alarm(0.02)
+    with pytest.raises(StopError):
+        world.equilibrium(1e-300, 10**9)
+    assert world.state_hash() == before
+
+
+@posix
+def test_signals_strike_the_bell_and_whoever_else_listens():
+    ours, theirs = os.pipe()
+    os.set_blocking(theirs, False)
+    handled = []
+    before = signal.signal(signal.SIGUSR1, lambda *_: handled.append(1))
+    others = signal.set_wakeup_fd(theirs)
+    try:
+        with listening() as bell:
+            assert bell.struck[0] == 0
+            signal.raise_signal(signal.SIGUSR1)
+            assert bell.struck[0] != 0
+            bell.still()
+            assert bell.struck[0] == 0
+            signal.raise_signal(signal.SIGUSR1)
+        assert os.read(ours, 10) == bytes([signal.SIGUSR1] * 2)
+        signal.raise_signal(signal.SIGUSR1)
+        assert os.read(ours, 10) == bytes([signal.SIGUSR1])
+    finally:
+        signal.set_wakeup_fd(others)
+        signal.signal(signal.SIGUSR1, before)
+        os.close(ours)
+        os.close(theirs)
+    assert len(handled) == 3
+
+
+def test_nobody_listens_in_other_threads():
+    heard = []
+
+    def elsewhere():
+        with listening() as bell:
+            heard.append(bell)
+
+    thread = threading.Thread(target=elsewhere)
+    thread.start()
+    thread.join()
+    assert heard == [SILENT]
+
+
+def test_arrays_are_assigned_together():
+    a, b = np.zeros((2, 3)), np.ones(2)
+    assign_together((a, 5.0), (b, [3.0, 4.0]))
+    assert a.tolist() == [[5.0] * 3] * 2
+    assert b.tolist() == [3.0, 4.0]
+
+
+def test_a_world_that_is_being_stepped_says_so_and_is_not_torn():
+    world, errors = ball(), []
+    world.step(1e-4)
+    calls = [
+        lambda: world.step(1e-4),
+        lambda: world.run(1.0, 1e-4),
+        lambda: world.add_box((1.0, 1.0, 1.0), 1.0),
+        lambda: world.add_soft_body(softbody.octahedron(), 1.0, 1.0, 1.0),
+        world.add_ground,
+        world.equilibrium,
+        world.snapshot,
+        lambda: world.restore({}),
+    ]
+    with world._my_turn():  # as `step` does, on whatever thread
+        for call in calls:
+            with pytest.raises(BusyError, match="being stepped") as caught:
+                call()
+            errors.append(caught)
+    assert len(errors) == len(calls)
+    world.step(1e-4)
+    assert (world.steps, world.model.soft_count, world.model.box_count) == (2, 1, 0)
+
+
+@compiled
+def test_four_threads_that_step_one_world_take_turns_or_are_told():
+    world, other, told, done = ball(), ball(), [], []
+
+    def go():
+        for _ in range(40):
+            try:
+                world.step(1e-4, 10)
+                done.append(1)
+            except BusyError as error:
+                told.append(error)
+
+    threads = [threading.Thread(target=go) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert world.steps == 10 * len(done)
+    for _ in done:
+        other.step(1e-4, 10)
+    assert same(world, other)
+    assert len(told) + len(done) == 160

@@ -1,0 +1,139 @@
+"""A copy of the core with many mutants in it, each asleep behind a switch, so that all are compiled at once."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import shutil
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from validation.mutation.sites import Mutant, mutants_in
+
+ROOT = Path(__file__).parents[2]
+
+# Not mutated, and why.
+LEFT_OUT = {
+    "jit.py": "how kernels are compiled",
+    "compile_once.py": "how kernels are compiled",
+    "plain_numba.py": "how kernels are compiled",
+    "cache_file.py": "how machine code is kept",
+    "core_digest.py": "how machine code is kept",
+    "lanes.py": "the interpreted form of lanes, which no kernel that is compiled runs",
+    "compiled_lanes.py": "writes LLVM's code while kernels are compiled, before a switch can be thrown",
+    "threads.py": "how long threads sleep",
+    "warmup.py": "compiles ahead of time; computes nothing",
+    "__main__.py": "the command that compiles ahead of time",
+    "scenes/": "their numbers are a matter of taste",
+}
+
+
+def is_left_out(file: str) -> bool:
+    """Tell whether a file, below the core's folder, is not mutated."""
+    return any(file == each or (each.endswith("/") and file.startswith(each)) for each in LEFT_OUT)
+
+
+def all_mutants(core: Path = ROOT / "softbody") -> Iterator[Mutant]:
+    """Yield every mutant of the core, file by file."""
+    for path in sorted(core.rglob("*.py")):
+        file = path.relative_to(core).as_posix()
+        if not is_left_out(file):
+            for mutant, _, _ in mutants_in(file, ast.parse(path.read_text(encoding="utf-8")), names_of(file)):
+                yield mutant
+
+
+def names_of(file: str) -> Mapping[str, Any]:
+    """Return the names of a module of the core."""
+    module = ".".join(("softbody", *Path(file).with_suffix("").parts)).removesuffix(".__init__")
+    return vars(importlib.import_module(module))
+
+
+def write_core(mutants: Mapping[int, Mutant], folder: Path) -> None:
+    """Make `folder`/softbody a copy of the core with numbered mutants in it, all asleep.
+
+    Raises ValueError for a mutant that the core has no place for.
+    """
+    core = folder / "softbody"
+    shutil.copytree(ROOT / "softbody", core, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(Path(__file__).with_name("switch.py"), core / "mutant_switch.py")
+    by_file: dict[str, dict[str, int]] = {}
+    for number, mutant in mutants.items():
+        by_file.setdefault(mutant.file, {})[mutant.key] = number
+    for file, numbers in by_file.items():
+        path = core / file
+        path.write_text(mutated(file, path.read_text(encoding="utf-8"), numbers, names_of(file)), encoding="utf-8")
+
+
+def mutants_at(folder: Path, file: str, line: int) -> set[int]:
+    """Return the numbers of the mutants in a line of a mutated core, or, if it has none, of its function."""
+    tree = ast.parse((folder / "softbody" / file).read_text(encoding="utf-8"))
+    around = [node for node in ast.walk(tree) if isinstance(node, ast.stmt) and _spans(node, line)]
+    around.sort(key=lambda node: (node.end_lineno or 0) - node.lineno)
+    for node in around:  # from the smallest on
+        numbers = {
+            call.args[0].value
+            for call in ast.walk(node)
+            if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "is_mutant"
+            if isinstance(call.args[0], ast.Constant)
+        }
+        if numbers:
+            return numbers  # type: ignore[return-value]
+    return set()
+
+
+def _spans(node: ast.stmt, line: int) -> bool:
+    return node.lineno <= line <= (node.end_lineno or node.lineno)
+
+
+def mutated(file: str, source: str, numbers: Mapping[str, int], names: Mapping[str, Any]) -> str:
+    """Return the source of a module with mutants in it, by key and number, each behind its switch.
+
+    Raises ValueError for a key of which there is no mutant.
+    """
+    tree = ast.parse(source)
+    changes: dict[int, list[tuple[int, ast.AST | None]]] = {}
+    known = set()
+    for mutant, node, put in mutants_in(file, tree, names):
+        if mutant.key in numbers:
+            changes.setdefault(id(node), []).append((numbers[mutant.key], put))
+            known.add(mutant.key)
+    lost = next(iter(numbers.keys() - known), None)
+    if lost is not None:
+        raise ValueError(f"there is no such mutant: {lost}")
+    tree = _Switches(changes).visit(tree)
+    tree.body[_first_import(tree) :] = [*_imports(tree), *tree.body[_first_import(tree) :]]
+    return ast.unparse(ast.fix_missing_locations(tree)) + "\n"
+
+
+class _Switches(ast.NodeTransformer):
+    """Puts a switch in place of each node that changes."""
+
+    def __init__(self, changes: Mapping[int, list[tuple[int, ast.AST | None]]]) -> None:
+        self._changes = changes
+
+    def visit(self, node: ast.AST) -> Any:
+        """Return the node with the switches inside it, and around it its own."""
+        changes = self._changes.get(id(node), [])
+        result: Any = self.generic_visit(node)
+        for number, put in changes:
+            test = ast.Call(ast.Name("is_mutant", ast.Load()), [ast.Constant(number)], [])
+            if isinstance(node, ast.stmt):
+                result = ast.If(test, [put or ast.Pass()], [result])  # type: ignore[list-item]
+            else:
+                result = ast.IfExp(test, put, result)  # type: ignore[arg-type]
+        return result
+
+
+def _first_import(tree: ast.Module) -> int:
+    """Return where a module may import: after its docstring and what it takes from the future."""
+    late = [k for k, node in enumerate(tree.body) if isinstance(node, ast.ImportFrom) and node.module == "__future__"]
+    return late[-1] + 1 if late else int(ast.get_docstring(tree) is not None)
+
+
+def _imports(tree: ast.Module) -> Iterator[ast.stmt]:
+    used = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+    yield from ast.parse("from softbody.mutant_switch import is_mutant").body
+    for name in ("add", "sub"):
+        if f"mutant_{name}" in used:
+            yield from ast.parse(f"from softbody.vec import {name} as mutant_{name}").body

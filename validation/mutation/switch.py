@@ -1,0 +1,46 @@
+"""Which mutant is awake, and which have been reached? Copied into a mutated core as `softbody/mutant_switch.py`.
+
+Kernels read and write two places of the process, which their machine code, also that from the disk, knows by name.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from typing import Any
+
+import llvmlite.binding
+from llvmlite import ir
+from numba.core import types
+from numba.extending import lower_builtin, type_callable
+
+MOST = 1 << 16  # mutants in one core
+AWAKE = ctypes.c_int64(-1)
+REACHED = (ctypes.c_int8 * MOST)()
+AWAKE_SYMBOL, REACHED_SYMBOL = "softbody_mutant_awake", "softbody_mutants_reached"
+llvmlite.binding.add_symbol(AWAKE_SYMBOL, ctypes.addressof(AWAKE))
+llvmlite.binding.add_symbol(REACHED_SYMBOL, ctypes.addressof(REACHED))
+
+
+def is_mutant(number: int) -> bool:
+    """Tell whether a mutant is the one that is awake, and note that it was reached."""
+    REACHED[number] = 1
+    return bool(AWAKE.value == number)
+
+
+@type_callable(is_mutant)  # type: ignore[untyped-decorator]
+def _resolve(context: Any) -> Callable[[Any], Any]:
+    return lambda number: types.boolean
+
+
+@lower_builtin(is_mutant, types.Integer)  # type: ignore[untyped-decorator]
+def _generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    number = builder.sext(arguments[0], ir.IntType(64)) if arguments[0].type.width < 64 else arguments[0]
+    awake = _place(builder.module, ir.IntType(64), AWAKE_SYMBOL)
+    reached = _place(builder.module, ir.ArrayType(ir.IntType(8), MOST), REACHED_SYMBOL)
+    builder.store(ir.Constant(ir.IntType(8), 1), builder.gep(reached, [ir.Constant(ir.IntType(64), 0), number]))
+    return builder.icmp_signed("==", builder.load(awake), number)
+
+
+def _place(module: Any, kind: Any, symbol: str) -> Any:
+    return module.globals[symbol] if symbol in module.globals else ir.GlobalVariable(module, kind, symbol)
