@@ -217,8 +217,13 @@ def test_two_runs_at_once_in_one_folder_are_refused(tmp_path):
         Journal(tmp_path, head, False, print)
 
 
-# No file may have more bytes than that, as if the disk were full then.
-FULL = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (12_000, 12_000))"
+# No file may have more bytes than that, as if the disk were full then. Byte code is not written: Python before 3.14
+# keeps what fits of it, and fails to import that.
+FULL = """
+import os, resource, sys
+sys.dont_write_bytecode, os.environ["PYTHONDONTWRITEBYTECODE"] = True, "1"
+resource.setrlimit(resource.RLIMIT_FSIZE, (12_000, 12_000))
+"""
 
 
 def test_a_disk_that_is_full_ends_with_4_and_keeps_what_was_done(place):
