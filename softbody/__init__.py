@@ -6,7 +6,9 @@ a and b points from b to a; "§" is a section of the 2008 paper that the method 
 same machine: same bits.
 """
 
-from softbody.bodies import Box, SoftBody
+from softbody.bodies import Body
+from softbody.contact_points import ContactPoints
+from softbody.dynamics.energy import Energies
 from softbody.errors import (
     BusyError,
     CacheWarning,
@@ -19,6 +21,8 @@ from softbody.errors import (
     SoftbodyError,
 )
 from softbody.mesh import Mesh, box, icosahedron, icosphere, octahedron, tetrahedron, torus
+from softbody.rigid_box import Box
+from softbody.soft_body import SoftBody
 from softbody.state import Controls, Model, State
 from softbody.world import World
 
@@ -27,10 +31,13 @@ from softbody import scenes  # isort: skip (it needs all of the above)
 __version__ = "0.1.0"
 
 __all__ = [
+    "Body",
     "Box",
     "BusyError",
     "CacheWarning",
+    "ContactPoints",
     "Controls",
+    "Energies",
     "MassRatioWarning",
     "Mesh",
     "MeshError",

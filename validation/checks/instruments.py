@@ -82,17 +82,17 @@ def told(rng: np.random.Generator) -> Told:
     faults=(
         Fault("springs without their half", plain_forces.spring_energy, "0.5 * k_ * s_ * s_", "k_ * s_ * s_"),
         Fault(
-            "boxes without weight", energy.potential_energy, "energy -= dot(g, load(state.box_position, i)) / m_", ""
+            "boxes without weight", energy.potential_energies, "gravity -= dot(g, load(state.box_position, i)) / m_", ""
         ),
         Fault(
             "forces that give energy for going along with them",
-            energy.potential_energy,
-            "energy -= dot(load(f_, i), x_)",
-            "energy += dot(load(f_, i), x_)",
+            energy.potential_energies,
+            "external -= dot(load(f_, i), x_)",
+            "external += dot(load(f_, i), x_)",
         ),
         Fault(
             "gas of the first body's volume",
-            energy.potential_energy,
+            energy.potential_energies,
             "soft_volume(model_, position_, body)",
             "soft_volume(model_, position_, 0)",
         ),
