@@ -114,6 +114,10 @@ class SoftBody(Body):
 
     @fixed.setter
     def fixed(self, value: ArrayLike) -> None:
+        self._pin(value)
+
+    def _pin(self, value: ArrayLike) -> None:
+        """Fix these particles, and let go of all others."""
         rows = self._rows()
         inverse_mass = np.full(rows.stop - rows.start, self.world.model.particle_inverse_mass[rows].max())
         still = fixed_particles_of(value, len(inverse_mass))

@@ -16,8 +16,8 @@ NUMBERS = {"damping": 0.5, "drag": 2.0, "restitution": 1.0, "friction": 1.5}  # 
 
 @check(
     family=FAMILY,
-    claim="Gravity, gas, damping, drag, restitution, friction, pins, springs, positions and velocities that are set before"
-    " the first step, on bodies that meet, give the bits of a world that was made with them.",
+    claim="Gravity, gas, damping, drag, restitution, friction, pins, springs, positions and velocities that are set"
+    " before the first step, on bodies that meet, give the bits of a world that was made with them.",
     section="2, 5.4",
     piece="softbody.SoftBody, softbody.Box, softbody.World.gravity",
     reference="a world whose bodies were added with those numbers, by the same version",
@@ -36,13 +36,13 @@ NUMBERS = {"damping": 0.5, "drag": 2.0, "restitution": 1.0, "friction": 1.5}  # 
         Fault("a number that is only read again", bodies.set_row, "world.replace(model=m_)", "None"),
         Fault(
             "particles that stay pinned",
-            soft_body.SoftBody.fixed.fset,  # type: ignore[attr-defined]
+            soft_body.SoftBody._pin,
             "self.world.model.particle_inverse_mass[rows].max()",
             "self.world.model.particle_inverse_mass[rows].min()",
         ),
         Fault(
             "velocities of what is pinned",
-            soft_body.SoftBody.fixed.fset,  # type: ignore[attr-defined]
+            soft_body.SoftBody._pin,
             "self.velocities[still] = 0.0",
             "",
         ),
@@ -71,9 +71,9 @@ def set_as_if_made_so(run: Run) -> Comparison:
                 setattr(body, name, value)
             for name, value in box.items():
                 setattr(other, name, value)
+            body.fixed = ()
             body.velocities = speed
             body.fixed, body.gas = pins, gas
-            body.velocities = speed
             body.set_springs(stiffness)
             other.position, other.velocity = place + (0.0, 0.75, 0.0), speed
         worlds[0].gravity = gravity
@@ -96,8 +96,8 @@ def _bits(world: World) -> np.ndarray:
 
 @check(
     family=FAMILY,
-    claim="However time is cut, it is kept: `run` and frames of any length end when they were asked to, in steps no longer"
-    " than allowed; frames of a step of one's own leave less than a step, and are whole steps.",
+    claim="However time is cut, it is kept: `run` and frames of any length end when they were asked to, in steps no"
+    " longer than allowed; frames of a step of one's own leave less than a step, and are whole steps.",
     section="5.1",
     piece="softbody.World.run, softbody.World.step_frame, softbody.World.frames",
     reference="closed form: a box that falls for as long, by semi-implicit steps: v = g t, z = g t (t + h) / 2",
