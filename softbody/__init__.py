@@ -12,6 +12,7 @@ from softbody.errors import (
     CacheWarning,
     MassRatioWarning,
     MeshError,
+    MissingPackageError,
     OverlapWarning,
     ParameterError,
     SimulationError,
@@ -19,6 +20,7 @@ from softbody.errors import (
     SoftbodyError,
 )
 from softbody.mesh import Mesh, box, icosahedron, icosphere, octahedron, tetrahedron, torus
+from softbody.mesh_findings import Finding
 from softbody.state import Controls, Model, State
 from softbody.world import World
 
@@ -31,9 +33,11 @@ __all__ = [
     "BusyError",
     "CacheWarning",
     "Controls",
+    "Finding",
     "MassRatioWarning",
     "Mesh",
     "MeshError",
+    "MissingPackageError",
     "Model",
     "OverlapWarning",
     "ParameterError",

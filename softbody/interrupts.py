@@ -25,6 +25,11 @@ def assign_together(*pairs: tuple[np.ndarray, Any]) -> None:
     list(map(np.ndarray.__setitem__, arrays, [...] * len(arrays), values))
 
 
+def set_together(owner: object, **attributes: Any) -> None:
+    """Set attributes of an object, which must be plain ones: all of them, without an instruction of Python between."""
+    vars(owner).update(attributes)
+
+
 class Bell:
     """A byte that a kernel can look at: a signal sets it, before Python handles the signal."""
 
