@@ -14,6 +14,7 @@ from softbody.errors import (
     CacheWarning,
     MassRatioWarning,
     MeshError,
+    MissingPackageError,
     OverlapWarning,
     ParameterError,
     SimulationError,
@@ -21,6 +22,7 @@ from softbody.errors import (
     SoftbodyError,
 )
 from softbody.mesh import Mesh, box, icosahedron, icosphere, octahedron, tetrahedron, torus
+from softbody.mesh_findings import Finding
 from softbody.rigid_box import Box
 from softbody.soft_body import SoftBody
 from softbody.state import Controls, Model, State
@@ -38,9 +40,11 @@ __all__ = [
     "ContactPoints",
     "Controls",
     "Energies",
+    "Finding",
     "MassRatioWarning",
     "Mesh",
     "MeshError",
+    "MissingPackageError",
     "Model",
     "OverlapWarning",
     "ParameterError",

@@ -19,6 +19,10 @@ class SnapshotError(ParameterError):
     """A snapshot, or a saved world, that is damaged, of another version, or none: which entry, and what it must be."""
 
 
+class MissingPackageError(SoftbodyError, ImportError):
+    """Something was asked for that takes a package which is not installed: which one, and how to install it."""
+
+
 class BusyError(SoftbodyError, RuntimeError):
     """A world that is being stepped, by another thread or further up in this one, was asked for something else."""
 

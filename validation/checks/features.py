@@ -253,8 +253,8 @@ def _volume(body: SoftBody) -> float:
         Fault(
             "a force that replaces the one before",
             rigid_box.Box.apply_force,
-            "force_[self._row()] += n_",
-            "force_[self._row()] = n_",
+            "controls.box_force[row] + newtons",
+            "newtons",
         ),
         Fault(
             "torques that are not cleared",
@@ -505,20 +505,20 @@ def state_of(world: World) -> np.ndarray:
         Fault(
             "a clock that starts anew",
             world.World.restore,
-            "self.steps, self.time = steps, time",
-            "self.steps, self.time = 0, 0.0",
+            "Clock(np.array([steps], np.int64), np.array([time]))",
+            "Clock(np.zeros(1, np.int64), np.zeros(1))",
         ),
         Fault(
             "what the solver remembers, forgotten",
             world.World.restore,
-            "self.contacts, self.settings, self.precision = contacts, settings, precision",
-            "self.contacts, self.settings, self.precision = new_contacts(FIRST_ROOM), settings, precision",
+            "remembering(cache, FIRST_ROOM)",
+            "new_contacts(FIRST_ROOM)",
         ),
         Fault(
             "settings that are not restored",
             world.World.restore,
-            "self.contacts, self.settings, self.precision = contacts, settings, precision",
-            "self.contacts, self.precision = contacts, precision",
+            '(self, "settings", settings)',
+            '(self, "settings", self.settings)',
         ),
         Fault(
             "a snapshot that shares memory with the world",
