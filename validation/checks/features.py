@@ -131,7 +131,7 @@ def springs_that_are_set(run: Run) -> Comparison:
         Fault("sub-steps a hundredth too short", soft_bodies._stretch, "h / substeps", "0.99 * h / substeps"),
         Fault(
             "sub-steps that are not asked for",
-            world.World._run_until,
+            world.World._step,
             "self.settings._replace(substeps=substeps)",
             "self.settings",
         ),
@@ -502,12 +502,7 @@ def state_of(world: World) -> np.ndarray:
     because="bit for bit",
     detects="one array, number or setting that is not kept",
     faults=(
-        Fault(
-            "a clock that starts anew",
-            world.World.restore,
-            "Clock(np.array([steps], np.int64), np.array([time]))",
-            "Clock(np.zeros(1, np.int64), np.zeros(1))",
-        ),
+        Fault("a clock that starts anew", world.World.restore, "_new_clock(steps, time)", "_new_clock()"),
         Fault(
             "what the solver remembers, forgotten",
             world.World.restore,
