@@ -83,8 +83,9 @@ class Mesh:
             raise MeshError(f"{os.fspath(path)}: {error}") from error
 
     @classmethod
-    def _from_arrays(cls, vertices: np.ndarray, triangles: np.ndarray, merge: bool, tolerance: float) -> Mesh:
-        merge = check_yes_or_no(merge, "merge") or tolerance != 0.0
+    def _from_arrays(cls, vertices: Any, triangles: Any, merge: bool, tolerance: float) -> Mesh:
+        tolerance = check_range(tolerance, "tolerance", "m", least=0.0)
+        merge = check_yes_or_no(merge, "merge") or tolerance > 0.0
         return cls.from_soup(vertices, triangles, tolerance) if merge else cls(vertices, triangles)
 
     def check(self) -> list[Finding]:
@@ -181,7 +182,7 @@ def _as_rows(rows: ArrayLike, name: str) -> np.ndarray:
             array = array.astype(np.float64)
         if array.dtype.kind not in "iuf":
             raise TypeError(f"{array.dtype} is not a type of real numbers")
-    except (TypeError, ValueError) as error:
+    except NO_NUMBERS as error:
         raise MeshError(f"{name} are not numbers in rows of three; give an (n, 3) array") from error
     if array.ndim != 2 or array.shape[1] != 3:
         raise MeshError(f"{name} have shape {array.shape}; give an (n, 3) array")

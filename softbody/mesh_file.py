@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 from typing import Any
 
-import numpy as np
+from numpy.typing import ArrayLike
 
 from softbody.errors import MeshError, MissingPackageError
 
 
-def read_triangles(path: str | os.PathLike[str]) -> tuple[np.ndarray, np.ndarray]:
+def read_triangles(path: str | os.PathLike[str]) -> tuple[ArrayLike, ArrayLike]:
     """Return vertices (n, 3) and triangles (t, 3) of an STL, OBJ, PLY, OFF or another file, as they stand there.
 
     The bodies of a scene are put into one, each in its place. Raises MissingPackageError without trimesh, MeshError
@@ -33,9 +33,9 @@ def read_triangles(path: str | os.PathLike[str]) -> tuple[np.ndarray, np.ndarray
     return triangles_of(mesh)
 
 
-def triangles_of(mesh: Any) -> tuple[np.ndarray, np.ndarray]:
+def triangles_of(mesh: Any) -> tuple[ArrayLike, ArrayLike]:
     """Return `vertices` and `faces` of a trimesh.Trimesh, or of anything that has both; raises MeshError."""
     try:
-        return np.asarray(mesh.vertices), np.asarray(mesh.faces)
+        return mesh.vertices, mesh.faces
     except AttributeError as error:
         raise MeshError(f"a {type(mesh).__name__} has no vertices and faces; give one mesh of triangles") from error

@@ -39,7 +39,10 @@ def merged(vertices: ArrayLike, triangles: ArrayLike | None, tolerance: float) -
 
 def _listed(corners: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """Return vertices and triangles of a list of corners, (t, 3, 3) or (3 t, 3)."""
-    rows = np.asarray(corners)
+    try:
+        rows = np.asarray(corners)
+    except (TypeError, ValueError) as error:
+        raise MeshError("corners are not numbers in triples of three; give a (t, 3, 3) array") from error
     if rows.ndim not in (2, 3) or rows.shape[-1] != 3 or (rows.size % 9 if rows.ndim == 2 else rows.shape[1] != 3):
         raise MeshError(f"corners have shape {rows.shape}; give (t, 3, 3), or (3 t, 3), or triangles, too")
     return rows.reshape(-1, 3), np.arange(rows.size // 3).reshape(-1, 3)

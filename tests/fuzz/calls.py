@@ -251,9 +251,9 @@ class Caller:
     def try_soup(self) -> None:
         mesh = self.one(MESHES)
         corners = mesh.vertices[mesh.triangles]
-        if self.rng.random() < 0.5:
-            corners[int(self.rng.integers(len(corners)))] = self.vector()
-        soup: Any = self.one([corners, corners.reshape(-1, 3), corners.tolist(), *OTHERS])
+        listed: list[Any] = corners.tolist()
+        listed[int(self.rng.integers(len(listed)))] = self.vector()
+        soup: Any = self.one([corners, corners.reshape(-1, 3), corners.tolist(), listed, self.one(OTHERS)])
         Mesh.from_soup(soup, self.one([None, None, np.arange(12).reshape(4, 3), *OTHERS]), self.number()).check()
 
     def try_trimesh(self) -> None:

@@ -1,6 +1,7 @@
 """Are meshes read from files, merged on request, and is what is wrong with a file told?"""
 
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -62,6 +63,10 @@ def test_what_is_no_file_of_a_mesh_is_refused_by_name(tmp_path):
             Mesh.from_file(tmp_path / name)
     with pytest.raises(MeshError, match="a list has no vertices and faces"):
         Mesh.from_trimesh([])
+    with pytest.raises(MeshError, match="triangles are not numbers"):
+        Mesh.from_trimesh(SimpleNamespace(vertices=BALL.vertices, faces=[[0, 1, 2], [3]]))
+    with pytest.raises(ParameterError, match="tolerance is '1'"):
+        Mesh.from_trimesh(exported(), tolerance="1")
     with pytest.raises(ParameterError, match="merge is 1; give True or False"):
         Mesh.from_trimesh(exported(), merge=1)
 

@@ -99,6 +99,8 @@ def test_triangles_that_shrink_to_a_line_are_left_out():
         (lambda: Mesh.from_soup(3), MeshError, r"corners have shape \(\)"),
         (lambda: Mesh.from_soup([]), MeshError, r"corners have shape"),
         (lambda: Mesh.from_soup(np.zeros((0, 3, 3))), MeshError, "the mesh is empty"),
+        (lambda: Mesh.from_soup([[1.0], [1.0, 2.0]]), MeshError, "corners are not numbers in triples"),
+        (lambda: Mesh.from_soup([[[10**400] * 3] * 3]), MeshError, "vertices are not numbers"),
         (lambda: Mesh.from_soup("soup"), MeshError, r"corners have shape"),
         (lambda: Mesh.from_soup(SOUP * np.nan), MeshError, "vertex 0 is at .*: not finite"),
         (lambda: Mesh.from_soup(SOUP, tolerance=-1.0), ParameterError, "tolerance is -1"),
