@@ -6,12 +6,16 @@ a and b points from b to a; "§" is a section of the 2008 paper that the method 
 same machine: same bits.
 """
 
+from typing import TYPE_CHECKING, Any
+
 from softbody.bodies import Box, SoftBody
 from softbody.errors import (
     BusyError,
     CacheWarning,
     MassRatioWarning,
     MeshError,
+    MissingExtraError,
+    OutputError,
     OverlapWarning,
     ParameterError,
     SimulationError,
@@ -24,19 +28,26 @@ from softbody.world import World
 
 from softbody import scenes  # isort: skip (it needs all of the above)
 
+if TYPE_CHECKING:
+    from softbody.render import Camera, Recorder
+
 __version__ = "0.1.0"
 
 __all__ = [
     "Box",
     "BusyError",
     "CacheWarning",
+    "Camera",
     "Controls",
     "MassRatioWarning",
     "Mesh",
     "MeshError",
+    "MissingExtraError",
     "Model",
+    "OutputError",
     "OverlapWarning",
     "ParameterError",
+    "Recorder",
     "SimulationError",
     "SnapshotError",
     "SoftBody",
@@ -51,3 +62,12 @@ __all__ = [
     "tetrahedron",
     "torus",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Return what makes pictures: it is imported when it is first asked for."""
+    if name in ("Camera", "Recorder"):
+        from softbody import render
+
+        return getattr(render, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

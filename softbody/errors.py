@@ -23,6 +23,14 @@ class BusyError(SoftbodyError, RuntimeError):
     """A world that is being stepped, by another thread or further up in this one, was asked for something else."""
 
 
+class OutputError(SoftbodyError, OSError):
+    """A picture or a film that cannot be written: which file, why, and what was recorded all the same."""
+
+
+class MissingExtraError(SoftbodyError, ImportError):
+    """A library that is not installed, because what it is for was not asked for: the command that installs it."""
+
+
 class OverlapWarning(UserWarning):
     """Bodies that start inside each other: they are pushed apart, from deep inside not all the way."""
 
