@@ -21,6 +21,7 @@ from softbody.errors import (
     SimulationError,
     SnapshotError,
     SoftbodyError,
+    ViewError,
 )
 from softbody.mesh import Mesh, box, icosahedron, icosphere, octahedron, tetrahedron, torus
 from softbody.state import Controls, Model, State
@@ -53,6 +54,7 @@ __all__ = [
     "SoftBody",
     "SoftbodyError",
     "State",
+    "ViewError",
     "World",
     "box",
     "icosahedron",

@@ -27,6 +27,10 @@ class OutputError(SoftbodyError, OSError):
     """A picture or a film that cannot be written: which file, why, and what was recorded all the same."""
 
 
+class ViewError(SoftbodyError, OSError):
+    """A live view that cannot be opened, because its port is taken for one."""
+
+
 class MissingExtraError(SoftbodyError, ImportError):
     """A library that is not installed, because what it is for was not asked for: the command that installs it."""
 

@@ -520,6 +520,17 @@ class World:
         with self._my_turn():
             return picture(self, path, camera, size, Drawing(self, colour, colour_range, colour_map))
 
+    def view(self, port: int = 8080, *, host: str = "127.0.0.1", open_browser: bool = True) -> None:
+        """Show the world live in the browser, to be watched and steered, until Ctrl-C; it moves on meanwhile.
+
+        Needs viser: pip install softbody[view]. The page is at `port` of `host` (0: any port that is free), which only
+        this machine sees; `open_browser` opens it, where there is a display. Raises MissingExtraError, and ViewError
+        for a port that is taken.
+        """
+        from softbody.view.serving import view
+
+        view(self, port, host, open_browser)
+
     def energy(self) -> float:
         """Return kinetic + spring + gas + gravity energy [J] of every body that can move, less the work of forces.
 

@@ -11,9 +11,11 @@ from softbody.bodies import Box, SoftBody
 from softbody.errors import ParameterError
 from softbody.mesh import Mesh, box
 from softbody.parameters import check_range, shown
+from softbody.render.camera import Camera, framing
 from softbody.render.colour_map import palette_of
 from softbody.render.quantities import QUANTITIES
 from softbody.render.rasteriser import Thing
+from softbody.render.shadow import SLANT
 from softbody.settings import check_name
 
 if TYPE_CHECKING:
@@ -140,3 +142,24 @@ def placed(vertices: np.ndarray, where: Box) -> np.ndarray:
     w, axis = where.orientation[0], where.orientation[1:]
     turn = 2.0 * np.cross(axis, vertices)
     return vertices + w * turn + np.cross(axis, turn) + where.position
+
+
+def ground_of(world: World) -> float | None:
+    """Return the height of the ground [m], if there is one."""
+    height = world.model.ground_height
+    return height if height > -np.inf else None
+
+
+def framed(world: World, meshes: list[np.ndarray], shape: float) -> Camera:
+    """Return a camera that has the vertices of all `meshes` in its picture, and their shadows on the ground.
+
+    The picture is `shape` times as wide as high.
+    """
+    points = np.concatenate([*meshes, np.empty((0, 3))])
+    height = ground_of(world)
+    if height is not None:
+        shadows = points.copy()
+        shadows[:, :2] -= (points[:, 2:] - height) * SLANT
+        shadows[:, 2] = height
+        points = np.concatenate([points, shadows])
+    return framing(points, shape)

@@ -11,12 +11,11 @@ import numpy as np
 
 from softbody.errors import ParameterError
 from softbody.parameters import check_range, check_whole, shown
-from softbody.render.camera import Camera, framing
-from softbody.render.drawing import Drawing
+from softbody.render.camera import Camera
+from softbody.render.drawing import Drawing, framed, ground_of
 from softbody.render.films import film_at, picture_path, refused, save_picture
 from softbody.render.quantities import QUANTITIES
-from softbody.render.rasteriser import Thing, render
-from softbody.render.shadow import SLANT
+from softbody.render.rasteriser import render
 
 if TYPE_CHECKING:
     from softbody.world import World
@@ -99,7 +98,8 @@ class Recorder:
         if not self._is_open:
             raise ParameterError(f"{self._path} is ended; make another Recorder")
         if self._camera is None:
-            self._camera = _framed(self._world, self._drawing.things(), self._size)
+            every = [thing.vertices for thing in self._drawing.things()]
+            self._camera = framed(self._world, every, self._size[0] / self._size[1])
         camera = self._camera if isinstance(self._camera, Camera) else _checked_camera(self._camera(self._world))
         pixels = _pixels(self._world, self._drawing, camera, self._size)
         try:
@@ -158,25 +158,8 @@ class Recorder:
 
 def _pixels(world: World, drawing: Drawing, camera: Camera | None, size: tuple[int, int]) -> np.ndarray:
     things = drawing.things()
-    return render(things, camera or _framed(world, things, size), _ground(world), size)
-
-
-def _ground(world: World) -> float | None:
-    """Return the height of the ground [m], if there is one."""
-    height = world.model.ground_height
-    return height if height > -np.inf else None
-
-
-def _framed(world: World, things: list[Thing], size: tuple[int, int]) -> Camera:
-    """Return a camera that has everything in its picture, and the ground below it."""
-    points = np.concatenate([thing.vertices for thing in things]) if things else np.empty((0, 3))
-    height = _ground(world)
-    if height is not None and len(points):
-        below = points.copy()
-        below[:, 2] = height
-        below[:, :2] -= (points[:, 2:] - height) * SLANT  # their shadows
-        points = np.concatenate([points, below])
-    return framing(points, size[0] / size[1])
+    camera = camera or framed(world, [thing.vertices for thing in things], size[0] / size[1])
+    return render(things, camera, ground_of(world), size)
 
 
 def _checked_size(size: tuple[int, int]) -> tuple[int, int]:

@@ -1,6 +1,7 @@
 """How is a film a WebP file that grows by a frame at a time? RFC 9649; Pillow compresses each frame.
 
-Of every frame only the rectangle that has changed is kept. Whatever is written is a film as soon as it is ended: a full
+Of every frame only the rectangle that has changed is kept; and that which changed in the frame before, once more, for
+what moves leaves traces of its compression around it. Whatever is written is a film as soon as it is ended: a full
 disk or an interrupt costs the frame that it comes in.
 """
 
@@ -25,6 +26,7 @@ class WebpFilm:
         self._quality = quality
         self._images = images  # Pillow's module Image
         self._before: np.ndarray | None = None
+        self._stale: tuple[int, int, int, int] | None = None  # what changed in the frame before
         self._last = 0  # where the last frame begins
         self._end = 0  # of what is whole
         canvas = struct.pack("<B3x", ANIMATED) + _three(size[0] - 1) + _three(size[1] - 1)
@@ -32,13 +34,14 @@ class WebpFilm:
 
     def add(self, picture: np.ndarray, milliseconds: int) -> None:
         """Add a frame that stays for so long."""
-        left, top, right, bottom = _changed(self._before, picture)
+        changed = _changed(self._before, picture)
+        left, top, right, bottom = changed if self._stale is None else _around(changed, self._stale)
         part = picture[top:bottom, left:right]
         place = _three(left // 2) + _three(top // 2) + _three(right - left - 1) + _three(bottom - top - 1)
         start = self._end
         frame = place + _three(milliseconds) + struct.pack("<B", OPAQUE) + self._compressed(part)
         self._add(_chunk(b"ANMF", frame))
-        self._before, self._last = picture, start
+        self._before, self._stale, self._last = picture, changed, start
 
     def end(self, milliseconds: int) -> None:
         """Make a file of the frames so far, the last of which stays for so long."""
@@ -69,8 +72,13 @@ def _changed(before: np.ndarray | None, now: np.ndarray) -> tuple[int, int, int,
     differs = (before != now).any(axis=2)
     rows, columns = np.flatnonzero(differs.any(axis=1)), np.flatnonzero(differs.any(axis=0))
     if not len(rows):
-        return 0, 0, 1, 1
+        return width // 4 * 2, height // 4 * 2, width // 4 * 2 + 1, height // 4 * 2 + 1
     return int(columns[0]) // 2 * 2, int(rows[0]) // 2 * 2, int(columns[-1]) + 1, int(rows[-1]) + 1
+
+
+def _around(one: tuple[int, int, int, int], other: tuple[int, int, int, int]) -> tuple[int, int, int, int]:
+    """Return the rectangle around two."""
+    return min(one[0], other[0]), min(one[1], other[1]), max(one[2], other[2]), max(one[3], other[3])
 
 
 def _three(number: int) -> bytes:
