@@ -150,7 +150,7 @@ class Session:
     def _step_length(self) -> float:
         """Return the time step [s]; it is sought anew when something was changed."""
         if self._time_step is None:
-            self._time_step = min(LONGEST_STEP, OF_STABLE * self.world.stable_time_step())
+            self._time_step = smooth_time_step(self.world)
         return self._time_step
 
     def _frame(self) -> Frame:
@@ -158,6 +158,11 @@ class Session:
         if not self.history or frame.time >= self.history[-1][0] + EVERY:
             self.history.append((frame.time, frame.kinetic, frame.total))
         return frame
+
+
+def smooth_time_step(world: World) -> float:
+    """Return a time step [s] by which a world moves well as it is now: short enough for springs, and for boxes."""
+    return min(LONGEST_STEP, OF_STABLE * world.stable_time_step())
 
 
 def _copy_of(world: World) -> World:

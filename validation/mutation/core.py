@@ -27,7 +27,7 @@ LEFT_OUT = {
     "view/": "what is on the screen moves nothing, and tests see what its controls do",
     "extras.py": "which libraries there are",
     "warmup.py": "compiles ahead of time; computes nothing",
-    "__main__.py": "the command that compiles ahead of time",
+    "__main__.py": "the command line",
     "scenes/": "their numbers are a matter of taste",
 }
 
