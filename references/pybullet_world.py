@@ -112,6 +112,20 @@ class BulletWorld:
                 inside = max(inside, -contact[8])
         return inside, below
 
+    def loads(self) -> np.ndarray:
+        """Return the force (m + 1, m + 1) [N], along the normal, of box i, or the ground (0), on box j, last step."""
+        force = np.zeros((len(self.boxes) + 1,) * 2)
+        number = {GROUND: 0} | {box: k + 1 for k, box in enumerate(self.boxes)}
+        for contact in pybullet.getContactPoints(physicsClientId=self.client):
+            a, b = number[contact[1]], number[contact[2]]
+            force[a, b] += contact[9]
+            force[b, a] += contact[9]
+        return force
+
+    def remove(self, box: int) -> None:
+        """Take a box away, by its number now; those after it are one number lower then."""
+        pybullet.removeBody(self.boxes.pop(box), physicsClientId=self.client)
+
     def save(self) -> int:
         """Remember where everything is; return what `restore` takes."""
         return int(pybullet.saveState(physicsClientId=self.client))

@@ -8,7 +8,9 @@ same machine: same bits.
 
 from typing import TYPE_CHECKING, Any
 
-from softbody.bodies import Box, SoftBody
+from softbody.bodies import Body
+from softbody.contact_points import ContactPoints
+from softbody.dynamics.energy import Energies
 from softbody.errors import (
     BusyError,
     CacheWarning,
@@ -24,6 +26,8 @@ from softbody.errors import (
     ViewError,
 )
 from softbody.mesh import Mesh, box, icosahedron, icosphere, octahedron, tetrahedron, torus
+from softbody.rigid_box import Box
+from softbody.soft_body import SoftBody
 from softbody.state import Controls, Model, State
 from softbody.world import World
 
@@ -35,11 +39,14 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 __all__ = [
+    "Body",
     "Box",
     "BusyError",
     "CacheWarning",
     "Camera",
+    "ContactPoints",
     "Controls",
+    "Energies",
     "MassRatioWarning",
     "Mesh",
     "MeshError",

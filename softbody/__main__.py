@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Sequence
-from math import ceil
 from time import perf_counter
 from typing import Any
 
@@ -16,7 +15,6 @@ from softbody.render import Recorder
 from softbody.render.films import picture_path
 from softbody.render.quantities import UNITS
 from softbody.settings import INTEGRATORS
-from softbody.view.session import smooth_time_step
 from softbody.warmup import warm_up
 from softbody.world import World
 
@@ -92,15 +90,14 @@ def _view(given: argparse.Namespace) -> None:
 def _record(given: argparse.Namespace) -> None:
     seconds = check_range(given.seconds, "seconds", "s", above=0.0)
     world = getattr(scenes, given.scene).build()
-    time_step = seconds / ceil(seconds / smooth_time_step(world))
     look: Any = {"size": given.size, "colour": given.colour, "colour_range": given.range}
     if given.file.endswith(".png"):
         picture_path(given.file)  # whatever is in its way is said before the work
-        world.run(seconds, time_step)
+        world.run(seconds)
         world.picture(given.file, **look)
     else:
         with Recorder(world, given.file, given.frames_per_second, **look) as film:
-            film.run(seconds, time_step)
+            film.run(seconds)
     print(f"{given.file}: {given.scene} until {world.time:.3g} s")
 
 

@@ -1,182 +1,106 @@
-"""A soft body and a box of a World: handles, whose arrays are views of the world's."""
+"""What soft bodies and boxes of a World have in common: handles, that know their world and where they are in it."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, ClassVar, overload
 
-import numpy as np
-from numpy.typing import ArrayLike
-
-from softbody.dynamics.pressure import gas_pressure, soft_volume
-from softbody.dynamics.vertex_rings import with_springs
+from softbody.builder import checked_property
 from softbody.errors import ParameterError
-from softbody.parameters import NO_NUMBERS, check_range, check_whole, doubles, rest_length_of, stiffness_of, vector
+from softbody.parameters import check_whole
+from softbody.strict_names import StrictNames
 
 if TYPE_CHECKING:
     from softbody.world import World
 
 
-class SoftBody:
-    """A soft body in a World: its arrays are views of the world's, good until the next body is added.
+class Body(StrictNames):
+    """A body in a World: its arrays are views of the world's, good until the next body is added or removed.
 
-    It goes by its number: in a world that was restored it is the body of that number, and ParameterError is raised
-    wherever there is none.
+    It follows its body when others are removed. In a world that was restored it is the body of its number, and
+    ParameterError is raised wherever there is none.
     """
+
+    __slots__ = ("__weakref__", "_index", "_world")
+
+    kind: ClassVar[str] = "body"
 
     def __init__(self, world: World, index: int) -> None:
         check_whole(index, "index", 0)
-        self.world = world
-        self.index = int(index)
+        self._world = world
+        self._index = int(index)
         self._row()
+        world.follow(self)
+
+    @property
+    def world(self) -> World:
+        """The world that it is in."""
+        return self._world
+
+    @property
+    def index(self) -> int:
+        """Its number among the bodies of its kind; −1 when it was removed."""
+        return self._index
+
+    def _count(self) -> int:
+        """Return how many bodies of this kind there are."""
+        raise NotImplementedError
 
     def _row(self) -> int:
         """Return the body's row; raises ParameterError if it is not in the world."""
-        _check_is_there("soft body", self.index, self.world.model.soft_count)
-        return self.index
-
-    def _rows(self) -> slice:
-        row = self._row()
-        return slice(*self.world.model.soft_particle_start[row : row + 2])
-
-    @property
-    def positions(self) -> np.ndarray:
-        """Positions of the particles (n, 3) [m]."""
-        return self.world.state.particle_position[self._rows()]
-
-    @property
-    def triangles(self) -> np.ndarray:
-        """Triangles (t, 3), as rows of `positions`."""
-        model, row = self.world.model, self._row()
-        rows = slice(*model.soft_triangle_start[row : row + 2])
-        return model.triangle_particles[rows] - model.soft_particle_start[row]
-
-    @property
-    def velocities(self) -> np.ndarray:
-        """Velocities of the particles (n, 3) [m/s]."""
-        return self.world.state.particle_velocity[self._rows()]
-
-    @property
-    def centre(self) -> np.ndarray:
-        """Centre of mass (3,) [m]; all particles have the same mass."""
-        return self.positions.mean(axis=0)
-
-    @property
-    def volume(self) -> float:
-        """Enclosed volume [m³]."""
-        return soft_volume(self.world.model, self.world.state.particle_position, self._row())
-
-    @property
-    def pressure(self) -> float:
-        """Pressure of the gas [Pa]."""
-        return gas_pressure(self.gas, self.volume)
-
-    @property
-    def gas(self) -> float:
-        """The gas's nRT [J]; may be changed between steps."""
-        return float(self.world.controls.soft_gas[self._row()])
-
-    @gas.setter
-    def gas(self, value: float) -> None:
-        self.world.controls.soft_gas[self._row()] = check_range(value, "gas", "J", least=0.0)
-
-    @property
-    def external_force(self) -> np.ndarray:
-        """Force on each particle (n, 3) [N] besides springs, gas and gravity; assign an (n, 3) array, or (3,) for all.
-
-        It stays until it is changed.
-        """
-        force = self.world.controls.particle_force
-        return force[self._rows()] if len(force) else np.zeros_like(self.positions)
-
-    @external_force.setter
-    def external_force(self, value: ArrayLike) -> None:
-        try:
-            force = np.broadcast_to(doubles(value), self.positions.shape)
-        except NO_NUMBERS as error:
+        if self.index == GONE:
+            raise ParameterError(f"this {self.kind} was removed from its world; take a handle of one that is there")
+        if not self.index < self._count():
             raise ParameterError(
-                f"external_force does not fit; give (3,) or {self.positions.shape} numbers [N]"
-            ) from error
-        if not np.isfinite(force).all():
-            raise ParameterError("external_force is not finite; give finite numbers [N]")
-        controls = self.world.controls
-        if not len(controls.particle_force):
-            self.world.controls = controls._replace(particle_force=np.zeros_like(self.world.state.particle_position))
-        self.world.controls.particle_force[self._rows()] = force
-
-    def set_springs(self, stiffness: ArrayLike | None = None, rest_length: ArrayLike | None = None) -> None:
-        """Change `stiffness` [N/m] or `rest_length` [m] of all springs: one number, or (e,) as in add_soft_body."""
-        model, rings, row = self.world.model, self.world.rings, self._row()
-        edges = slice(*model.soft_edge_start[row : row + 2])
-        count = edges.stop - edges.start
-        stiffnesses, lengths = model.edge_stiffness.copy(), model.edge_rest_length.copy()
-        if stiffness is not None:
-            stiffnesses[edges] = stiffness_of(stiffness, count)
-        if rest_length is not None:
-            lengths[edges] = rest_length_of(rest_length, count)
-        self.world.replace(
-            model=model._replace(edge_stiffness=stiffnesses, edge_rest_length=lengths),
-            rings=with_springs(rings, lengths, stiffnesses, model.soft_edge_start),
-        )
-
-
-class Box:
-    """A rigid box in a World: its arrays are views of the world's, good until the next body is added.
-
-    It goes by its number, as a SoftBody does.
-    """
-
-    def __init__(self, world: World, index: int) -> None:
-        check_whole(index, "index", 0)
-        self.world = world
-        self.index = int(index)
-        self._row()
-
-    def _row(self) -> int:
-        """Return the box's row; raises ParameterError if it is not in the world."""
-        _check_is_there("box", self.index, self.world.model.box_count)
+                f"{self.kind} {self.index} is not in this world: there are {self._count()}; take one that is"
+            )
         return self.index
 
     @property
-    def position(self) -> np.ndarray:
-        """Position of the centre (3,) [m]."""
-        return self.world.state.box_position[self._row()]
+    def is_there(self) -> bool:
+        """Whether the body is in its world still."""
+        return 0 <= self.index < self._count()
 
-    @property
-    def orientation(self) -> np.ndarray:
-        """Orientation (4,): unit quaternion (w, x, y, z), box frame to world."""
-        return self.world.state.box_orientation[self._row()]
+    def __eq__(self, other: object) -> bool:
+        """Tell whether both are handles of the same body."""
+        if type(other) is not type(self):
+            return NotImplemented
+        return other.world is self.world and other.index == self.index  # type: ignore[attr-defined]
 
-    @property
-    def velocity(self) -> np.ndarray:
-        """Velocity of the centre (3,) [m/s]."""
-        return self.world.state.box_velocity[self._row()]
+    def __hash__(self) -> int:
+        """Return a hash that stays when other bodies are removed."""
+        return hash((type(self), id(self.world)))
 
-    @property
-    def angular_velocity(self) -> np.ndarray:
-        """Angular velocity (3,) [rad/s] in the world frame."""
-        return self.world.state.box_angular_velocity[self._row()]
-
-    def apply_force(self, force: ArrayLike, point: ArrayLike | None = None) -> None:
-        """Let `force` (3,) [N] act at `point` (3,) [m] of the world, or at the centre; paper §10.13.
-
-        Adds F and τ = r × F, with the arm r as it is now, to what acts on the box. Both stay, in every step to come,
-        until `clear_forces`.
-        """
-        newtons = vector(force, "force")
-        if point is not None:
-            self.apply_torque(np.cross(vector(point, "point") - self.position, newtons))
-        self.world.controls.box_force[self._row()] += newtons
-
-    def apply_torque(self, torque: ArrayLike) -> None:
-        """Let `torque` (3,) [N m], in the world frame, act on the box until `clear_forces`."""
-        self.world.controls.box_torque[self._row()] += vector(torque, "torque")
-
-    def clear_forces(self) -> None:
-        """Let nothing but gravity act on the box."""
-        self.world.controls.box_force[self._row()] = 0.0
-        self.world.controls.box_torque[self._row()] = 0.0
+    def __reduce__(self) -> tuple[type, tuple[World, int]]:
+        """Pickle, and copy, with the world."""
+        return type(self), (self.world, self._row())
 
 
-def _check_is_there(kind: str, index: int, count: int) -> None:
-    if not 0 <= index < count:
-        raise ParameterError(f"{kind} {index} is not in this world: there are {count}; take a handle of one that is")
+GONE = -1
+
+
+class BodyProperty:
+    """A number of a body's own in the Model, as an attribute of its handle: checked when it is set."""
+
+    def __init__(self, field: str, doc: str) -> None:
+        self.field = field
+        self.__doc__ = doc
+
+    @overload
+    def __get__(self, body: None, kind: type) -> BodyProperty: ...
+    @overload
+    def __get__(self, body: Body, kind: type) -> float: ...
+    def __get__(self, body: Body | None, kind: type) -> BodyProperty | float:
+        """Return the number of a body."""
+        return self if body is None else float(getattr(body.world.model, self.field)[body._row()])
+
+    def __set__(self, body: Body, value: float) -> None:
+        """Set it, from the next step on; raises ParameterError if it is out of its range."""
+        set_row(body, self.field, checked_property(self.field, value))
+
+
+def set_row(body: Body, field: str, value: Any, rows: slice | None = None) -> None:
+    """Put `value` into the body's row, or into `rows`, of an array of the Model: in a new Model."""
+    world, at = body.world, body._row() if rows is None else rows
+    array = getattr(world.model, field).copy()
+    array[at] = value
+    world.replace(model=world.model._replace(**{field: array}))

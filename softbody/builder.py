@@ -6,6 +6,7 @@ field is; here is how rows are checked, added and taken apart, for all fields al
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any, NamedTuple, TypeVar, get_type_hints
 
 import numpy as np
@@ -61,18 +62,28 @@ def properties_of(kind: str, given: dict[str, float]) -> dict[str, float]:
 
     Keys are fields of a Model. Raises ParameterError for a number out of its range or a name that is none.
     """
-    hints = get_type_hints(Model, include_extras=True)
     values, left = {}, dict(given)
-    for field, hint in hints.items():
-        note = getattr(hint, "__metadata__", (None,))[0]
-        if isinstance(note, Property) and field.startswith(f"{kind}_"):
-            name = field.removeprefix(f"{kind}_")
-            value = left.pop(name, note.default)
-            values[field] = check_range(value, name, note.unit, least=note.least, most=note.most)
+    for field, note in _properties().items():
+        if field.startswith(f"{kind}_"):
+            values[field] = checked_property(field, left.pop(field.removeprefix(f"{kind}_"), note.default))
     if left:
         known = ", ".join(field.removeprefix(f"{kind}_") for field in values)
         raise ParameterError(f"a {kind} body has no {next(iter(left))!r}; choose from {known}")
     return values
+
+
+def checked_property(field: str, value: float) -> float:
+    """Return a Property of a Model, checked; raises ParameterError for a number out of its range."""
+    note = _properties()[field]
+    return check_range(value, field.split("_", 1)[1], note.unit, least=note.least, most=note.most)
+
+
+@cache
+def _properties() -> dict[str, Property]:
+    """Return the fields of a Model that are Properties."""
+    hints = get_type_hints(Model, include_extras=True)
+    notes = {field: getattr(hint, "__metadata__", (None,))[0] for field, hint in hints.items()}
+    return {field: note for field, note in notes.items() if isinstance(note, Property)}
 
 
 def with_soft_body(
@@ -266,6 +277,40 @@ def soft_body_alone(parts: Parts, body: int) -> Parts:
     return Parts(
         model, controls, state, build_rings(particles, model.edge_particles, model.triangle_particles, *springs)
     )
+
+
+def without(parts: Parts, kind: str, body: int) -> Parts:
+    """Return the parts without one body of a `kind`, "soft" or "box": those after it are one number lower."""
+    model, controls, state, rings = parts
+    rows = {"box": slice(body, body + 1)} if kind == "box" else _rows_of_body(model, body)
+    model, controls, state = _without_rows(model, rows), _without_rows(controls, rows), _without_rows(state, rows)
+    if kind == "box":
+        return Parts(model._replace(box_count=model.box_count - 1), controls, state, rings)
+    first, count = rows["particle"].start, rows["particle"].stop - rows["particle"].start
+    model = model._replace(
+        soft_count=model.soft_count - 1,
+        edge_particles=model.edge_particles - count * (model.edge_particles > first),
+        triangle_particles=model.triangle_particles - count * (model.triangle_particles > first),
+        soft_particle_start=_without_part(model.soft_particle_start, body),
+        soft_edge_start=_without_part(model.soft_edge_start, body),
+        soft_triangle_start=_without_part(model.soft_triangle_start, body),
+    )
+    return Parts(model, controls, state, rings_of(model, rings.rest_pull.dtype.type))
+
+
+def _without_rows(part: Part, rows: dict[str, slice]) -> Part:
+    """Return a part without some rows of its arrays, by what has a row in them; others as they are."""
+    kept: dict[str, Any] = {}
+    for name, value in part._asdict().items():
+        kind = name.split("_")[0]
+        has_rows = isinstance(value, np.ndarray) and kind in rows and not name.endswith("_start") and len(value)
+        kept[name] = np.delete(value, rows[kind], axis=0) if has_rows else value
+    return type(part)(**kept)
+
+
+def _without_part(start: np.ndarray, part: int) -> np.ndarray:
+    """Return where parts begin and the last one ends (b,), without one of them; `start` (b + 1,)."""
+    return np.append(start[: part + 1], start[part + 2 :] - (start[part + 1] - start[part]))
 
 
 def _rows_of(part: Part, rows: dict[str, slice]) -> Part:

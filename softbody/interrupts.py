@@ -25,6 +25,12 @@ def assign_together(*pairs: tuple[np.ndarray, Any]) -> None:
     list(map(np.ndarray.__setitem__, arrays, [...] * len(arrays), values))
 
 
+def set_together(*attributes: tuple[object, str, Any]) -> None:
+    """Set attributes (object, name, value): all of them, without an instruction of Python on the way."""
+    objects, names, values = zip(*attributes, strict=True)
+    list(map(object.__setattr__, objects, names, values))
+
+
 class Bell:
     """A byte that a kernel can look at: a signal sets it, before Python handles the signal."""
 

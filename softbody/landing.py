@@ -13,15 +13,25 @@ import numpy as np
 from softbody.jit import jit, jit_lean
 from softbody.law import Material, combined, material_of_ground, material_of_soft, sliding_kept, speed_after
 from softbody.state import Model, State
+from softbody.vec import load, scale, store, sub
 
 
 @jit_lean
-def resolve_ground(model: Model, state: State) -> None:
-    """Lift particles that are below the ground on to it, and let those that still go down bounce."""
+def resolve_ground(model: Model, state: State, impulse: np.ndarray) -> None:
+    """Lift particles that are below the ground on to it, and let those that still go down bounce.
+
+    `impulse` (n, 3) [N s] is set to what the ground has given each particle.
+    """
     for body in range(model.soft_count):
-        part = model.soft_particle_start[body], model.soft_particle_start[body + 1]
         material = material_on_ground(model, body)
-        land(state.particle_position.T, state.particle_velocity.T, part, model.ground_height, material)
+        for i in range(model.soft_particle_start[body], model.soft_particle_start[body + 1]):
+            store(impulse, i, (0.0, 0.0, 0.0))
+            if state.particle_position[i, 2] < model.ground_height:
+                before = load(state.particle_velocity, i)
+                land(state.particle_position.T, state.particle_velocity.T, (i, i + 1), model.ground_height, material)
+                change = sub(load(state.particle_velocity, i), before)
+                if model.particle_inverse_mass[i] > 0.0:
+                    store(impulse, i, scale(1.0 / model.particle_inverse_mass[i], change))
 
 
 @jit

@@ -39,6 +39,7 @@ class Work(NamedTuple):
     manifold: Manifold | None
     start: State  # of the step
     grounded: np.ndarray | None  # (m,) of bool: which boxes touch the ground
+    ground_impulse: np.ndarray  # (n, 3) [N s] of the ground on each particle in the last step
     stop: np.ndarray  # (1,) what is not 0 ends a run early; somebody else may write it
 
 
@@ -84,7 +85,7 @@ def step(
         cache_impulses(contacts)  # not sooner: had there been no room, the step might have to be undone
     push = resolve_soft_contacts(model, state, work.start, work.surfaces, contacts, settings, h)
     hold_boxes(model, controls, state, work.grounded, contacts, push, settings, h)
-    resolve_ground(model, state)
+    resolve_ground(model, state, work.ground_impulse)
     stray = _thrown_astray(model, state, contacts, h)
     if stray >= 0:
         contacts.cache.number[0] = 0
@@ -230,9 +231,20 @@ def run_alone_by_clock(
     steps: int,
     clock: Clock,
     begun: tuple[int, float],
+    ground_impulse: np.ndarray,
 ) -> tuple[int, int]:
-    """Advance a world of one soft body like `run_alone`, and its clock, like `run_by_clock`; return (fault, body)."""
-    done, fault, body = run_alone(model, controls, state, motion, settings, h, steps)
+    """Advance a world of one soft body like `run_alone`, and its clock, like `run_by_clock`; return (fault, body).
+
+    The last step is taken by itself, so that it is known what the ground gave: `ground_impulse` (n, 3) [N s].
+    """
+    done, fault, body = 0, 0, -1
+    if steps > 1:
+        done, fault, body = run_alone(model, controls, state, motion, settings, h, steps - 1)
+    if done == steps - 1 and fault == 0:
+        bodies = soft_bodies_of(model, controls, state)
+        last, fault, body = move_soft_bodies(bodies, motion, settings, h, 1, -np.inf, BARE)
+        done += last
+        resolve_ground(model, state, ground_impulse)
     _advance_clock(clock, begun, done, h)
     return fault, body
 

@@ -4,18 +4,29 @@ from __future__ import annotations
 
 import os
 import threading
+from collections.abc import Iterator
+from math import ceil
 from typing import TYPE_CHECKING, Any
+from weakref import WeakValueDictionary
 
 import numba
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softbody.bodies import Box, SoftBody
-from softbody.builder import Parts, empty_parts, properties_of, rings_of, with_box, with_soft_body
-from softbody.collision.contact import Contacts, new_contacts, remembered, remembering
+from softbody.bodies import GONE, Body
+from softbody.builder import Parts, empty_parts, properties_of, rings_of, with_box, with_soft_body, without
+from softbody.collision.contact import Contacts, new_contacts, remembered, remembering, without_box
 from softbody.collision.manifold import new_manifold
 from softbody.collision.surface import Surfaces, build_surfaces
-from softbody.dynamics.energy import angular_momentum, linear_momentum, total_energy
+from softbody.contact_points import ContactPoints, contact_points
+from softbody.dynamics.energy import (
+    Energies,
+    angular_momentum,
+    kinetic_energy,
+    linear_momentum,
+    potential_energies,
+    total_energy,
+)
 from softbody.dynamics.soft_bodies import Motion, motion_of
 from softbody.dynamics.stability import most_extents
 from softbody.errors import BusyError, ParameterError, SimulationError, SnapshotError
@@ -29,15 +40,19 @@ from softbody.guards import (
     warn_of_mass_ratios,
     warn_of_overlap,
 )
-from softbody.interrupts import SILENT, Bell, assign_together, listening
+from softbody.interrupts import SILENT, Bell, assign_together, listening, set_together
 from softbody.mesh import Mesh
+from softbody.pace import BOX_STEP, OF_STABLE, Remainder, whole_steps
 from softbody.parameters import check_range, check_whole, check_yes_or_no, shown, vector
+from softbody.rigid_box import Box
 from softbody.settings import INTEGRATORS, PAPER, PRECISIONS, Choices, check_name, integrator_name, settings_of
 from softbody.shape_at_rest import shape_at_rest
 from softbody.snapshot import Snapped, checked, digest, named_arrays, snapshot_of
 from softbody.snapshot_entries import Snapshot
+from softbody.soft_body import SoftBody
 from softbody.state import Controls, Model, State, VertexRings
 from softbody.step import NO_ROOM, Clock, Work, run_alone_by_clock, run_by_clock
+from softbody.strict_names import StrictNames
 from softbody.threads import team_of
 from softbody.world_file import MOST_BYTES, read, write
 
@@ -61,9 +76,10 @@ class _Bodies:
         self.motion: Motion | None = None
         self.surfaces: Surfaces | None = None
         self.limits_of: tuple[Model | None, bytes] = None, b""  # for which springs and gas bodies' extents are limited
+        self.ground_impulse = np.zeros_like(parts.state.particle_position)  # (n, 3) [N s] in the last step
 
 
-class World:
+class World(StrictNames):
     """Soft bodies, rigid boxes and a ground that move together.
 
     `gravity` (3,) [m/s²]. `precision` in which soft bodies move between contacts: "double", or "single", which is
@@ -91,6 +107,22 @@ class World:
     culprit and the cure.
     """
 
+    __slots__ = (
+        "__weakref__",
+        "_bodies",
+        "_clock",
+        "_handles",
+        "_manifold",
+        "_precision",
+        "_remainder",
+        "_stable_step",
+        "_threads",
+        "_time_step",
+        "_turn",
+        "contacts",
+        "settings",
+    )
+
     def __init__(
         self,
         gravity: ArrayLike = (0.0, 0.0, -9.81),
@@ -101,7 +133,7 @@ class World:
     ) -> None:
         self.settings = settings_of(choices)
         check_name(precision, "precision", tuple(PRECISIONS))
-        self.precision = precision
+        self._precision = precision
         self._turn = threading.Lock()  # of who steps, or changes what there is
         self._take(empty_parts(vector(gravity, "gravity"), PRECISIONS[precision]))
         self.threads = threads
@@ -109,6 +141,9 @@ class World:
         self._manifold = new_manifold()
         self._clock = Clock(np.zeros(1, np.int64), np.zeros(1))
         self._stable_step = StableStep()
+        self._handles: WeakValueDictionary[int, Body] = WeakValueDictionary()
+        self._remainder = Remainder()
+        self._time_step = 0.0  # [s] of the last step
 
     @classmethod
     def paper(cls, **changes: Any) -> World:
@@ -126,6 +161,37 @@ class World:
     @property
     def _parts(self) -> Parts:
         return self._bodies.parts
+
+    def __repr__(self) -> str:
+        """Say what is in the world, and how far it is."""
+        model = self.model
+        what = [f"{model.soft_count} soft bodies of {len(self.state.particle_position)} particles"]
+        what += [f"{model.box_count} boxes"]
+        what += [f"ground at {model.ground_height:.4g} m"] if model.ground_height > -np.inf else []
+        return f"<World: {', '.join(what)}; {self.steps} steps, {self.time:.6g} s>"
+
+    @property
+    def soft_bodies(self) -> tuple[SoftBody, ...]:
+        """All soft bodies, as they were added."""
+        return tuple(SoftBody(self, i) for i in range(self.model.soft_count))
+
+    @property
+    def boxes(self) -> tuple[Box, ...]:
+        """All boxes, as they were added."""
+        return tuple(Box(self, i) for i in range(self.model.box_count))
+
+    def follow(self, body: Body) -> None:
+        """Keep the index of a handle right for as long as there is the handle."""
+        self._handles[id(body)] = body
+
+    @property
+    def gravity(self) -> np.ndarray:
+        """Gravity (3,) [m/s²]; may be assigned between steps."""
+        return self.controls.gravity
+
+    @gravity.setter
+    def gravity(self, value: ArrayLike) -> None:
+        self.controls.gravity[:] = vector(value, "gravity")
 
     @property
     def model(self) -> Model:
@@ -191,6 +257,11 @@ class World:
     def integrator(self, value: str) -> None:
         check_name(value, "integrator", tuple(INTEGRATORS))
         self.settings = self.settings._replace(integrator=INTEGRATORS[value])
+
+    @property
+    def precision(self) -> str:
+        """In which soft bodies move between contacts: "double" or "single"."""
+        return self._precision
 
     @property
     def threads(self) -> int:
@@ -273,6 +344,18 @@ class World:
                 ground_friction=0.0 if self.settings.frictionless else friction,
             )
 
+    def remove(self, body: Body) -> None:
+        """Take a body out of the world. Handles of others stay theirs; views of arrays, as of positions, do not."""
+        if not isinstance(body, Body) or body.world is not self:
+            raise ParameterError(f"{shown(body)} is no body of this world; give a handle of one, as of world.boxes")
+        with self._my_turn():
+            row, is_box, cache = body._row(), body.kind == "box", remembered(self.contacts)
+            bodies = _Bodies(without(self._parts, "box" if is_box else "soft", row), self._bodies.is_fresh)
+            contacts = remembering(without_box(cache, row) if is_box else cache, FIRST_ROOM)
+            others = [each for each in self._handles.values() if each.kind == body.kind and each.index >= row]
+            moved = [(each, "_index", each.index - 1 if each.index > row else GONE) for each in others]
+            set_together((self, "_bodies", bodies), (self, "contacts", contacts), *moved)
+
     def _properties(self, kind: str, given: dict[str, float]) -> dict[str, float]:
         """Return the properties of a new body of a kind, checked."""
         properties = properties_of(kind, given)
@@ -305,7 +388,9 @@ class World:
         if not fault:
             fault, body = self._run(h, steps - first, substeps, begun)
         self._stable_step.note(state)
+        self._time_step = h
         if fault:
+            self._bodies.ground_impulse[:] = 0.0
             if body >= model.soft_count and self.steps == begun[0]:
                 check_pace(model, state, h, body - model.soft_count)
             advice = helpful_step(model, controls, state, settings, body)
@@ -350,7 +435,8 @@ class World:
                 fault, body = run_by_clock(*what, settings, time_step, left, clock, begun)
             else:
                 alone = model, controls, state, self._moving(bell)
-                fault, body = run_alone_by_clock(*alone, settings, time_step, left, clock, begun)
+                given = self._bodies.ground_impulse
+                fault, body = run_alone_by_clock(*alone, settings, time_step, left, clock, begun, given)
             if fault == NO_ROOM:
                 self.contacts = remembering(remembered(self.contacts), body)
             elif fault:
@@ -367,7 +453,8 @@ class World:
         has_boxes = self.model.box_count > 0
         manifold = self._manifold if has_boxes else None
         grounded = np.zeros(self.model.box_count, bool) if has_boxes else None
-        return Work(motion, self._touching(), manifold, self.state.copy(), grounded, bell.struck)
+        given = self._bodies.ground_impulse
+        return Work(motion, self._touching(), manifold, self.state.copy(), grounded, given, bell.struck)
 
     def _moving(self, bell: Bell) -> Motion:
         """Return what moves soft bodies; its memory is kept until bodies are added or threads change."""
@@ -390,12 +477,57 @@ class World:
             bodies.surfaces = build_surfaces(self.model, self.state.particle_position, self.threads)
         return bodies.surfaces
 
-    def run(self, seconds: float, time_step: float, *, substeps: int = 1, allow_unstable: bool = False) -> None:
-        """Advance by `seconds` [s] in steps of `time_step` [s], rounded to a whole number of steps; see `step`."""
+    def run(
+        self, seconds: float, time_step: float | None = None, *, substeps: int = 1, allow_unstable: bool = False
+    ) -> None:
+        """Advance by `seconds` [s], in equal steps of at most `time_step` [s]; see `step`.
+
+        They are of `time_step` itself where that goes into `seconds`. None: the world chooses, frame by frame, see
+        `step_frame`.
+        """
         seconds = check_range(seconds, "seconds", "s", least=0.0)
+        if time_step is None:
+            for _ in self.frames(seconds):
+                pass
+            return
         time_step = check_range(time_step, "time_step", "s", above=0.0)
         check_range(seconds / time_step, "seconds / time_step", most=2.0**62)
-        self.step(time_step, round(seconds / time_step), substeps=substeps, allow_unstable=allow_unstable)
+        steps, h = whole_steps(seconds, time_step)
+        self.step(h, steps, substeps=substeps, allow_unstable=allow_unstable)
+
+    def step_frame(self, seconds: float = 1.0 / 60.0, time_step: float | None = None) -> int:
+        """Advance by the time of a frame [s], however short or long; return how many steps that took.
+
+        The world chooses equal steps that end with the frame: 0.8 of the stable one, and with boxes 1/240 s, or
+        shorter. With a `time_step` [s] of your own, steps are of that length, and what is left of a frame is kept for
+        the next: so over many frames no time is lost, and results do not depend on how long each was.
+        """
+        seconds = check_range(seconds, "seconds", "s", least=0.0)
+        if time_step is not None:
+            time_step = check_range(time_step, "time_step", "s", above=0.0)
+            check_range(seconds / time_step, "seconds / time_step", most=2.0**53)
+            count = self._remainder.steps(seconds, time_step)
+            self.step(time_step, count)
+            return count
+        longest = min(OF_STABLE * self.stable_time_step(), BOX_STEP if self.model.box_count else np.inf)
+        check_range(seconds / longest, "seconds / stable_time_step", most=2.0**53)
+        count = max(1, ceil(seconds / longest)) if seconds > 0.0 else 0
+        if count:
+            self.step(seconds / count, count)
+        return count
+
+    def frames(self, seconds: float, per_second: float = 60.0, time_step: float | None = None) -> Iterator[int]:
+        """Advance by `seconds` [s] frame by frame, and yield the number of each, from 0 on, when it is done.
+
+        What is left when frames do not go into `seconds` is a last, shorter one. See `step_frame`.
+        """
+        seconds = check_range(seconds, "seconds", "s", least=0.0)
+        frame = 1.0 / check_range(per_second, "per_second", "1/s", above=0.0)
+        check_range(seconds / frame, "seconds × per_second", most=2.0**53)
+        count, even = whole_steps(seconds, frame)
+        for number in range(count):
+            self.step_frame(frame if even == frame or number < count - 1 else seconds - (count - 1) * frame, time_step)
+            yield number
 
     def stable_time_step(self) -> float:
         """Return a time step [s] that is stable for every soft body as it is now; inf if there is none.
@@ -453,7 +585,7 @@ class World:
         parts = Parts(model, controls, state, rings_of(model, PRECISIONS[precision]))
         contacts = remembering(cache, FIRST_ROOM)
         self._take(parts)
-        self.contacts, self.settings, self.precision = contacts, settings, precision
+        self.contacts, self.settings, self._precision = contacts, settings, precision
         self.steps, self.time = steps, time
         self._stable_step, self._bodies.is_fresh = StableStep(), False
 
@@ -537,6 +669,26 @@ class World:
         That is, Σ f·x of the forces on particles; forces on boxes are not in it.
         """
         return total_energy(self.model, self.controls, self.state)
+
+    def energies(self) -> Energies:
+        """Return the energy [J] of every body that can move, by kind: kinetic, spring, gas, gravity, external.
+
+        Of gas it is what it gives when it expands from here to its mesh's volume as it was added (less than 0 if it is
+        larger): −nRT ln(V / V0). Only differences of the last three mean something, and `total` is the sum.
+        """
+        model, controls = self.model, self.controls
+        spring, gas, gravity, external = potential_energies(model, controls, self.state)
+        filled = controls.soft_gas > 0.0
+        gas += float((controls.soft_gas[filled] * np.log(model.soft_mesh_volume[filled])).sum())
+        return Energies(kinetic_energy(model, self.state), spring, gas, gravity, external)
+
+    def contact_points(self) -> ContactPoints:
+        """Return what touched what in the last step, where and how hard, as arrays: see `ContactPoints`.
+
+        Two calls tell what began and ended: `now.pairs() - before.pairs()`.
+        """
+        given = self._bodies.ground_impulse
+        return contact_points(self.model, self.state.particle_position, self.contacts, given, self._time_step)
 
     def linear_momentum(self) -> np.ndarray:
         """Return Σ m v (3,) [kg m/s]."""

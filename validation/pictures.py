@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from softbody import Camera, Recorder, SoftBody, World
+from softbody import Camera, Recorder, World
 from softbody.scenes import (
     ball_drop,
     box_pile,
@@ -76,4 +76,4 @@ def make_picture(scene: Scene, folder: Path) -> Picture:
 
 def following(camera: Camera, world: World) -> Camera:
     """Return the camera, moved along x as the first body is."""
-    return camera.moved(np.array([SoftBody(world, 0).centre[0], 0.0, 0.0]))
+    return camera.moved(np.array([world.soft_bodies[0].centre[0], 0.0, 0.0]))

@@ -216,6 +216,13 @@ def remembering(cache: ImpulseCache, least_room: int) -> Contacts:
     return contacts
 
 
+def without_box(cache: ImpulseCache, box: int) -> ImpulseCache:
+    """Return what `remembered` gave, without the contacts of one box: those after it are one number lower."""
+    kept = (cache.box != box).all(axis=1)
+    left = ImpulseCache(np.array([kept.sum()]), *(rows[kept] for rows in cache[1:]))
+    return left._replace(box=left.box - (left.box > box))
+
+
 @jit
 def with_room(contacts: Contacts, kept: int) -> Contacts:
     """Return the first `kept` contacts and the cache, with room for twice as many contacts as were found."""

@@ -2,12 +2,29 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from softbody.dynamics.plain_forces import spring_energy
 from softbody.dynamics.pressure import gas_energy, soft_volume
 from softbody.jit import jit
 from softbody.quaternion import load_quaternion, rotate_diagonal
 from softbody.state import Controls, Model, State
 from softbody.vec import Vec, add, cross, dot, load, scale
+
+
+class Energies(NamedTuple):
+    """Energy [J] of every body that can move, by kind. Only differences mean something, but of the first two."""
+
+    kinetic: float  # ½ Σ m v² + ½ Σ ω·Iω
+    spring: float  # ½ Σ k (l − l0)²
+    gas: float  # −Σ nRT ln(V / V0), what the gas can be made to do: V0 is stated where they come from
+    gravity: float  # −Σ m g·x
+    external: float  # −Σ f·x of the forces on particles; forces on boxes are not in it
+
+    @property
+    def total(self) -> float:
+        """The sum of all [J]."""
+        return sum(self)
 
 
 @jit
@@ -27,29 +44,36 @@ def kinetic_energy(model: Model, state: State) -> float:
 
 
 @jit
-def potential_energy(model: Model, controls: Controls, state: State) -> float:
-    """Return ½ Σ k (l − l0)² − Σ nRT ln V − Σ m g·x − Σ f·x [J] of all that can move; f are forces on particles."""
-    energy = 0.0
+def potential_energies(model: Model, controls: Controls, state: State) -> tuple[float, float, float, float]:
+    """Return the energy [J] of springs, of gas against 1 m³, in gravity and in external forces; see `Energies`."""
+    spring = gas = gravity = external = 0.0
     for body in range(model.soft_count):
         edges = slice(model.soft_edge_start[body], model.soft_edge_start[body + 1])
-        energy += spring_energy(
+        spring += spring_energy(
             state.particle_position,
             model.edge_particles[edges],
             model.edge_rest_length[edges],
             model.edge_stiffness[edges],
         )
         if controls.soft_gas[body] > 0.0:
-            energy += gas_energy(controls.soft_gas[body], soft_volume(model, state.particle_position, body))
+            gas += gas_energy(controls.soft_gas[body], soft_volume(model, state.particle_position, body))
     g = controls.gravity[0], controls.gravity[1], controls.gravity[2]
     for i in range(state.particle_position.shape[0]):
         if model.particle_inverse_mass[i] > 0.0:
-            energy -= dot(g, load(state.particle_position, i)) / model.particle_inverse_mass[i]
+            gravity -= dot(g, load(state.particle_position, i)) / model.particle_inverse_mass[i]
             if controls.particle_force.shape[0] > 0:
-                energy -= dot(load(controls.particle_force, i), load(state.particle_position, i))
+                external -= dot(load(controls.particle_force, i), load(state.particle_position, i))
     for i in range(state.box_position.shape[0]):
         if model.box_inverse_mass[i] > 0.0:
-            energy -= dot(g, load(state.box_position, i)) / model.box_inverse_mass[i]
-    return energy
+            gravity -= dot(g, load(state.box_position, i)) / model.box_inverse_mass[i]
+    return spring, gas, gravity, external
+
+
+@jit
+def potential_energy(model: Model, controls: Controls, state: State) -> float:
+    """Return all energy [J] but the kinetic."""
+    spring, gas, gravity, external = potential_energies(model, controls, state)
+    return spring + gas + gravity + external
 
 
 @jit

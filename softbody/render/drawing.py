@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softbody.bodies import Box, SoftBody
 from softbody.errors import ParameterError
-from softbody.mesh import Mesh, box
+from softbody.mesh import Mesh
+from softbody.mesh import box as box_mesh
 from softbody.parameters import check_range, shown
 from softbody.render.camera import Camera, framing
 from softbody.render.colour_map import palette_of
 from softbody.render.quantities import QUANTITIES
 from softbody.render.rasteriser import Thing
 from softbody.render.shadow import SLANT
+from softbody.rigid_box import Box
 from softbody.settings import check_name
+from softbody.soft_body import SoftBody
 
 if TYPE_CHECKING:
     from softbody.world import World
@@ -61,8 +64,7 @@ class Drawing:
     def things(self) -> list[Thing]:
         """Return everything as meshes: soft bodies, then boxes; raises ParameterError for what is nowhere."""
         world = self._world
-        bodies = [SoftBody(world, i) for i in range(world.model.soft_count)]
-        boxes = [self._box(i) for i in range(world.model.box_count)]
+        bodies, boxes = world.soft_bodies, [self._box(each) for each in world.boxes]
         things = [*(self._by_quantity(bodies) if self._colour in QUANTITIES else map(self._soft, bodies)), *boxes]
         for i, thing in enumerate(things):
             if not np.isfinite(thing.vertices).all():
@@ -70,7 +72,7 @@ class Drawing:
                 raise ParameterError(f"{what} has a position that is not finite, so that it cannot be drawn")
         return things
 
-    def _by_quantity(self, bodies: list[SoftBody]) -> list[Thing]:
+    def _by_quantity(self, bodies: Sequence[SoftBody]) -> list[Thing]:
         """Return soft bodies, coloured by a quantity."""
         values = [QUANTITIES[self._colour](body) for body in bodies]
         least, greatest = self._range or _range_of(values)
@@ -88,14 +90,13 @@ class Drawing:
             self._stripes[body.index] = stripes_of(body)
         return Thing(body.positions, body.triangles, striped(colour), along=HALF + self._stripes[body.index])
 
-    def _box(self, i: int) -> Thing:
-        model = self._world.model
-        size = model.box_size[i]
+    def _box(self, box: Box) -> Thing:
+        size = box.size
         mesh, longest = _box_mesh(*size.tolist()), int(size.argmax())
-        place = placed(mesh.vertices, Box(self._world, i))
-        if model.box_inverse_mass[i] == 0.0 or self._colour in QUANTITIES:
+        place = placed(mesh.vertices, box)
+        if box.mass is None or self._colour in QUANTITIES:
             return Thing(place, mesh.triangles, STATIC, smooth=False)
-        colour = COLOURS[(model.soft_count + i) % len(COLOURS)]
+        colour = COLOURS[(self._world.model.soft_count + box.index) % len(COLOURS)]
         if self._colour == "plain":
             return Thing(place, mesh.triangles, colour, smooth=False)
         ribbon = RIBBON * size[longest] - np.abs(mesh.vertices[:, longest])
@@ -134,7 +135,7 @@ def stripes_of(body: SoftBody) -> np.ndarray:
 
 @lru_cache(maxsize=256)
 def _box_mesh(width: float, depth: float, height: float) -> Mesh:
-    return box((width, depth, height), 2)
+    return box_mesh((width, depth, height), 2)
 
 
 def placed(vertices: np.ndarray, where: Box) -> np.ndarray:

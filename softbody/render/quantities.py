@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from softbody.bodies import SoftBody
+from softbody.soft_body import SoftBody
 
 UNITS = {"pressure": "Pa", "strain": "", "speed": "m/s"}
 
@@ -18,19 +18,8 @@ def pressure(body: SoftBody) -> np.ndarray:
 
 def strain(body: SoftBody) -> np.ndarray:
     """Return the mean strain (n,) of the springs that meet in each vertex: positive where they are stretched."""
-    ends, each = spring_strains(body)
-    count = len(body.positions)
-    total = np.bincount(ends.ravel(), np.repeat(each, 2), count)
-    return total / np.bincount(ends.ravel(), minlength=count)
-
-
-def spring_strains(body: SoftBody) -> tuple[np.ndarray, np.ndarray]:
-    """Return the ends (e, 2) of a body's springs, as rows of its positions, and their strains l / l₀ − 1 (e,)."""
-    model, positions = body.world.model, body.positions
-    edges = slice(*model.soft_edge_start[body.index : body.index + 2])
-    ends = model.edge_particles[edges] - model.soft_particle_start[body.index]
-    length = np.linalg.norm(positions[ends[:, 1]] - positions[ends[:, 0]], axis=1)
-    return ends, length / model.edge_rest_length[edges] - 1.0
+    ends, count = body.edges.ravel(), len(body.positions)
+    return np.bincount(ends, np.repeat(body.strain, 2), count) / np.bincount(ends, minlength=count)
 
 
 def speed(body: SoftBody) -> np.ndarray:

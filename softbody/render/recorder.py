@@ -43,7 +43,7 @@ def picture(
 class Recorder:
     """A film of a world, frame by frame, to a looping .webp, an .mp4, or a folder of PNG pictures, as `path` says.
 
-    `with Recorder(world, "film.webp") as film: film.run(seconds=2.0, time_step=1e-3)`, or `film.frame()` wherever one
+    `with Recorder(world, "film.webp") as film: film.run(seconds=2.0)`, or `film.frame()` wherever one
     is to be taken. `frames_per_second` is how fast the film is shown, and how often `run` takes a frame.
 
     `camera`: a Camera, a function of the world that returns one for each frame, or None for one that frames the scene
@@ -117,13 +117,22 @@ class Recorder:
             raise ParameterError("no frame was taken yet; call frame() or run() first")
         save_picture(picture_path(path), self._pixels)
 
-    def run(self, seconds: float, time_step: float, *, substeps: int = 1, allow_unstable: bool = False) -> None:
+    def run(
+        self, seconds: float, time_step: float | None = None, *, substeps: int = 1, allow_unstable: bool = False
+    ) -> None:
         """Advance the world as `World.run` does, and take a frame whenever it is time for one.
 
-        Frame k is that of the step nearest to k / frames_per_second since the first; the first is taken at once.
-        Raises ParameterError for a time step that is longer than a frame stays.
+        Without a `time_step` the world chooses it from frame to frame. With one, frame k is that of the
+        step nearest to k / frames_per_second since the first; the first is taken at once. Raises ParameterError for a
+        time step that is longer than a frame stays.
         """
         seconds = check_range(seconds, "seconds", "s", least=0.0)
+        if time_step is None:
+            if self.frames == 0:
+                self.frame()
+            for _ in self._world.frames(seconds, self._rate):
+                self.frame()
+            return
         h = check_range(time_step, "time_step", "s", above=0.0, most=1.0 / self._rate)
         last = self._world.steps + round(seconds / h)
         if self.frames == 0:

@@ -41,7 +41,8 @@ class WebpFilm:
         start = self._end
         frame = place + _three(milliseconds) + struct.pack("<B", OPAQUE) + self._compressed(part)
         self._add(_chunk(b"ANMF", frame))
-        self._before, self._stale, self._last = picture, changed, start
+        self._stale = changed if self._before is not None else None
+        self._before, self._last = picture, start
 
     def end(self, milliseconds: int) -> None:
         """Make a file of the frames so far, the last of which stays for so long."""

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from softbody.bodies import SoftBody
 from softbody.settings import INTEGRATORS, check_name
 
 if TYPE_CHECKING:
+    from softbody.rigid_box import Box
+    from softbody.soft_body import SoftBody
     from softbody.world import World
 
 
@@ -26,44 +27,40 @@ class Slider(NamedTuple):
 
 def scale_stiffness(world: World, start: World, exponent: float) -> None:
     """Make all springs 2^exponent times as stiff as they were at the start."""
-    model = start.model
-    for i in range(model.soft_count):
-        edges = slice(*model.soft_edge_start[i : i + 2])
-        SoftBody(world, i).set_springs(stiffness=model.edge_stiffness[edges] * 2.0**exponent)
+    for body, was in zip(world.soft_bodies, start.soft_bodies):
+        body.set_springs(stiffness=was.stiffness * 2.0**exponent)
 
 
 def scale_gas(world: World, start: World, exponent: float) -> None:
     """Let all bodies have 2^exponent times the gas of the start."""
-    for i in range(start.model.soft_count):
-        SoftBody(world, i).gas = float(start.controls.soft_gas[i]) * 2.0**exponent
+    for body, was in zip(world.soft_bodies, start.soft_bodies):
+        body.gas = was.gas * 2.0**exponent
 
 
 def set_gravity(world: World, start: World, size: float) -> None:
     """Let gravity be `size` [m/s²], the way it was at the start, or down where there was none."""
-    was = start.controls.gravity
+    was = start.gravity
     length = float(np.linalg.norm(was))
     down = was / length if length > 0.0 else np.array([0.0, 0.0, -1.0])
-    world.controls = world.controls._replace(gravity=size * down)
+    world.gravity = size * down
 
 
 def set_friction(world: World, start: World, value: float) -> None:
     """Let everything have the same coefficient of friction."""
-    _set_everywhere(world, "friction", value)
+    for body in _all(world):
+        body.friction = value
+    world.model = world.model._replace(ground_friction=value)
 
 
 def set_restitution(world: World, start: World, value: float) -> None:
     """Let everything have the same coefficient of restitution."""
-    _set_everywhere(world, "restitution", value)
+    for body in _all(world):
+        body.restitution = value
+    world.model = world.model._replace(ground_restitution=value)
 
 
-def _set_everywhere(world: World, what: str, value: float) -> None:
-    values: dict[str, Any] = {f"{kind}_{what}": np.full(count, value) for kind, count in _counts(world).items()}
-    values[f"ground_{what}"] = value
-    world.model = world.model._replace(**values)
-
-
-def _counts(world: World) -> dict[str, int]:
-    return {"soft": world.model.soft_count, "box": world.model.box_count}
+def _all(world: World) -> list[SoftBody | Box]:
+    return [*world.soft_bodies, *world.boxes]
 
 
 SLIDERS = {
@@ -77,15 +74,13 @@ SLIDERS = {
 
 def shown_at_start(world: World) -> dict[str, float]:
     """Return what each slider shows before anybody has moved it: of what differs from body to body, the mean."""
-    model, counts = world.model, sum(_counts(world).values())
-    frictions = np.concatenate([model.soft_friction, model.box_friction])
-    restitutions = np.concatenate([model.soft_restitution, model.box_restitution])
+    bodies = _all(world)
     return {
         "stiffness": 0.0,
         "gas": 0.0,
-        "gravity": float(np.linalg.norm(world.controls.gravity)),
-        "friction": float(frictions.mean()) if counts else 0.0,
-        "restitution": float(restitutions.mean()) if counts else 0.0,
+        "gravity": float(np.linalg.norm(world.gravity)),
+        "friction": float(np.mean([body.friction for body in bodies])) if bodies else 0.0,
+        "restitution": float(np.mean([body.restitution for body in bodies])) if bodies else 0.0,
     }
 
 

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from softbody.bodies import SoftBody
 from softbody.dynamics.energy import kinetic_energy
 from softbody.render.quantities import QUANTITIES
 
@@ -33,7 +32,7 @@ class Frame(NamedTuple):
 
 def frame_of(world: World, quantity: str | None = None, pull: np.ndarray | None = None) -> Frame:
     """Return what is shown of a world now, with a quantity of QUANTITIES for each vertex if it is named."""
-    bodies = [SoftBody(world, i) for i in range(world.model.soft_count)]
+    bodies = world.soft_bodies
     return Frame(
         world.time,
         [body.positions.astype(np.float32) for body in bodies],
@@ -50,8 +49,6 @@ def frame_of(world: World, quantity: str | None = None, pull: np.ndarray | None 
 
 def contact_points(world: World) -> np.ndarray:
     """Return where bodies touch (c, 3) [m]: contacts of the last step, and particles that lie on the ground."""
-    contacts, positions = world.contacts, world.state.particle_position
-    found = min(int(contacts.number[0]), len(contacts.depth))
-    touching = contacts.point[:found][contacts.depth[:found] >= 0.0]
+    touching, positions = world.contact_points().point, world.state.particle_position
     lying = positions[positions[:, 2] <= world.model.ground_height + TOUCHING]
     return np.concatenate([touching, lying])

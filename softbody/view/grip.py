@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softbody.bodies import Box, SoftBody
+from softbody.rigid_box import Box
+from softbody.soft_body import SoftBody
 
 if TYPE_CHECKING:
     from softbody.world import World
@@ -54,18 +55,17 @@ class Grip:
         """Let the spring act as it is stretched now; it stays so until it pulls again."""
         if isinstance(self._body, SoftBody):
             body, rows = self._body, self._rows
-            force = self._force(body.positions[rows].mean(axis=0), body.velocities[rows].mean(axis=0), _mass(body))
+            force = self._force(body.positions[rows].mean(axis=0), body.velocities[rows].mean(axis=0), body.mass)
             forces = self._before[0].copy()
             forces[rows] += force / len(rows)
             body.external_force = forces
         elif self._body is not None:
             box = self._body
-            inverse = float(self._world.model.box_inverse_mass[box.index])
-            if inverse == 0.0:
+            if box.mass is None:
                 return
             arm = _turned(box.orientation, self._arm)
             velocity = box.velocity + np.cross(box.angular_velocity, arm)
-            force = self._force(box.position + arm, velocity, 1.0 / inverse)
+            force = self._force(box.position + arm, velocity, box.mass)
             self._act_on_box(box, self._before[0] + force, self._before[1] + np.cross(arm, force))
 
     def let_go(self) -> None:
@@ -94,13 +94,6 @@ class Grip:
         box.clear_forces()
         box.apply_force(force)
         box.apply_torque(torque)
-
-
-def _mass(body: SoftBody) -> float:
-    """Return the mass [kg] of a soft body's particles that can move."""
-    model, index = body.world.model, body.index
-    inverse = model.particle_inverse_mass[slice(*model.soft_particle_start[index : index + 2])]
-    return float((1.0 / inverse[inverse > 0.0]).sum())
 
 
 def _conjugate(q: np.ndarray) -> np.ndarray:

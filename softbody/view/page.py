@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from softbody.bodies import SoftBody
 from softbody.render.camera import VIEW
 from softbody.render.colour_map import SHADES, palette_of
 from softbody.render.drawing import COLOURS, STATIC, Drawing, framed
 from softbody.render.quantities import QUANTITIES, UNITS
 from softbody.settings import INTEGRATORS
+from softbody.soft_body import SoftBody
 from softbody.view.adjustments import SLIDERS, shown_at_start
 from softbody.view.bands import LEVELS, bands_of
 from softbody.view.frame import Frame

@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softbody.bodies import Box, SoftBody
 from softbody.errors import ParameterError, SimulationError
+from softbody.pace import BOX_STEP, OF_STABLE
 from softbody.render.quantities import QUANTITIES
+from softbody.rigid_box import Box
 from softbody.settings import check_name
+from softbody.soft_body import SoftBody
 from softbody.view.adjustments import Adjustments
 from softbody.view.frame import Frame, frame_of
 from softbody.view.grip import Grip
@@ -20,8 +22,6 @@ from softbody.view.grip import Grip
 if TYPE_CHECKING:
     from softbody.world import World
 
-LONGEST_STEP = 1.0 / 240.0  # [s]
-OF_STABLE = 0.8  # of the stable time step: motion and contacts may ask for a shorter one
 LONGEST_CALL = 0.008  # [s] by the clock, about, that steps are taken at once: then what was asked for is done
 PULL_FOR = 1.0 / 240.0  # [s] of the world's time that a pull stays as it is
 SMOOTHING = 0.1  # of what is new, in the mean of the real-time factor
@@ -150,7 +150,7 @@ class Session:
     def _step_length(self) -> float:
         """Return the time step [s]; it is sought anew when something was changed."""
         if self._time_step is None:
-            self._time_step = smooth_time_step(self.world)
+            self._time_step = min(BOX_STEP, OF_STABLE * self.world.stable_time_step())
         return self._time_step
 
     def _frame(self) -> Frame:
@@ -158,11 +158,6 @@ class Session:
         if not self.history or frame.time >= self.history[-1][0] + EVERY:
             self.history.append((frame.time, frame.kinetic, frame.total))
         return frame
-
-
-def smooth_time_step(world: World) -> float:
-    """Return a time step [s] by which a world moves well as it is now: short enough for springs, and for boxes."""
-    return min(LONGEST_STEP, OF_STABLE * world.stable_time_step())
 
 
 def _copy_of(world: World) -> World:

@@ -91,3 +91,158 @@ def test_a_handle_of_a_body_that_is_not_there_says_so():
     ):
         with pytest.raises(ParameterError, match="0 is not in this world"):
             change()
+
+
+@pytest.fixture
+def crowd():
+    """A world of three soft bodies and three boxes, and their handles."""
+    world = World(gravity=(0.0, 0.0, -1.0))
+    world.add_ground()
+    soft = [
+        world.add_soft_body(BALL if i else SOLID, 1.0 + i, 100.0 + i, 10.0, (3.0 * i, 0.0, 0.95), friction=0.1 * i)
+        for i in range(3)
+    ]
+    boxes = [world.add_box((1.0, 1.0, 0.2), 1.0 + i, (3.0 * i, 5.0, 0.1)) for i in range(3)]
+    return world, soft, boxes
+
+
+def test_a_world_lists_its_bodies_and_handles_of_one_body_are_equal(crowd):
+    world, soft, boxes = crowd
+    assert list(world.soft_bodies) == soft
+    assert list(world.boxes) == boxes
+    assert soft[0] != soft[1]
+    assert soft[0] != boxes[0]
+    assert len({*soft, *world.soft_bodies}) == 3
+    assert repr(world).startswith("<World: 3 soft bodies of 90 particles, 3 boxes, ground at 0 m; 0 steps")
+    assert repr(soft[1]) == "<soft body 1: 42 particles, 2 kg, at (3, 0, 0.95) m>"
+    assert repr(boxes[2]) == "<box 2: (1, 1, 0.2) m, 3 kg, at (6, 5, 0.1) m>"
+
+
+@pytest.mark.parametrize("which", [0, 1, 2])
+@pytest.mark.parametrize("kind", ["soft", "box"])
+def test_a_world_without_a_body_is_one_that_never_had_it(crowd, kind, which):
+    """Bodies do not meet, so that none feels the one that is taken out."""
+    world, soft, boxes = crowd
+    world.step(2e-3, 20)
+    twin = World(gravity=(0.0, 0.0, -1.0))
+    twin.add_ground()
+    for i in range(3):
+        if (kind, i) != ("soft", which):
+            mesh = BALL if i else SOLID
+            twin.add_soft_body(mesh, 1.0 + i, 100.0 + i, 10.0, (3.0 * i, 0.0, 0.95), friction=0.1 * i)
+    for i in range(3):
+        if (kind, i) != ("box", which):
+            twin.add_box((1.0, 1.0, 0.2), 1.0 + i, (3.0 * i, 5.0, 0.1))
+    twin.step(2e-3, 20)
+    gone = (soft if kind == "soft" else boxes)[which]
+    world.remove(gone)
+    for both in (world, twin):
+        both.step(2e-3, 20)
+    assert world.state_hash() == twin.state_hash()
+    assert not gone.is_there
+    assert repr(gone).endswith("that is gone>")
+    with pytest.raises(ParameterError, match="was removed from its world"):
+        world.remove(gone)
+
+
+def test_handles_follow_their_bodies_when_others_are_removed(crowd):
+    world, soft, boxes = crowd
+    masses = soft[2].mass, boxes[2].mass
+    world.remove(soft[0])
+    world.remove(boxes[1])
+    assert (soft[2].mass, boxes[2].mass) == masses
+    assert (soft[1].index, soft[2].index, boxes[0].index, boxes[2].index) == (0, 1, 0, 1)
+    later = world.add_box((1.0, 1.0, 1.0), 9.0, (0.0, 20.0, 0.0))
+    assert (later.index, later.mass) == (2, 9.0)
+
+
+def test_a_body_of_another_world_cannot_be_removed(crowd):
+    world, soft, _ = crowd
+    with pytest.raises(ParameterError, match="is no body of this world"):
+        World().remove(soft[0])
+    assert world.model.soft_count == 3
+
+
+def test_what_is_set_between_steps_is_checked_and_read_again(crowd):
+    _, soft, boxes = crowd
+    for body, names in (
+        (soft[1], ("damping", "drag", "restitution", "friction", "deflated_below")),
+        (
+            boxes[1],
+            ("restitution", "friction"),
+        ),
+    ):
+        for name in names:
+            setattr(body, name, 0.25)
+            assert getattr(body, name) == 0.25
+            with pytest.raises(ParameterError, match=f"^{name} is -1"):
+                setattr(body, name, -1.0)
+    assert soft[0].damping == soft[2].damping == 0.0
+    assert boxes[2].friction == 0.5
+
+
+def test_drag_that_is_set_slows_from_the_next_step_on():
+    world = World(gravity=(0.0, 0.0, 0.0))
+    body = world.add_soft_body(SOLID, 1.0, 10.0, 0.0, velocity=(1.0, 0.0, 0.0))
+    world.step(0.01, 100)
+    assert body.velocity[0] == pytest.approx(1.0)
+    body.drag = 1.0
+    world.step(0.01, 100)
+    assert body.velocity[0] == pytest.approx(np.exp(-1.0), rel=0.01)
+
+
+def test_particles_are_pinned_and_let_go():
+    world = World()
+    body = world.add_soft_body(SOLID, 6.0, 100.0, 0.0, velocity=(0.0, 0.0, 1.0))
+    body.fixed = [4, 5]
+    assert body.fixed.tolist() == [4, 5]
+    assert (body.velocities[[4, 5]] == 0.0).all()
+    kept = body.positions[[4, 5]].copy()
+    world.step(1e-3, 50)
+    assert (body.positions[[4, 5]] == kept).all()
+    body.fixed = ()
+    assert body.mass == pytest.approx(6.0)
+    before = 6.0 * body.velocity
+    world.step(1e-3, 10)
+    assert 6.0 * body.velocity - before == pytest.approx(np.array([0.0, 0.0, -6.0 * 9.81 * 0.01]), abs=1e-12)
+    with pytest.raises(ParameterError, match="every vertex is fixed"):
+        body.fixed = range(6)
+
+
+def test_positions_and_velocities_may_be_assigned(crowd):
+    _, soft, boxes = crowd
+    shape = soft[0].positions.copy()
+    soft[0].positions += (0.0, 0.0, 2.0)
+    assert (soft[0].positions == shape + (0.0, 0.0, 2.0)).all()
+    soft[0].velocities = (1.0, 2.0, 3.0)
+    assert soft[0].velocity.tolist() == [1.0, 2.0, 3.0]
+    boxes[0].position, boxes[0].velocity = (1.0, 1.0, 1.0), (0.0, 0.0, 1.0)
+    boxes[0].orientation, boxes[0].angular_velocity = (0.0, 1.0, 0.0, 0.0), (0.0, 2.0, 0.0)
+    assert boxes[0].position.tolist() == [1.0, 1.0, 1.0]
+    assert boxes[0].orientation.tolist() == [0.0, 1.0, 0.0, 0.0]
+    for body, name, value in (
+        (soft[0], "positions", np.nan),
+        (soft[0], "velocities", np.zeros((2, 3))),
+        (boxes[0], "position", (0.0, 1.0)),
+        (boxes[0], "orientation", (1.0, 1.0, 0.0, 0.0)),
+    ):
+        with pytest.raises(ParameterError, match=name):
+            setattr(body, name, value)
+
+
+def test_a_static_box_stays_at_rest():
+    wall = World().add_box((1.0, 1.0, 1.0), None)
+    assert wall.mass is None
+    with pytest.raises(ParameterError, match="velocity of static box 0 stays zero"):
+        wall.velocity = (1.0, 0.0, 0.0)
+    wall.position = (1.0, 0.0, 0.0)
+    assert repr(wall) == "<box 0: (1, 1, 1) m, static, at (1, 0, 0) m>"
+
+
+def test_strain_and_springs_by_hand():
+    body = World().add_soft_body(SOLID, 1.0, 10.0, 0.0, rest_length=1.0)
+    assert body.strain == pytest.approx(np.full(12, np.sqrt(2.0) - 1.0))
+    assert body.stiffness.tolist() == [10.0] * 12
+    assert body.edges.max() == 5
+    with pytest.raises(ValueError, match="read-only"):
+        body.rest_length[0] = 2.0

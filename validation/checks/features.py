@@ -13,7 +13,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import softbody
-from softbody import Mesh, SoftBody, World, bodies, guards, mesh, parameters, snapshot, step, world
+from softbody import Mesh, SoftBody, World, guards, mesh, parameters, rigid_box, snapshot, soft_body, step, world
 from softbody.collision import broad_phase
 from softbody.dynamics import ring_forces, soft_bodies, vertex_rings
 from softbody.geometry import MeshQuery, box, query
@@ -47,13 +47,13 @@ SHAPES = {
     faults=(
         Fault(
             "rest lengths that are not changed",
-            bodies.SoftBody.set_springs,
+            soft_body.SoftBody.set_springs,
             "lengths[edges_] = rest_length_of(rest_length_, count_)",
             "lengths[edges_] = lengths[edges_]",
         ),
         Fault(
             "springs set on the edges next to those asked",
-            bodies.SoftBody.set_springs,
+            soft_body.SoftBody.set_springs,
             "stiffness_of(stiffness_, count_)",
             "np.roll(stiffness_of(stiffness_, count_), 1)",
         ),
@@ -71,7 +71,7 @@ SHAPES = {
         ),
         Fault(
             "forces of the first body, whichever is asked",
-            bodies.SoftBody,
+            soft_body.SoftBody,
             "self.world.controls.particle_force[self._rows()] = f_",
             "self.world.controls.particle_force[: len(self.positions)] = f_",
         ),
@@ -246,25 +246,25 @@ def _volume(body: SoftBody) -> float:
     faults=(
         Fault(
             "an arm from the origin",
-            bodies.Box.apply_force,
+            rigid_box.Box.apply_force,
             'vector(point, "point") - self.position',
             'vector(point, "point")',
         ),
         Fault(
             "a force that replaces the one before",
-            bodies.Box.apply_force,
+            rigid_box.Box.apply_force,
             "force_[self._row()] += n_",
             "force_[self._row()] = n_",
         ),
         Fault(
             "torques that are not cleared",
-            bodies.Box.clear_forces,
+            rigid_box.Box.clear_forces,
             "self.world.controls.box_torque[self._row()] = 0.0",
             "",
         ),
         Fault(
             "the torque of the box before",
-            bodies.Box.apply_torque,
+            rigid_box.Box.apply_torque,
             "self.world.controls.box_torque[self._row()] += t_",
             "self.world.controls.box_torque[self._row() - 1] += t_",
         ),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from softbody.dynamics import energy, plain_forces
 from validation.cases import MESH_KINDS, edge_lengths, random_mesh, random_orientations
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
+
+if TYPE_CHECKING:
+    from references.accounts import Accounts
 
 FAMILY = "what users set and ask"
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process
@@ -22,6 +25,7 @@ class Told(NamedTuple):
     """A World of everything, what it says of itself, and what the judge makes of what it was told."""
 
     energy: tuple[float, float, float]  # [J] the World's, the judge's, and the sum of the sizes of all parts
+    energies: tuple[np.ndarray, np.ndarray, float]  # [J] by kinds (5,): the World's, the judge's, and as before
     momentum: tuple[np.ndarray, np.ndarray, float]
     angular_momentum: tuple[np.ndarray, np.ndarray, float]
 
@@ -33,6 +37,7 @@ def told(rng: np.random.Generator) -> Told:
     gravity = rng.normal(0.0, 5.0, 3)
     world = World(gravity=gravity)
     parts, stretched = [], []
+    kinds = np.zeros(5)
     for _ in range(int(rng.integers(1, 4))):
         mesh, mass = random_mesh(str(rng.choice(MESH_KINDS)), rng).moved(rng.normal(0.0, 5.0, 3)), rng.uniform(0.3, 3.0)
         count, gas = len(mesh.vertices), float(rng.choice([0.0, rng.uniform(5.0, 50.0)]))
@@ -49,6 +54,10 @@ def told(rng: np.random.Generator) -> Told:
         parts.append(accounts.of_particles(*held, gravity, force[free]))
         springs = mesh.edges, edge_lengths(mesh.vertices, mesh.edges), stiffness
         stretched.append(scipy.energy(body.positions, *springs, mesh.triangles, gas))
+        spring = scipy.energy(body.positions, *springs, mesh.triangles, 0.0)
+        full = scipy.energy(mesh.vertices, *springs, mesh.triangles, gas)
+        pushed = -float((force[free] * body.positions[free]).sum())
+        kinds += _kinds(parts[-1], spring, stretched[-1] - spring - full, pushed)
     for _ in range(int(rng.integers(0, 4))):
         size, mass, place = rng.uniform(0.2, 2.0, 3), rng.uniform(0.1, 10.0), rng.normal(0.0, 5.0, 3)
         turn = random_orientations(rng, 1)
@@ -58,13 +67,60 @@ def told(rng: np.random.Generator) -> Told:
         velocity, spin = rng.normal(size=(2, 1, 3))
         world.add_box(size, mass, place, turn[0], velocity[0], spin[0])
         parts.append(accounts.of_boxes(size[None], np.array([mass]), place[None], turn, velocity, spin, gravity))
+        kinds += _kinds(parts[-1])
     energies = [part.energy for part in parts] + stretched
     momenta, turns = (np.array(rows) for rows in zip(*((part.momentum, part.angular_momentum) for part in parts)))
     return Told(
         (world.energy(), sum(energies), float(np.abs(energies).sum())),
+        (np.array(world.energies()), kinds, float(np.abs(energies).sum() + np.abs(kinds).sum())),
         (world.linear_momentum(), momenta.sum(axis=0), float(np.linalg.norm(momenta, axis=1).sum())),
         (world.angular_momentum(), turns.sum(axis=0), float(np.linalg.norm(turns, axis=1).sum())),
     )
+
+
+def _kinds(part: Accounts, spring: float = 0.0, gas: float = 0.0, external: float = 0.0) -> np.ndarray:
+    """Return the energies (5,) [J] of one body by kinds, in the order of `World.energies`."""
+    return np.array([part.kinetic, spring, gas, part.energy - part.kinetic - external, external])
+
+
+@check(
+    family=FAMILY,
+    claim="The energy that a World tells by kinds is kinetic, of springs, of gas against its mesh's volume, of weight"
+    " and of forces, each by itself: of unlike soft bodies, pinned and pushed, and boxes, some of them static.",
+    section="2, 5.2",
+    piece="softbody.World.energies",
+    reference=REFERENCE,
+    engines=("scipy",),
+    unit="of the parts' sizes",
+    tolerance=1e-13,
+    because="as of the energy as a whole",
+    detects="a kind that is another, a gas against another volume, static boxes counted",
+    faults=(
+        Fault("gas against 1 m³", World.energies, "np.log(model.soft_mesh_volume[filled])", "0.0 * filled[filled]"),
+        Fault(
+            "a gas that is compressed by expanding",
+            World.energies,
+            "gas += float(g_)",
+            "gas -= float(g_)",
+        ),
+        Fault(
+            "spring and gas interchanged",
+            World.energies,
+            "spring, gas, gravity, external = p_",
+            "gas, spring, gravity, external = p_",
+        ),
+        Fault(
+            "weight told with the forces",
+            energy.potential_energies,
+            "external -= dot(load(f_, i), x_)",
+            "gravity -= dot(load(f_, i), x_)",
+        ),
+    ),
+)
+def energies_by_kinds(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    ours, theirs, sizes = zip(*(told(rng).energies for _ in range(run.count(20, 100, 1_000))))
+    return Comparison(np.array(ours), np.array(theirs), np.array(sizes))
 
 
 @check(
@@ -82,17 +138,17 @@ def told(rng: np.random.Generator) -> Told:
     faults=(
         Fault("springs without their half", plain_forces.spring_energy, "0.5 * k_ * s_ * s_", "k_ * s_ * s_"),
         Fault(
-            "boxes without weight", energy.potential_energy, "energy -= dot(g, load(state.box_position, i)) / m_", ""
+            "boxes without weight", energy.potential_energies, "gravity -= dot(g, load(state.box_position, i)) / m_", ""
         ),
         Fault(
             "forces that give energy for going along with them",
-            energy.potential_energy,
-            "energy -= dot(load(f_, i), x_)",
-            "energy += dot(load(f_, i), x_)",
+            energy.potential_energies,
+            "external -= dot(load(f_, i), x_)",
+            "external += dot(load(f_, i), x_)",
         ),
         Fault(
             "gas of the first body's volume",
-            energy.potential_energy,
+            energy.potential_energies,
             "soft_volume(model_, position_, body)",
             "soft_volume(model_, position_, 0)",
         ),
@@ -150,8 +206,8 @@ def momenta_are_all_of_them(run: Run) -> Comparison:
     rng = run.fresh_rng()
     ours, theirs, sizes, kinds = [], [], [], []
     for _ in range(run.count(20, 100, 1_000)):
-        world = told(rng)
-        for kind, (one, other, size) in zip(("momentum", "angular momentum"), world[1:]):
+        what = told(rng)
+        for kind, (one, other, size) in zip(("momentum", "angular momentum"), what[2:]):
             ours.append(one)
             theirs.append(other)
             sizes.append(size)

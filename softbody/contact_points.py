@@ -1,0 +1,98 @@
+"""What touches what, where and how hard? The contacts of the last step, as a user reads them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from softbody.bodies import Body
+from softbody.collision.contact import NOBODY, Contacts
+from softbody.state import Model
+
+GROUND = -1
+
+
+@dataclass(frozen=True, eq=False)
+class ContactPoints:
+    """The contacts of a World in its last step, a row each; all arrays are copies.
+
+    Bodies go by numbers: soft bodies first, as they were added, then boxes; −1 is the ground, which is always b. What
+    neither overlaps nor has given an impulse is not listed.
+    """
+
+    a: np.ndarray  # (c,) number of one body
+    b: np.ndarray  # (c,) of the other, or −1
+    point: np.ndarray  # (c, 3) [m] half-way between the surfaces
+    normal: np.ndarray  # (c, 3) unit, from b to a
+    depth: np.ndarray  # (c,) [m] before the step's response
+    impulse: np.ndarray  # (c, 3) [N s] on a in the step, friction included; −impulse on b
+    restitution: np.ndarray  # (c,) of the pair
+    friction: np.ndarray  # (c,) Coulomb coefficient of the pair
+    first_box: int  # number of the first box: how many soft bodies there are
+    time_step: float  # [s] of the step
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self.a)
+
+    def of(self, body: Body, other: Body | None = None) -> ContactPoints:
+        """Return those that a body has, with an `other` one, or with any."""
+        rows = self._has(body) & (self._has(other) if other is not None else True)
+        arrays = {name: value[rows] for name, value in vars(self).items() if isinstance(value, np.ndarray)}
+        return replace(self, **arrays)  # type: ignore[arg-type]
+
+    def force_on(self, body: Body) -> np.ndarray:
+        """Return the total force (3,) [N] of all contacts on a body, as a mean over the step."""
+        number = self._number(body)
+        impulse = self.impulse[self.a == number].sum(axis=0) - self.impulse[self.b == number].sum(axis=0)
+        return impulse / self.time_step if self.time_step > 0.0 else impulse
+
+    def pairs(self) -> set[tuple[int, int]]:
+        """Return the pairs of numbers that touch, the smaller one first but for the ground, which is last."""
+        ordered = (
+            np.where(self.b == GROUND, self.a, np.minimum(self.a, self.b)),
+            np.where(self.b == GROUND, self.b, np.maximum(self.a, self.b)),
+        )
+        return set(zip(ordered[0].tolist(), ordered[1].tolist(), strict=True))
+
+    def _has(self, body: Body) -> np.ndarray:
+        number = self._number(body)
+        return (self.a == number) | (self.b == number)
+
+    def _number(self, body: Body) -> int:
+        return body.index + (self.first_box if body.kind == "box" else 0)
+
+
+def contact_points(
+    model: Model, position: np.ndarray, contacts: Contacts, ground_impulse: np.ndarray, time_step: float
+) -> ContactPoints:
+    """Return the contacts of a step of `time_step` [s], and those of particles, at `position`, with the ground.
+
+    `ground_impulse` (n, 3) [N s] on each particle: where there is none, none touches.
+    """
+    found = slice(0, int(contacts.number[0]))
+    rows = np.flatnonzero((contacts.depth[found] > 0.0) | contacts.impulse[found].any(axis=1))
+    sides = _numbers(model, contacts, rows)
+    landed = np.flatnonzero(ground_impulse.any(axis=1))
+    soft = np.searchsorted(model.soft_particle_start, landed, side="right") - 1
+    up = np.tile((0.0, 0.0, 1.0), (len(landed), 1))
+    return ContactPoints(
+        np.append(sides[:, 0], soft),
+        np.append(sides[:, 1], np.full(len(landed), GROUND)),
+        np.append(contacts.point[rows], position[landed], axis=0),
+        np.append(contacts.normal[rows], up, axis=0),
+        np.append(contacts.depth[rows], np.zeros(len(landed))),
+        np.append(contacts.impulse[rows], ground_impulse[landed], axis=0),
+        np.append(contacts.restitution[rows], np.maximum(model.soft_restitution[soft], model.ground_restitution)),
+        np.append(contacts.friction[rows], np.sqrt(model.soft_friction[soft] * model.ground_friction)),
+        model.soft_count,
+        time_step,
+    )
+
+
+def _numbers(model: Model, contacts: Contacts, rows: np.ndarray) -> np.ndarray:
+    """Return the number of the body on each side (c, 2) of some contacts."""
+    box, particle = contacts.box[rows], contacts.particles[rows, :, 0]
+    soft = np.searchsorted(model.soft_particle_start, particle, side="right") - 1
+    return np.where(box != NOBODY, model.soft_count + box, np.where(particle != NOBODY, soft, GROUND))

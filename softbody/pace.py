@@ -1,0 +1,35 @@
+"""Into how many steps, and how long, is a stretch of time cut? So that it ends where it was asked to."""
+
+from __future__ import annotations
+
+from math import ceil
+
+WHOLE = 1e-12  # of their number: so far from a whole number of steps is rounding
+OF_STABLE = 0.8  # of the stable step, where a World chooses: it shrinks when bodies are stretched within a frame
+BOX_STEP = 1.0 / 240.0  # [s] at most, where there are boxes and a World chooses
+
+
+def whole_steps(seconds: float, time_step: float) -> tuple[int, float]:
+    """Return how many steps of which equal length [s], at most `time_step`, make `seconds`.
+
+    It is `time_step` itself, to the last bit, where that goes into `seconds` but for rounding.
+    """
+    count = round(seconds / time_step)
+    if abs(seconds / time_step - count) <= WHOLE * count:
+        return count, time_step
+    count = ceil(seconds / time_step)
+    return count, seconds / count
+
+
+class Remainder:
+    """Time [s] that was asked for and is too short for another step: it is added to what is asked for next."""
+
+    def __init__(self) -> None:
+        self.seconds = 0.0
+
+    def steps(self, seconds: float, time_step: float) -> int:
+        """Return how many whole steps there are in `seconds` and what was left; what is left now is kept."""
+        owed = self.seconds + seconds
+        count = int(owed / time_step * (1.0 + WHOLE))
+        self.seconds = max(0.0, owed - count * time_step)
+        return count

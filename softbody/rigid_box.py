@@ -1,0 +1,105 @@
+"""A rigid box of a World: a handle, whose arrays are views of the world's."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from softbody.bodies import Body, BodyProperty
+from softbody.errors import ParameterError
+from softbody.parameters import unit_quaternion, vector
+
+
+class Box(Body):
+    """A rigid box in a World: what it is, where it is, and what of it may be set between steps."""
+
+    __slots__ = ()
+
+    kind = "box"
+
+    def _count(self) -> int:
+        return self.world.model.box_count
+
+    def __repr__(self) -> str:
+        """Say which box it is, how large and heavy, and where."""
+        if not self.is_there:
+            return "<box that is gone>"
+        size, where = (", ".join(f"{x:.4g}" for x in of.round(6) + 0.0) for of in (self.size, self.position))
+        weight = "static" if self.mass is None else f"{self.mass:.4g} kg"
+        return f"<box {self.index}: ({size}) m, {weight}, at ({where}) m>"
+
+    @property
+    def size(self) -> np.ndarray:
+        """Full extent (3,) [m] along its own axes."""
+        return self.world.model.box_size[self._row()].copy()
+
+    @property
+    def mass(self) -> float | None:
+        """Mass [kg]; None for a static box."""
+        inverse = float(self.world.model.box_inverse_mass[self._row()])
+        return 1.0 / inverse if inverse > 0.0 else None
+
+    restitution = BodyProperty("box_restitution", "Restitution in contacts, 0 … 1.")
+    friction = BodyProperty("box_friction", "Coulomb coefficient of friction in contacts, ≥ 0.")
+
+    @property
+    def position(self) -> np.ndarray:
+        """Position of the centre (3,) [m]; may be assigned, as all that follow."""
+        return self.world.state.box_position[self._row()]
+
+    @position.setter
+    def position(self, value: ArrayLike) -> None:
+        self.position[:] = vector(value, "position")
+
+    @property
+    def orientation(self) -> np.ndarray:
+        """Orientation (4,): unit quaternion (w, x, y, z), box frame to world."""
+        return self.world.state.box_orientation[self._row()]
+
+    @orientation.setter
+    def orientation(self, value: ArrayLike) -> None:
+        self.orientation[:] = unit_quaternion(value)
+
+    @property
+    def velocity(self) -> np.ndarray:
+        """Velocity of the centre (3,) [m/s]."""
+        return self.world.state.box_velocity[self._row()]
+
+    @velocity.setter
+    def velocity(self, value: ArrayLike) -> None:
+        self.velocity[:] = self._if_it_moves(vector(value, "velocity"), "velocity")
+
+    @property
+    def angular_velocity(self) -> np.ndarray:
+        """Angular velocity (3,) [rad/s] in the world frame."""
+        return self.world.state.box_angular_velocity[self._row()]
+
+    @angular_velocity.setter
+    def angular_velocity(self, value: ArrayLike) -> None:
+        self.angular_velocity[:] = self._if_it_moves(vector(value, "angular_velocity"), "angular_velocity")
+
+    def _if_it_moves(self, value: np.ndarray, name: str) -> np.ndarray:
+        """Return `value`; raises ParameterError for a static box that is told to move."""
+        if self.mass is None and value.any():
+            raise ParameterError(f"{name} of static box {self.index} stays zero; add it with a mass for it to move")
+        return value
+
+    def apply_force(self, force: ArrayLike, point: ArrayLike | None = None) -> None:
+        """Let `force` (3,) [N] act at `point` (3,) [m] of the world, or at the centre; paper §10.13.
+
+        Adds F and τ = r × F, with the arm r as it is now, to what acts on the box. Both stay, in every step to come,
+        until `clear_forces`.
+        """
+        newtons = vector(force, "force")
+        if point is not None:
+            self.apply_torque(np.cross(vector(point, "point") - self.position, newtons))
+        self.world.controls.box_force[self._row()] += newtons
+
+    def apply_torque(self, torque: ArrayLike) -> None:
+        """Let `torque` (3,) [N m], in the world frame, act on the box until `clear_forces`."""
+        self.world.controls.box_torque[self._row()] += vector(torque, "torque")
+
+    def clear_forces(self) -> None:
+        """Let nothing but gravity act on the box."""
+        self.world.controls.box_force[self._row()] = 0.0
+        self.world.controls.box_torque[self._row()] = 0.0

@@ -1,0 +1,211 @@
+"""A soft body of a World: a handle, whose arrays are views of the world's."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from softbody.bodies import Body, BodyProperty, set_row
+from softbody.dynamics.pressure import gas_pressure, soft_volume
+from softbody.dynamics.vertex_rings import with_springs
+from softbody.errors import ParameterError
+from softbody.parameters import (
+    NO_NUMBERS,
+    check_range,
+    doubles,
+    fixed_particles_of,
+    rest_length_of,
+    shown,
+    stiffness_of,
+)
+
+
+class SoftBody(Body):
+    """A soft body in a World: what it is, where it is, and what of it may be set between steps."""
+
+    __slots__ = ()
+
+    kind = "soft body"
+
+    def _count(self) -> int:
+        return self.world.model.soft_count
+
+    def _rows(self) -> slice:
+        row = self._row()
+        return slice(*self.world.model.soft_particle_start[row : row + 2])
+
+    def _edge_rows(self) -> slice:
+        row = self._row()
+        return slice(*self.world.model.soft_edge_start[row : row + 2])
+
+    def __repr__(self) -> str:
+        """Say which body it is, of how many particles, how heavy, and where."""
+        if not self.is_there:
+            return "<soft body that is gone>"
+        where = ", ".join(f"{x:.4g}" for x in self.centre.round(6) + 0.0)
+        return f"<soft body {self.index}: {len(self.positions)} particles, {self.mass:.4g} kg, at ({where}) m>"
+
+    # What it is.
+
+    @property
+    def triangles(self) -> np.ndarray:
+        """Triangles (t, 3), as rows of `positions`."""
+        model, row = self.world.model, self._row()
+        rows = slice(*model.soft_triangle_start[row : row + 2])
+        return model.triangle_particles[rows] - model.soft_particle_start[row]
+
+    @property
+    def edges(self) -> np.ndarray:
+        """Edges (e, 2) that the springs are on, as rows of `positions`."""
+        return self.world.model.edge_particles[self._edge_rows()] - self._rows().start
+
+    @property
+    def mass(self) -> float:
+        """Mass [kg], shared equally by the particles."""
+        return len(self.positions) / float(self.world.model.particle_inverse_mass[self._rows()].max())
+
+    damping = BodyProperty(
+        "soft_damping", "Damping of the springs [N s/m], against the speed at which their ends part."
+    )
+    drag = BodyProperty("soft_drag", "Rate at which all velocities fade [1/s].")
+    restitution = BodyProperty("soft_restitution", "Restitution in contacts, 0 … 1.")
+    friction = BodyProperty("soft_friction", "Coulomb coefficient of friction in contacts, ≥ 0.")
+    deflated_below = BodyProperty(
+        "soft_deflated_below", "Fraction of the mesh's volume at which it has collapsed, 0 … 1."
+    )
+
+    @property
+    def gas(self) -> float:
+        """The gas's nRT [J]; may be changed between steps."""
+        return float(self.world.controls.soft_gas[self._row()])
+
+    @gas.setter
+    def gas(self, value: float) -> None:
+        self.world.controls.soft_gas[self._row()] = check_range(value, "gas", "J", least=0.0)
+
+    @property
+    def stiffness(self) -> np.ndarray:
+        """Stiffness (e,) of the springs [N/m], read-only; `set_springs` changes it."""
+        return _read_only(self.world.model.edge_stiffness[self._edge_rows()])
+
+    @property
+    def rest_length(self) -> np.ndarray:
+        """Rest length (e,) of the springs [m], read-only; `set_springs` changes it."""
+        return _read_only(self.world.model.edge_rest_length[self._edge_rows()])
+
+    def set_springs(self, stiffness: ArrayLike | None = None, rest_length: ArrayLike | None = None) -> None:
+        """Change `stiffness` [N/m] or `rest_length` [m] of all springs: one number, or (e,) as in add_soft_body."""
+        model, rings, edges = self.world.model, self.world.rings, self._edge_rows()
+        count = edges.stop - edges.start
+        stiffnesses, lengths = model.edge_stiffness.copy(), model.edge_rest_length.copy()
+        if stiffness is not None:
+            stiffnesses[edges] = stiffness_of(stiffness, count)
+        if rest_length is not None:
+            lengths[edges] = rest_length_of(rest_length, count)
+        self.world.replace(
+            model=model._replace(edge_stiffness=stiffnesses, edge_rest_length=lengths),
+            rings=with_springs(rings, lengths, stiffnesses, model.soft_edge_start),
+        )
+
+    @property
+    def fixed(self) -> np.ndarray:
+        """Indices of the particles that stay in place; assign others, or none, to pin and to let go."""
+        return np.flatnonzero(self.world.model.particle_inverse_mass[self._rows()] == 0.0)
+
+    @fixed.setter
+    def fixed(self, value: ArrayLike) -> None:
+        self._pin(value)
+
+    def _pin(self, value: ArrayLike) -> None:
+        """Fix these particles, and let go of all others."""
+        rows = self._rows()
+        inverse_mass = np.full(rows.stop - rows.start, self.world.model.particle_inverse_mass[rows].max())
+        still = fixed_particles_of(value, len(inverse_mass))
+        inverse_mass[still] = 0.0
+        set_row(self, "particle_inverse_mass", inverse_mass, rows)
+        self.velocities[still] = 0.0
+
+    # Where it is.
+
+    @property
+    def positions(self) -> np.ndarray:
+        """Positions of the particles (n, 3) [m]; assign (n, 3) to put them elsewhere."""
+        return self.world.state.particle_position[self._rows()]
+
+    @positions.setter
+    def positions(self, value: ArrayLike) -> None:
+        self.positions[:] = _each(value, "positions", "m", self.positions.shape)
+
+    @property
+    def velocities(self) -> np.ndarray:
+        """Velocities of the particles (n, 3) [m/s]; assign (n, 3), or (3,) for all. What is fixed stays at rest."""
+        return self.world.state.particle_velocity[self._rows()]
+
+    @velocities.setter
+    def velocities(self, value: ArrayLike) -> None:
+        velocity = _each(value, "velocities", "m/s", self.positions.shape)
+        velocity[self.fixed] = 0.0
+        self.velocities[:] = velocity
+
+    @property
+    def centre(self) -> np.ndarray:
+        """Centre of mass (3,) [m]; all particles have the same mass."""
+        return self.positions.mean(axis=0)
+
+    @property
+    def velocity(self) -> np.ndarray:
+        """Velocity of the centre of mass (3,) [m/s]."""
+        return self.velocities.mean(axis=0)
+
+    @property
+    def volume(self) -> float:
+        """Enclosed volume [m³]."""
+        return soft_volume(self.world.model, self.world.state.particle_position, self._row())
+
+    @property
+    def pressure(self) -> float:
+        """Pressure of the gas [Pa]."""
+        return gas_pressure(self.gas, self.volume)
+
+    @property
+    def strain(self) -> np.ndarray:
+        """Strain (e,) of the springs: length / rest length − 1."""
+        a, b = self.positions[self.edges.T]
+        return np.linalg.norm(b - a, axis=1) / self.rest_length - 1.0
+
+    # What acts on it.
+
+    @property
+    def external_force(self) -> np.ndarray:
+        """Force on each particle (n, 3) [N] besides springs, gas and gravity; assign an (n, 3) array, or (3,) for all.
+
+        It stays until it is changed.
+        """
+        force = self.world.controls.particle_force
+        return force[self._rows()] if len(force) else np.zeros_like(self.positions)
+
+    @external_force.setter
+    def external_force(self, value: ArrayLike) -> None:
+        force = _each(value, "external_force", "N", self.positions.shape)
+        controls = self.world.controls
+        if not len(controls.particle_force):
+            self.world.controls = controls._replace(particle_force=np.zeros_like(self.world.state.particle_position))
+        self.world.controls.particle_force[self._rows()] = force
+
+
+def _each(value: ArrayLike, name: str, unit: str, shape: tuple[int, ...]) -> np.ndarray:
+    """Return three numbers a particle, given so or once for all, as a new array; raises ParameterError."""
+    try:
+        numbers = np.broadcast_to(doubles(value), shape).copy()
+    except NO_NUMBERS as error:
+        raise ParameterError(f"{name} does not fit; give (3,) or {shape} numbers [{unit}]") from error
+    if not np.isfinite(numbers).all():
+        row = int(np.argmin(np.isfinite(numbers).all(axis=1)))
+        raise ParameterError(f"{name} of particle {row} is {shown(numbers[row])}; give finite numbers [{unit}]")
+    return numbers
+
+
+def _read_only(array: np.ndarray) -> np.ndarray:
+    view = array.view()
+    view.flags.writeable = False
+    return view

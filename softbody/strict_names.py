@@ -1,0 +1,36 @@
+"""May this attribute be set? An object whose class lists its names says no to any other, and which one was meant."""
+
+from __future__ import annotations
+
+from difflib import get_close_matches
+from typing import Any
+
+
+class StrictNames:
+    """What has only the attributes that its class lists: a name that was mistyped is an error, not a new attribute."""
+
+    __slots__ = ()
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Set an attribute; raises AttributeError for one that there is none of, or that is only to be read."""
+        kind, known = type(self).__name__, getattr(type(self), name, None)
+        if hasattr(known, "__set__"):  # a slot, or a property
+            if not (isinstance(known, property) and known.fset is None):
+                object.__setattr__(self, name, value)
+                return
+            raise AttributeError(f"{name!r} of a {kind} is only to be read; {_settable(type(self))}")
+        meant = get_close_matches(name, dir(type(self)), 1)
+        hint = f"did you mean {meant[0]!r}? " if meant else ""
+        raise AttributeError(f"a {kind} has no {name!r} to set; {hint}{_settable(type(self))}")
+
+
+def _settable(kind: type) -> str:
+    """Say what may be set on objects of a class."""
+    names = [
+        name
+        for name in dir(kind)
+        if not name.startswith("_")
+        and hasattr(member := getattr(kind, name), "__set__")
+        and not (isinstance(member, property) and member.fset is None)
+    ]
+    return f"settable are {', '.join(names)}"

@@ -1,0 +1,148 @@
+"""What is set between steps, and how time is cut into them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softbody import World, bodies, icosphere, pace, soft_body
+from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.fault import Fault
+
+FAMILY = "what users set and ask"
+LANE = "worlds"  # claims that share the kernels of a whole world, and a process
+
+NUMBERS = {"damping": 0.5, "drag": 2.0, "restitution": 1.0, "friction": 1.5}  # of soft bodies, and up to where
+
+
+@check(
+    family=FAMILY,
+    claim="Gravity, gas, damping, drag, restitution, friction, pins, springs, positions and velocities that are set"
+    " before the first step, on bodies that meet, give the bits of a world that was made with them.",
+    section="2, 5.4",
+    piece="softbody.SoftBody, softbody.Box, softbody.World.gravity",
+    reference="a world whose bodies were added with those numbers, by the same version",
+    kind="the core in another form",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="the same bits",
+    detects="a number that is set on another body, is forgotten by something made before, or is not used",
+    faults=(
+        Fault(
+            "the first body's number set",
+            bodies.set_row,
+            "body._row() if rows is None else rows",
+            "0 if rows is None else rows",
+        ),
+        Fault("a number that is only read again", bodies.set_row, "world.replace(model=m_)", "None"),
+        Fault(
+            "particles that stay pinned",
+            soft_body.SoftBody._pin,
+            "self.world.model.particle_inverse_mass[rows].max()",
+            "self.world.model.particle_inverse_mass[rows].min()",
+        ),
+        Fault(
+            "velocities of what is pinned",
+            soft_body.SoftBody._pin,
+            "self.velocities[still] = 0.0",
+            "",
+        ),
+    ),
+)
+def set_as_if_made_so(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    later, made = [], []
+    for _ in range(run.count(4, 12, 60)):
+        ball, count = icosphere(1, 0.5), 3
+        gravity = rng.normal(0.0, 5.0, 3)
+        worlds = World(), World(gravity=gravity)
+        for world in worlds:
+            world.add_ground(-0.2, restitution=0.5)
+        for k in range(count):
+            numbers = {name: float(most * rng.random()) for name, most in NUMBERS.items()}
+            place, speed = np.array([0.7 * k, 0.0, 0.7 * k]), rng.normal(size=3)
+            stiffness, gas = rng.uniform(50.0, 300.0), rng.uniform(5.0, 30.0)
+            pins = rng.choice(len(ball.vertices), int(rng.integers(0, 3)), replace=False)
+            worlds[1].add_soft_body(ball, 1.0, stiffness, gas, place, speed, fixed=pins, **numbers)
+            body = worlds[0].add_soft_body(ball, 1.0, 100.0, 1.0, place, fixed=rng.choice(len(ball.vertices), 2, False))
+            box = {name: numbers[name] for name in ("restitution", "friction")}
+            worlds[1].add_box((0.4, 0.3, 0.2), 1.0, place + (0.0, 0.75, 0.0), velocity=speed, **box)
+            other = worlds[0].add_box((0.4, 0.3, 0.2), 1.0)
+            for name, value in numbers.items():
+                setattr(body, name, value)
+            for name, value in box.items():
+                setattr(other, name, value)
+            body.fixed = ()
+            body.velocities = speed
+            body.fixed, body.gas = pins, gas
+            body.set_springs(stiffness)
+            other.position, other.velocity = place + (0.0, 0.75, 0.0), speed
+        worlds[0].gravity = gravity
+        step = 0.3 * worlds[1].stable_time_step()
+        for world in worlds:
+            world.step(step, 100)
+        later.append(_bits(worlds[0]))
+        made.append(_bits(worlds[1]))
+    agree = np.concatenate([(one == other).all(axis=1) for one, other in zip(later, made)])
+    return Comparison(agree, np.ones(len(agree), bool))
+
+
+def _bits(world: World) -> np.ndarray:
+    """Return the bits of the motion of all particles and boxes, a row each."""
+    state = world.state
+    soft = np.hstack([state.particle_position, state.particle_velocity])
+    boxes = np.hstack([state.box_position, state.box_velocity])
+    return np.concatenate([soft, boxes]).view(np.uint64)
+
+
+@check(
+    family=FAMILY,
+    claim="However time is cut, it is kept: `run` and frames of any length end when they were asked to, in steps no"
+    " longer than allowed; frames of a step of one's own leave less than a step, and are whole steps.",
+    section="5.1",
+    piece="softbody.World.run, softbody.World.step_frame, softbody.World.frames",
+    reference="closed form: a box that falls for as long, by semi-implicit steps: v = g t, z = g t (t + h) / 2",
+    kind="closed form",
+    unit="of the way",
+    tolerance=3e-13,
+    because="rounding of sums over up to 4 000 steps: 1.2e-14 at worst of four seeds",
+    detects="a remainder that is lost or counted twice, a step too many, one that is longer than allowed",
+    faults=(
+        Fault(
+            "a stretch rounded to steps",
+            pace.whole_steps,
+            "count = ceil(seconds / time_step)",
+            "return count, time_step",
+        ),
+        Fault("a remainder that is lost", pace.Remainder.steps, "owed = self.seconds + seconds", "owed = seconds"),
+        Fault("a remainder that is not paid", pace.Remainder.steps, "owed - count * time_step", "owed"),
+        Fault("frames all as long", World.frames, "seconds - (count - 1) * frame", "frame"),
+    ),
+)
+def time_is_kept(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    measured, expected, scales, kinds = [], [], [], []
+    for _ in range(run.count(10, 40, 400)):
+        h = rng.uniform(2e-3, 4e-3)
+        frames = rng.uniform(0.0, 0.1, int(rng.integers(5, 40)))
+        seconds = float(frames.sum())
+        for kind in ("run", "frames", "frames of steps"):
+            world = World()
+            box = world.add_box((0.1, 0.1, 0.1), 1.0)
+            ticks = 0.0  # Σ of steps squared: what semi-implicit Euler falls farther
+            for frame in [seconds] if kind == "run" else frames:
+                before, at = world.steps, world.time
+                if kind == "run":
+                    world.run(frame, h)
+                elif kind == "frames":
+                    for _ in world.frames(frame, per_second=rng.uniform(20.0, 200.0)):
+                        ticks += (world.time - at) ** 2 / max(1, world.steps - before)
+                        before, at = world.steps, world.time
+                else:
+                    world.step_frame(frame, h)
+                ticks += (world.time - at) ** 2 / max(1, world.steps - before)
+            fallen = seconds - seconds % h if kind == "frames of steps" else seconds
+            measured.append([world.time, box.velocity[2], box.position[2]])
+            expected.append([fallen, -9.81 * fallen, -0.5 * 9.81 * (fallen**2 + ticks)])
+            scales.append(9.81 * seconds**2)
+            kinds.append(kind)
+    return Comparison(np.array(measured), np.array(expected), np.array(scales), kinds)

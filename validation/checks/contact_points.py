@@ -1,0 +1,238 @@
+"""What a World says of its contacts: who touches whom, and how hard."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softbody import Box, SoftBody, World, contact_points, icosphere, landing, step
+from softbody.scenes import box_pile, boxes_on_torus, sphere_on_torus, tray
+from validation.check import Comparison, Run, check
+from validation.fault import Fault
+
+FAMILY = "what users set and ask"
+LANE = "worlds"  # claims that share the kernels of a whole world, and a process
+
+STEP = 1.0 / 240.0  # [s] of what stands still
+HELD = 0.3  # [m] side of a load on a beam
+
+
+@check(
+    family=FAMILY,
+    claim="A beam that lies on two edges, with a load somewhere on it, presses on each, and the load on it, as hard as"
+    " in Bullet, after a second by default settings.",
+    section="5.2",
+    piece="softbody.World.contact_points",
+    reference="pybullet (500 iterations), the impulses of its contacts; the lever says the same",
+    engines=("pybullet",),
+    unit="of the weight",
+    tolerance=1e-4,
+    because="a step's solution at 30 sweeps: 3.3e-5 at worst of ten seeds; Bullet is 4e-7 from the lever",
+    detects="a force on the wrong body, of the wrong sign, or of another step length",
+    faults=(
+        Fault(
+            "impulses in place of forces",
+            contact_points.ContactPoints.force_on,
+            "impulse / self.time_step if self.time_step > 0.0 else impulse",
+            "impulse",
+        ),
+        Fault(
+            "the force on the other one",
+            contact_points.ContactPoints.force_on,
+            "self.impulse[self.a == n_].sum(axis=0) - self.impulse[self.b == n_].sum(axis=0)",
+            "self.impulse[self.b == n_].sum(axis=0) - self.impulse[self.a == n_].sum(axis=0)",
+        ),
+        Fault(
+            "contacts with anybody",
+            contact_points.ContactPoints.of,
+            "self._has(body) & (self._has(other) if other is not None else True)",
+            "self._has(body)",
+        ),
+        Fault(
+            "boxes numbered as if there were no soft bodies",
+            contact_points._numbers,
+            "model.soft_count + box",
+            "box",
+        ),
+    ),
+)
+def loads_of_a_beam(run: Run) -> Comparison:
+    from references.pybullet_world import BulletWorld
+
+    rng = run.fresh_rng()
+    measured, expected, scales = [], [], []
+    leaning = np.cos(np.pi / 8.0), 0.0, np.sin(np.pi / 8.0), 0.0  # an edge up
+    for _ in range(run.count(6, 20, 200)):
+        side, span, thick = rng.uniform(0.3, 1.0), rng.uniform(0.8, 1.5), rng.uniform(0.1, 0.3)
+        masses, along = 10.0 ** rng.uniform(-0.5, 1.0, 2), rng.uniform(-0.9, 0.9) * span
+        top = side * np.sqrt(0.5)
+        world, theirs = World(), BulletWorld(STEP, 500)
+        # Far away, and there for its number only.
+        world.add_soft_body(icosphere(1, 0.5), 1.0, 100.0, 10.0, (0.0, 50.0, 0.0), fixed=range(5))
+        boxes = []
+        for size, mass, place, turn in (
+            ((side, 0.4, side), None, (-span, 0.0, 0.0), leaning),
+            ((side, 0.4, side), None, (span, 0.0, 0.0), leaning),
+            ((2.0 * span + 0.6, 0.5, thick), masses[0], (0.0, 0.0, top + 0.5 * thick), (1.0, 0.0, 0.0, 0.0)),
+            ((HELD,) * 3, masses[1], (along, 0.0, top + thick + 0.5 * HELD), (1.0, 0.0, 0.0, 0.0)),
+        ):
+            boxes.append(world.add_box(size, mass, place, turn))
+            theirs.add_box(size, mass or 0.0, place, turn)
+        left, right, beam, load = boxes
+        steps = round(1.0 / STEP)
+        world.step(STEP, steps)
+        theirs.step(steps)
+        points, loads = world.contact_points(), theirs.loads()
+        theirs.close()
+        measured.append([points.of(beam, one).force_on(beam)[2] for one in (left, right)])
+        measured[-1] += [points.force_on(load)[2], -points.force_on(left)[2]]
+        expected.append([loads[1, 3], loads[2, 3], loads[3, 4], loads[1, 3]])
+        scales.append(9.81 * masses.sum())
+    return Comparison(np.array(measured), np.array(expected), np.array(scales))
+
+
+@check(
+    family=FAMILY,
+    claim="In every step of the sphere on the torus, of boxes on a torus, of balls in a tray and of a pile, the forces"
+    " that contacts are said to give each body, and its weight, are the change of its momentum; so they are of one"
+    " ball that bounces on the ground.",
+    section="5.2, 5.3, 5.4",
+    piece="softbody.World.contact_points",
+    reference="momenta before and after, summed by NumPy from raw arrays",
+    kind="invariant",
+    unit="of a step's weight, and of the body's momentum",
+    tolerance=3e-12,
+    because="rounding of impulses that cancel, larger in a pile than what a body's weight gives in a step: 2e-13",
+    detects="a contact that is not told, or told twice; friction left out; the ground's forces on soft bodies",
+    faults=(
+        Fault(
+            "what the ground gives without friction",
+            landing.resolve_ground,
+            "scale(1.0 / model.particle_inverse_mass[i], change)",
+            "(0.0, 0.0, change[2] / model.particle_inverse_mass[i])",
+        ),
+        Fault(
+            "what the ground gave in the step before",
+            step.run_alone_by_clock,
+            "resolve_ground(model, state, ground_impulse)",
+            "resolve_ground(model, state, ground_impulse.copy())",
+        ),
+        Fault(
+            "contacts that only pull left out",
+            contact_points.contact_points,
+            "(contacts.depth[found] > 0.0) | contacts.impulse[found].any(axis=1)",
+            "contacts.depth[found] > 0.0",
+        ),
+        Fault(
+            "particles of the first body on the ground",
+            contact_points.contact_points,
+            'np.searchsorted(model.soft_particle_start, landed, side="right") - 1',
+            "np.zeros(len(landed), np.int64)",
+        ),
+    ),
+)
+def forces_change_momenta(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    alone = World()
+    alone.add_ground(friction=0.7)
+    alone.add_soft_body(icosphere(1, 0.5), 1.3, 200.0, 20.0, (0.0, 0.0, 0.6), (1.0, 0.5, -2.0))
+    worlds = {
+        "one ball": alone,
+        "sphere on torus": sphere_on_torus.build(2),
+        "boxes on torus": boxes_on_torus.build(),
+        "tray": tray.build(run.count(4, 8, 30)),
+        "pile": box_pile.build(run.count(10, 20, 40)),
+    }
+    seconds = 0.5 * run.count(2, 3, 8)
+    told, changed, kinds = [], [], []
+    for kind, world in worlds.items():
+        h = min(STEP, 0.8 * world.stable_time_step())
+        while world.time < seconds:
+            world.step(h, int(rng.integers(1, 20)))
+            before = _momenta(world)
+            world.step(h)
+            points, after = world.contact_points(), _momenta(world)
+            bodies: list[SoftBody | Box] = [*world.soft_bodies, *world.boxes]
+            for row, body in enumerate(bodies):
+                if body.mass is None:
+                    continue
+                weight = body.mass * world.gravity
+                size = h * np.linalg.norm(weight) + np.linalg.norm(after[row])
+                told.append((points.force_on(body) + weight) * h / size)
+                changed.append((after[row] - before[row]) / size)
+                kinds.append(kind)
+    return Comparison(np.array(told), np.array(changed), 1.0, kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="What stood on a box that is removed falls as in Bullet, where it is removed, too, and other piles stay.",
+    section="5.2",
+    piece="softbody.World.remove",
+    reference="pybullet, with the same boxes, one of each pile removed after it has come to rest",
+    engines=("pybullet",),
+    unit="m",
+    tolerance=3e-5,
+    because="Bullet's piles have not quite stopped sinking: 1.1e-5 at worst of thirteen runs",
+    detects="a box that is still there for others, another one removed, impulses remembered for the wrong pair",
+    faults=(
+        Fault(
+            "the next box removed", World.remove, "without(self._parts, k_, row)", "without(self._parts, k_, row - 1)"
+        ),
+        Fault(
+            "handles that stay at their numbers",
+            World.remove,
+            "each.index - 1 if each.index > row else GONE",
+            "each.index if each.index > row else GONE",
+        ),
+    ),
+)
+def what_stood_on_it_falls(run: Run) -> Comparison:
+    from references.pybullet_world import BulletWorld
+
+    rng = run.fresh_rng()
+    steps, measured, expected = 20, [], []
+    for _ in range(run.count(6, 20, 100)):
+        world, theirs = World(), BulletWorld(STEP, 100)
+        world.add_ground()
+        theirs.add_ground()
+        piles: list[list[Box]] = []
+        for k in range(3):
+            top, boxes = 0.0, []
+            for _ in range(3):
+                size = rng.uniform(0.3, 0.8, 3)
+                place = 3.0 * k, 0.0, top + 0.5 * size[2]
+                mass = rng.uniform(1.0, 3.0)
+                boxes.append(world.add_box(size, mass, place))
+                theirs.add_box(size, mass, place)
+                top += size[2]
+            piles.append(boxes)
+        world.step(STEP, 60)
+        theirs.step(60)
+        # One pile stays, one loses its middle, one its foot.
+        for pile, which in zip(rng.permutation(3), (None, 1, 0)):
+            if which is not None:
+                gone = piles[pile].pop(which)
+                theirs.remove(gone.index)
+                world.remove(gone)
+        left = [box for pile in piles for box in pile]
+        before = _places(left), theirs.positions()
+        world.step(STEP, steps)
+        theirs.step(steps)
+        measured.append(_places(left) - before[0])
+        expected.append(theirs.positions() - before[1])
+        theirs.close()
+    return Comparison(np.concatenate(measured), np.concatenate(expected))
+
+
+def _places(boxes: list[Box]) -> np.ndarray:
+    """Return the centres (m, 3) [m] of boxes, by their handles; zeros of one that says it is gone."""
+    return np.array([box.position.copy() if box.is_there else np.zeros(3) for box in boxes])
+
+
+def _momenta(world: World) -> np.ndarray:
+    """Return the momentum (bodies, 3) [kg m/s] of each soft body, and of each box that can move."""
+    model, state = world.model, world.state
+    rows = [slice(*model.soft_particle_start[k : k + 2]) for k in range(model.soft_count)]
+    soft = [(state.particle_velocity[part] / model.particle_inverse_mass[part, None]).sum(axis=0) for part in rows]
+    masses = [1.0 / inverse if inverse > 0.0 else 0.0 for inverse in model.box_inverse_mass]
+    return np.array([*soft, *(m * v for m, v in zip(masses, state.box_velocity))])
