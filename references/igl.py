@@ -1,14 +1,18 @@
-"""Is a point in a mesh, and how far is its surface? Asked of libigl (Jacobson and others).
+"""Is a point in a mesh, how far is its surface, and where does it meet itself? Asked of libigl (Jacobson and others).
 
 Three ways to tell inside from outside that have nothing in common: the exact winding number, the sign of the distance
 along the pseudonormal of the closest feature (Baerentzen and Aanaes 2005), and the fast winding number (Barill and
 others 2018), which is an approximation. Defaults that are not used, and why: the sign of `signed_distance` is by
 default chosen by the kind of mesh; it is named here.
+
+Pairs of triangles that meet are found with CGAL's exact predicates; libigl leaves out neighbours that are folded onto
+each other along a common edge, and triangles of the same three vertices. Vertices are the same if their numbers are.
 """
 
 from __future__ import annotations
 
 import igl
+import igl.copyleft.cgal
 import numpy as np
 
 PACKAGES = {"igl": "libigl"}  # import name, and the name to install it by
@@ -39,6 +43,22 @@ def closest_points(
     """Return (distance (m,) [m], triangle (m,), point (m, 3) [m]) of the surface closest to each of `points` (m, 3)."""
     square, triangle, point = igl.point_mesh_squared_distance(_rows(points), *_arrays(vertices, triangles))
     return np.sqrt(square), np.asarray(triangle), np.asarray(point)
+
+
+def self_intersections(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Return the pairs (p, 2) of triangles that go through each other or touch, in order; see above for two kinds."""
+    pairs = igl.copyleft.cgal.remesh_self_intersections(*_arrays(vertices, triangles), detect_only=True)[2]
+    return np.unique(np.sort(np.asarray(pairs).reshape(-1, 2), axis=1), axis=0)
+
+
+def shells(triangles: np.ndarray) -> np.ndarray:
+    """Return the shell (t,) of each triangle: those that hang together by edges."""
+    return np.asarray(igl.facet_components(np.ascontiguousarray(triangles, dtype=np.int64))[-1])
+
+
+def is_pinched(triangles: np.ndarray) -> np.ndarray:
+    """Tell for each vertex (n,) whether its triangles are not one fan."""
+    return ~np.asarray(igl.is_vertex_manifold(np.ascontiguousarray(triangles, dtype=np.int64)), bool).ravel()
 
 
 def _rows(points: np.ndarray) -> np.ndarray:

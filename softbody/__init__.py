@@ -16,7 +16,7 @@ from softbody.errors import (
     CacheWarning,
     MassRatioWarning,
     MeshError,
-    MissingExtraError,
+    MissingPackageError,
     OutputError,
     OverlapWarning,
     ParameterError,
@@ -26,6 +26,7 @@ from softbody.errors import (
     ViewError,
 )
 from softbody.mesh import Mesh, box, icosahedron, icosphere, octahedron, tetrahedron, torus
+from softbody.mesh_findings import Finding
 from softbody.rigid_box import Box
 from softbody.soft_body import SoftBody
 from softbody.state import Controls, Model, State
@@ -47,10 +48,11 @@ __all__ = [
     "ContactPoints",
     "Controls",
     "Energies",
+    "Finding",
     "MassRatioWarning",
     "Mesh",
     "MeshError",
-    "MissingExtraError",
+    "MissingPackageError",
     "Model",
     "OutputError",
     "OverlapWarning",

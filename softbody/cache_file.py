@@ -31,6 +31,8 @@ class CacheFile:
         """Return what is kept under a key, or None."""
         path = self._path(key)
         try:
+            if not path.is_file():  # nor opened: nobody may ever write to a pipe, and a device may have no end
+                return None
             digest, kept = _split(path.read_bytes())
             if digest != hashlib.sha256(kept).digest():
                 return None

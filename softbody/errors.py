@@ -19,6 +19,10 @@ class SnapshotError(ParameterError):
     """A snapshot, or a saved world, that is damaged, of another version, or none: which entry, and what it must be."""
 
 
+class MissingPackageError(SoftbodyError, ImportError):
+    """Something was asked for that takes a package which is not installed: which one, and how to install it."""
+
+
 class BusyError(SoftbodyError, RuntimeError):
     """A world that is being stepped, by another thread or further up in this one, was asked for something else."""
 
@@ -29,10 +33,6 @@ class OutputError(SoftbodyError, OSError):
 
 class ViewError(SoftbodyError, OSError):
     """A live view that cannot be opened, because its port is taken for one."""
-
-
-class MissingExtraError(SoftbodyError, ImportError):
-    """A library that is not installed, because what it is for was not asked for: the command that installs it."""
 
 
 class OverlapWarning(UserWarning):

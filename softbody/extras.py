@@ -5,12 +5,12 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-from softbody.errors import MissingExtraError
+from softbody.errors import MissingPackageError
 
 
 def library(name: str, package: str, extra: str, purpose: str) -> Any:
-    """Return the module `name` of a `package` that an extra brings; raises MissingExtraError."""
+    """Return the module `name` of a `package` that an extra brings; raises MissingPackageError."""
     try:
         return import_module(name)
     except ImportError as error:
-        raise MissingExtraError(f"{purpose} needs {package}: pip install softbody[{extra}]", name=name) from error
+        raise MissingPackageError(f"{purpose} needs {package}: pip install softbody[{extra}]", name=name) from error

@@ -13,7 +13,7 @@ from softbody.dynamics.integrators import STABILITY_LIMIT
 from softbody.dynamics.pressure import soft_volume
 from softbody.dynamics.rigid_boxes import MOST_TURN, RESOLVED, UNIT
 from softbody.dynamics.soft_bodies import COLLAPSED
-from softbody.dynamics.stability import fingerprint, highest_damping, highest_frequency, longest_stable_step
+from softbody.dynamics.stability import shortest_stable_step
 from softbody.errors import MassRatioWarning, OverlapWarning, ParameterError, SimulationError
 from softbody.settings import Settings, integrator_name
 from softbody.state import Controls, Model, State
@@ -52,13 +52,10 @@ def stable_time_step(model: Model, controls: Controls, state: State, settings: S
     From an upper bound of the highest frequency, so often a little shorter than need be. Contacts and motion that
     stretches a body further can ask for a shorter one. Raises ParameterError where no step is stable.
     """
-    limit, shortest = STABILITY_LIMIT[settings.integrator], inf
-    for body in range(model.soft_count):
-        frequency = highest_frequency(model, controls, state.particle_position, body)
-        step = longest_stable_step(frequency, highest_damping(model, body), limit)
-        if not step > 0.0:
-            raise ParameterError(f"no time step is stable: {_unstable(model, controls, state, body)}")
-        shortest = min(shortest, step)
+    limit = STABILITY_LIMIT[settings.integrator]
+    shortest, unstable = shortest_stable_step(model, controls, state.particle_position, limit)
+    if unstable >= 0:
+        raise ParameterError(f"no time step is stable: {_unstable(model, controls, state, unstable)}")
     return float(shortest)
 
 
@@ -89,44 +86,36 @@ class StableStep:
         self._integrator = -1
         self._made_at = 0
         self._seconds = inf
-        self._shape = 0
+
+    def allows(self, time_step: float, model: Model, controls: Controls, settings: Settings, steps: int) -> bool:
+        """Tell whether a step [s] is known to be stable, if nobody has moved particles; `steps` done so far."""
+        if not model.soft_count:
+            return True
+        return (
+            self._model is model
+            and time_step / settings.substeps <= self._seconds
+            and self._made_at <= steps < self._made_at + STABLE_FOR
+            and self._integrator == settings.integrator
+            and self._gas == controls.soft_gas.tobytes()
+        )
 
     def check(
         self, time_step: float, model: Model, controls: Controls, state: State, settings: Settings, steps: int
     ) -> None:
-        """Raise ParameterError if a sub-step [s] is too long; `steps` that the world has done."""
+        """Make the estimate anew; raise ParameterError if a sub-step [s] is too long."""
         if not model.soft_count:
             return
+        self._model = None  # until all that follows is as new
+        self._seconds = stable_time_step(model, controls, state, settings)
+        self._gas, self._integrator, self._made_at = controls.soft_gas.tobytes(), settings.integrator, steps
+        self._model = model
         part = time_step / settings.substeps
-        known = (
-            self._model is model
-            and self._gas == controls.soft_gas.tobytes()
-            and self._integrator == settings.integrator
-            and self._made_at <= steps < self._made_at + STABLE_FOR
-            and self._shape == _shape(state)
-        )
-        if not (known and part <= self._seconds):
-            self._model = None  # until all that follows is as new
-            self._seconds = stable_time_step(model, controls, state, settings)
-            self._gas, self._integrator, self._made_at = controls.soft_gas.tobytes(), settings.integrator, steps
-            self.note(state)
-            self._model = model
         if not part <= self._seconds:
             raise ParameterError(
                 f"time_step / substeps is {part:.6g} s, and a stable time step here is {self._seconds:.6g} s with "
                 f"{integrator_name(settings)}: take that, {_in_parts(time_step / self._seconds)}or say "
                 "allow_unstable=True"
             )
-
-    def note(self, state: State) -> None:
-        """Note where the particles are: what moves them from here is not a step."""
-        if len(state.particle_position):
-            self._shape = _shape(state)
-
-
-def _shape(state: State) -> int:
-    """Return a number that tells the particles' positions from others."""
-    return int(fingerprint(state.particle_position.reshape(-1).view(np.int64)))
 
 
 def _in_parts(parts: float) -> str:
@@ -203,13 +192,18 @@ def warn_of_overlap(model: Model, surfaces: Surfaces) -> None:
         )
 
 
+def may_carry_too_much(model: Model) -> bool:
+    """Tell whether a box is so much lighter than something else that it could not carry it."""
+    mass = masses(model)
+    return bool(
+        mass[mass < inf].max(initial=0.0) > min(MOST_CARRIED.values()) * mass[model.soft_count :].min(initial=inf)
+    )
+
+
 def warn_of_mass_ratios(model: Model, controls: Controls, contacts: Contacts) -> None:
     """Warn of the box that, in the last step, carried most of those that carry more than MOST_CARRIED."""
     soft, count = model.soft_count, int(contacts.number[0])
     mass = masses(model)
-    least = min(MOST_CARRIED.values())
-    if not mass[mass < inf].max(initial=0.0) > least * mass[soft:].min(initial=inf):
-        return
     # Who is above whom, of all contacts of a box with something that is not the ground.
     rows = np.flatnonzero(contacts.box[:count, 1] != NOBODY)
     of_soft = np.searchsorted(model.soft_particle_start, contacts.particles[rows, 0, 0], side="right") - 1

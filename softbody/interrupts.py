@@ -42,7 +42,7 @@ class Bell:
 
     def still(self) -> None:
         """Set the byte to 0. A signal that came before is handled before the next call of a kernel."""
-        if self.file >= 0:
+        if self.struck[0] != 0:  # signals have numbers from 1 on
             came = os.lseek(self.file, 0, os.SEEK_CUR)
             os.lseek(self.file, 0, os.SEEK_SET)
             numbers = os.pread(self.file, came, 0)

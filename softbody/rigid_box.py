@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from softbody.bodies import Body, BodyProperty
 from softbody.errors import ParameterError
+from softbody.interrupts import assign_together
 from softbody.parameters import unit_quaternion, vector
 
 
@@ -90,10 +91,12 @@ class Box(Body):
         Adds F and τ = r × F, with the arm r as it is now, to what acts on the box. Both stay, in every step to come,
         until `clear_forces`.
         """
-        newtons = vector(force, "force")
+        newtons, row, controls = vector(force, "force"), self._row(), self.world.controls
+        torque = controls.box_torque[row].copy()
         if point is not None:
-            self.apply_torque(np.cross(vector(point, "point") - self.position, newtons))
-        self.world.controls.box_force[self._row()] += newtons
+            torque += vector(np.cross(vector(point, "point") - self.position, newtons), "torque")
+        pushed = controls.box_force[row] + newtons
+        assign_together((controls.box_force[row], pushed), (controls.box_torque[row], torque))
 
     def apply_torque(self, torque: ArrayLike) -> None:
         """Let `torque` (3,) [N m], in the world frame, act on the box until `clear_forces`."""

@@ -18,6 +18,7 @@ from softbody.collision.surface import Surfaces
 from softbody.collision.warm_start import cache_impulses, copied_cache, copy_cache
 from softbody.dynamics.rigid_boxes import box_astray, limit_boxes
 from softbody.dynamics.soft_bodies import BARE, DIVERGED, Motion, move_soft_bodies
+from softbody.glance import begins_finite, fingerprint
 from softbody.jit import jit, jit_inlined, jit_lean
 from softbody.landing import material_on_ground, resolve_ground
 from softbody.move_boxes import hold_boxes, move_boxes, move_boxes_singly
@@ -25,7 +26,9 @@ from softbody.settings import Settings
 from softbody.state import Controls, Model, State, boxes_of, copied, particles_of, soft_bodies_of
 from softbody.vec import load, store
 
-NO_ROOM = 3  # a fault beside DIVERGED and COLLAPSED: there are more contacts than rows for them
+# Faults beside DIVERGED and COLLAPSED, of runs that begin or end before a step is taken.
+NO_ROOM = 3  # there are more contacts than rows for them
+UNSEEN = 4  # something is not finite, or particles are not where the last run has left them: to be looked at first
 
 
 class Work(NamedTuple):
@@ -48,6 +51,7 @@ class Clock(NamedTuple):
 
     steps: np.ndarray  # (1,) done since the world was made
     time: np.ndarray  # (1,) [s]
+    shape: np.ndarray  # (1,) fingerprint of where the last run has left the particles
 
 
 @jit_inlined
@@ -208,15 +212,19 @@ def run_by_clock(
     steps: int,
     clock: Clock,
     begun: tuple[int, float],
+    is_seen: bool,
 ) -> tuple[int, int]:
     """Advance any world like `run`, which does not grow, and its clock; return (fault, body).
 
+    Unless what it begins with `is_seen` to be good, no step is taken where it may not be: the fault is UNSEEN.
     `begun`: what the clock showed when the first of many such runs began. The time is counted from there, so that it is
     the same to the last bit, however many runs it takes. All that changes is written to the arrays that are given: what
     a kernel returns is lost where a signal is handled before Python has kept it.
     """
+    if not (is_seen or _looks_as_left(controls, state, clock)):
+        return UNSEEN, -1
     _, done, fault, body = run(model, controls, state, work, contacts, settings, h, steps, False)
-    _advance_clock(clock, begun, done, h)
+    _advance_clock(clock, begun, done, h, state)
     return fault, body
 
 
@@ -231,12 +239,15 @@ def run_alone_by_clock(
     steps: int,
     clock: Clock,
     begun: tuple[int, float],
+    is_seen: bool,
     ground_impulse: np.ndarray,
 ) -> tuple[int, int]:
     """Advance a world of one soft body like `run_alone`, and its clock, like `run_by_clock`; return (fault, body).
 
     The last step is taken by itself, so that it is known what the ground gave: `ground_impulse` (n, 3) [N s].
     """
+    if not (is_seen or _looks_as_left(controls, state, clock)):
+        return UNSEEN, -1
     done, fault, body = 0, 0, -1
     if steps > 1:
         done, fault, body = run_alone(model, controls, state, motion, settings, h, steps - 1)
@@ -245,13 +256,20 @@ def run_alone_by_clock(
         last, fault, body = move_soft_bodies(bodies, motion, settings, h, 1, -np.inf, BARE)
         done += last
         resolve_ground(model, state, ground_impulse)
-    _advance_clock(clock, begun, done, h)
+    _advance_clock(clock, begun, done, h, state)
     return fault, body
 
 
 @jit_lean
-def _advance_clock(clock: Clock, begun: tuple[int, float], done: int, h: float) -> None:
-    """Count steps of `h` [s]."""
+def _looks_as_left(controls: Controls, state: State, clock: Clock) -> bool:
+    """Tell whether all is finite, and the particles are where the last run has left them."""
+    return clock.shape[0] == fingerprint(state.particle_position) and begins_finite(controls, state)
+
+
+@jit_lean
+def _advance_clock(clock: Clock, begun: tuple[int, float], done: int, h: float, state: State) -> None:
+    """Count steps of `h` [s], and note where they have led to."""
+    clock.shape[0] = fingerprint(state.particle_position)
     clock.steps[0] += done
     clock.time[0] = begun[1] + (clock.steps[0] - begun[0]) * h
 

@@ -36,6 +36,7 @@ from softbody.guards import (
     check_pace,
     fault_of,
     helpful_step,
+    may_carry_too_much,
     stable_time_step,
     warn_of_mass_ratios,
     warn_of_overlap,
@@ -45,13 +46,22 @@ from softbody.mesh import Mesh
 from softbody.pace import BOX_STEP, OF_STABLE, Remainder, whole_steps
 from softbody.parameters import check_range, check_whole, check_yes_or_no, shown, vector
 from softbody.rigid_box import Box
-from softbody.settings import INTEGRATORS, PAPER, PRECISIONS, Choices, check_name, integrator_name, settings_of
+from softbody.settings import (
+    INTEGRATORS,
+    PAPER,
+    PRECISIONS,
+    Choices,
+    Settings,
+    check_name,
+    integrator_name,
+    settings_of,
+)
 from softbody.shape_at_rest import shape_at_rest
 from softbody.snapshot import Snapped, checked, digest, named_arrays, snapshot_of
 from softbody.snapshot_entries import Snapshot
 from softbody.soft_body import SoftBody
 from softbody.state import Controls, Model, State, VertexRings
-from softbody.step import NO_ROOM, Clock, Work, run_alone_by_clock, run_by_clock
+from softbody.step import NO_ROOM, UNSEEN, Clock, Work, run_alone_by_clock, run_by_clock
 from softbody.strict_names import StrictNames
 from softbody.threads import team_of
 from softbody.world_file import MOST_BYTES, read, write
@@ -64,7 +74,7 @@ if TYPE_CHECKING:
 FIRST_ROOM = 256  # contacts; there is more as soon as it is needed
 
 
-WORTH_LISTENING = 10_000  # particles moved by a sub-step in a call, from which it may take so long that one waits
+WORTH_LISTENING = 50_000  # particles moved by a sub-step in a call, from which it may take so long that one waits
 
 
 class _Bodies:
@@ -75,8 +85,21 @@ class _Bodies:
         self.is_fresh = is_fresh  # bodies were added since the last step
         self.motion: Motion | None = None
         self.surfaces: Surfaces | None = None
+        self.start: State | None = None  # memory for that of a step
+        self.grounded: np.ndarray | None = None  # memory for which boxes touch the ground
         self.limits_of: tuple[Model | None, bytes] = None, b""  # for which springs and gas bodies' extents are limited
         self.ground_impulse = np.zeros_like(parts.state.particle_position)  # (n, 3) [N s] in the last step
+        self._unlike_of: tuple[Model | None, bool] = None, False  # of which masses, and whether any are too unlike
+
+    def may_carry_too_much(self, model: Model) -> bool:
+        """Tell what `guards.may_carry_too_much` says of a model, which is asked once."""
+        if self._unlike_of[0] is not model:
+            self._unlike_of = model, may_carry_too_much(model)
+        return self._unlike_of[1]
+
+
+def _new_clock(steps: int = 0, time: float = 0.0) -> Clock:
+    return Clock(np.array([steps], np.int64), np.array([time]), np.zeros(1, np.int64))
 
 
 class World(StrictNames):
@@ -139,7 +162,7 @@ class World(StrictNames):
         self.threads = threads
         self.contacts: Contacts = new_contacts(FIRST_ROOM)
         self._manifold = new_manifold()
-        self._clock = Clock(np.zeros(1, np.int64), np.zeros(1))
+        self._clock = _new_clock()
         self._stable_step = StableStep()
         self._handles: WeakValueDictionary[int, Body] = WeakValueDictionary()
         self._remainder = Remainder()
@@ -380,14 +403,18 @@ class World(StrictNames):
         """Do what `step` says, with arguments that are checked."""
         settings = self.settings if substeps == self.settings.substeps else self.settings._replace(substeps=substeps)
         model, controls, state, _ = self._parts
-        check_finite(model, controls, state)
-        if not allow_unstable:
-            self._stable_step.check(h, model, controls, state, settings, self.steps)
         begun, first = (self.steps, self.time), int(steps > 0 and self._bodies.is_fresh)
-        fault, body = self._first_step(h, substeps, begun) if first else (0, -1)
-        if not fault:
-            fault, body = self._run(h, steps - first, substeps, begun)
-        self._stable_step.note(state)
+        is_known = allow_unstable or self._stable_step.allows(h, model, controls, settings, begun[0])
+        fault, body = UNSEEN, -1
+        if is_known and steps > first == 0:
+            fault, body = self._run(h, steps, settings, begun, is_seen=False)
+        if fault == UNSEEN:
+            check_finite(model, controls, state)
+            if not allow_unstable:
+                self._stable_step.check(h, model, controls, state, settings, begun[0])
+            fault, body = self._first_step(h, settings, begun) if first else (0, -1)
+            if not fault:
+                fault, body = self._run(h, steps - first, settings, begun, is_seen=True)
         self._time_step = h
         if fault:
             self._bodies.ground_impulse[:] = 0.0
@@ -395,52 +422,57 @@ class World(StrictNames):
                 check_pace(model, state, h, body - model.soft_count)
             advice = helpful_step(model, controls, state, settings, body)
             raise fault_of(fault, body, model, h / substeps, advice, self.steps)
-        if model.box_count:
+        if model.box_count and self._bodies.may_carry_too_much(model):
             warn_of_mass_ratios(model, controls, self.contacts)
 
-    def _first_step(self, time_step: float, substeps: int, begun: tuple[int, float]) -> tuple[int, int]:
+    def _first_step(self, time_step: float, settings: Settings, begun: tuple[int, float]) -> tuple[int, int]:
         """Do the first step after bodies were added, and warn of those that overlap; return (fault, body)."""
         if not self._may_collide():
             self._bodies.is_fresh = False
-            return self._run(time_step, 1, substeps, begun)
+            return self._run(time_step, 1, settings, begun, is_seen=True)
         surfaces = self._touching()
         if surfaces is not None:
             surfaces.deepest[0] = 0.0
-        stopped = self._run(time_step, 1, substeps, begun)
+        stopped = self._run(time_step, 1, settings, begun, is_seen=True)
         self._bodies.is_fresh = False
         if surfaces is not None:
             warn_of_overlap(self.model, surfaces)
         return stopped
 
-    def _run(self, time_step: float, steps: int, substeps: int, begun: tuple[int, float]) -> tuple[int, int]:
-        """Do the steps of a call that had `begun` at such a step and time, and count them; return (fault, body)."""
+    def _run(
+        self, time_step: float, steps: int, settings: Settings, begun: tuple[int, float], is_seen: bool
+    ) -> tuple[int, int]:
+        """Do the steps of a call that had `begun` at such a step and time, and count them; return (fault, body).
+
+        Unless what they begin with `is_seen` to be good, that is looked at first; see `run_by_clock`.
+        """
         model, _, state, _ = self._parts
-        end, work = self.steps + steps, steps * substeps * (len(state.particle_position) + 10 * model.box_count)
+        work = steps * settings.substeps * (len(state.particle_position) + 10 * model.box_count)
+        how = self.steps + steps, time_step, settings, begun, is_seen
         if self._threads == 1 and work < WORTH_LISTENING:
-            return self._run_until(end, time_step, substeps, begun, SILENT)
+            return self._run_until(*how, SILENT)
         with team_of(self._threads), listening() as bell:
-            return self._run_until(end, time_step, substeps, begun, bell)
+            return self._run_until(*how, bell)
 
     def _run_until(
-        self, end: int, time_step: float, substeps: int, begun: tuple[int, float], bell: Bell
+        self, end: int, time_step: float, settings: Settings, begun: tuple[int, float], is_seen: bool, bell: Bell
     ) -> tuple[int, int]:
         """Run kernels until the clock shows as many steps; each run is over when the bell is struck."""
-        settings = self.settings if substeps == self.settings.substeps else self.settings._replace(substeps=substeps)
         (model, controls, state, _), clock = self._parts, self._clock
         collides = self._may_collide()
         while (left := end - self.steps) > 0:
             bell.still()
+            how = settings, time_step, left, clock, begun, is_seen
             if collides:
-                what = model, controls, state, self._work(bell), self.contacts
-                fault, body = run_by_clock(*what, settings, time_step, left, clock, begun)
+                fault, body = run_by_clock(model, controls, state, self._work(bell), self.contacts, *how)
             else:
-                alone = model, controls, state, self._moving(bell)
                 given = self._bodies.ground_impulse
-                fault, body = run_alone_by_clock(*alone, settings, time_step, left, clock, begun, given)
+                fault, body = run_alone_by_clock(model, controls, state, self._moving(bell), *how, given)
             if fault == NO_ROOM:
                 self.contacts = remembering(remembered(self.contacts), body)
             elif fault:
                 return fault, body
+            is_seen = True
         return 0, -1
 
     def _may_collide(self) -> bool:
@@ -450,11 +482,14 @@ class World(StrictNames):
     def _work(self, bell: Bell) -> Work:
         """Return what a step needs, with nothing for a kind of bodies that there is none of."""
         motion = self._moving(bell) if self.model.soft_count else None
-        has_boxes = self.model.box_count > 0
+        bodies, has_boxes = self._bodies, self.model.box_count > 0
+        if bodies.start is None:
+            bodies.start = self.state.copy()
+            bodies.grounded = np.zeros(self.model.box_count, bool) if has_boxes else None
         manifold = self._manifold if has_boxes else None
-        grounded = np.zeros(self.model.box_count, bool) if has_boxes else None
-        given = self._bodies.ground_impulse
-        return Work(motion, self._touching(), manifold, self.state.copy(), grounded, given, bell.struck)
+        return Work(
+            motion, self._touching(), manifold, bodies.start, bodies.grounded, bodies.ground_impulse, bell.struck
+        )
 
     def _moving(self, bell: Bell) -> Motion:
         """Return what moves soft bodies; its memory is kept until bodies are added or threads change."""
@@ -578,16 +613,20 @@ class World(StrictNames):
 
         It may come from anywhere: everything in it is checked first, and what follows from it is made anew. That takes
         some 3 µs a particle, 0.7 where bodies share a mesh. Raises SnapshotError, which names the entry, and then
-        changes nothing.
+        changes nothing. An interrupt comes before it, or after.
         """
-        self._my_turn()
-        model, controls, state, cache, settings, precision, steps, time = checked(snapshot)
-        parts = Parts(model, controls, state, rings_of(model, PRECISIONS[precision]))
-        contacts = remembering(cache, FIRST_ROOM)
-        self._take(parts)
-        self.contacts, self.settings, self._precision = contacts, settings, precision
-        self.steps, self.time = steps, time
-        self._stable_step, self._bodies.is_fresh = StableStep(), False
+        with self._my_turn():
+            model, controls, state, cache, settings, precision, steps, time = checked(snapshot)
+            parts = Parts(model, controls, state, rings_of(model, PRECISIONS[precision]))
+            set_together(
+                (self, "_bodies", _Bodies(parts, is_fresh=False)),
+                (self, "contacts", remembering(cache, FIRST_ROOM)),
+                (self, "settings", settings),
+                (self, "_precision", precision),
+                (self, "_clock", _new_clock(steps, time)),
+                (self, "_stable_step", StableStep()),
+                (self, "_remainder", Remainder()),
+            )
 
     def state_hash(self) -> str:
         """Return a SHA-256, in hexadecimal, of where the bodies are and how they move, to the last bit."""
@@ -656,7 +695,7 @@ class World(StrictNames):
         """Show the world live in the browser, to be watched and steered, until Ctrl-C; it moves on meanwhile.
 
         Needs viser: pip install softbody[view]. The page is at `port` of `host` (0: any port that is free), which only
-        this machine sees; `open_browser` opens it, where there is a display. Raises MissingExtraError, and ViewError
+        this machine sees; `open_browser` opens it, where there is a display. Raises MissingPackageError, and ViewError
         for a port that is taken.
         """
         from softbody.view.serving import view

@@ -7,7 +7,7 @@ from math import sqrt
 import numpy as np
 
 from softbody.dynamics.pressure import soft_volume
-from softbody.jit import jit, jit_lean
+from softbody.jit import jit
 from softbody.state import Controls, Model
 from softbody.vec import add, cross, dot, load, norm, scale, sub
 
@@ -102,6 +102,19 @@ def longest_stable_step(frequency: float, damping: float, limit: float) -> float
     return 1.0 / (b + sqrt(b * b + a))
 
 
+@jit
+def shortest_stable_step(model: Model, controls: Controls, position: np.ndarray, limit: float) -> tuple[float, int]:
+    """Return (h [s], −1): stable for every soft body at `position`; or (h, body) of the first for which none is > 0."""
+    shortest = np.inf
+    for body in range(model.soft_count):
+        frequency = highest_frequency(model, controls, position, body)
+        step = longest_stable_step(frequency, highest_damping(model, body), limit)
+        if not step > 0.0:
+            return step, body
+        shortest = min(shortest, step)
+    return shortest, -1
+
+
 GROWTH = 1e3  # times its own size, at rest, to which no body grows that is computed well
 LARGEST = 1e50  # [m] so that squares of squares of lengths are finite
 
@@ -124,12 +137,3 @@ def most_extents(model: Model, controls: Controls) -> np.ndarray:
             hanging = fall * len(inverse) / inverse.max() / stiffness.min()
             extents[body] = GROWTH * (np.sqrt(square.sum()) * swelling + hanging)
     return np.fmin(extents, LARGEST)
-
-
-@jit_lean
-def fingerprint(bits: np.ndarray) -> int:
-    """Return a number that tells `bits` (n,) of int64 from others, and from themselves in another order."""
-    total = 0
-    for i in range(bits.shape[0]):
-        total += int(bits[i]) ^ (i * 2654435761)
-    return total

@@ -10,10 +10,11 @@ from math import isfinite
 
 import numpy as np
 
+from softbody.geometry.aabb import box_around
 from softbody.geometry.bvh import BVH, LEVEL_SHIFT, WIDTH, Search, Vec32, in_half_sizes
 from softbody.jit import jit_lean
 from softbody.lanes import Lanes, bits_at_most, least_lane, load_lanes, lowest_bit
-from softbody.vec import Vec
+from softbody.vec import Vec, load
 
 NOWHERE = np.float32(np.inf)
 
@@ -34,6 +35,20 @@ def ask_box(search: Search, lane: int, low: Vec, high: Vec, tree: BVH) -> None:
     middle, per_metre = (tree.frame[0], tree.frame[1], tree.frame[2]), tree.frame[3]
     if isfinite(per_metre * (low[0] + low[1] + low[2])):
         _ask(search, lane, in_half_sizes(low, middle, per_metre), in_half_sizes(high, middle, per_metre))
+
+
+@jit_lean
+def ask_leaf(search: Search, leaf: int, tree: BVH, vertices: np.ndarray, margin: float) -> None:
+    """Let the eight boxes be those around the triangles of a leaf, and a `margin` [m]; `vertices` (n, 3) [m]."""
+    ask_nothing(search)
+    for lane in range(min(WIDTH, tree.triangles.shape[0] - WIDTH * leaf)):
+        t = tree.order[WIDTH * leaf + lane]
+        i, j, k = tree.triangles[t, 0], tree.triangles[t, 1], tree.triangles[t, 2]
+        a, b, c = load(vertices, i), load(vertices, j), load(vertices, k)
+        low, high = box_around(a, b, margin)
+        low = min(low[0], c[0] - margin), min(low[1], c[1] - margin), min(low[2], c[2] - margin)
+        high = max(high[0], c[0] + margin), max(high[1], c[1] + margin), max(high[2], c[2] + margin)
+        ask_box(search, lane, low, high, tree)
 
 
 @jit_lean

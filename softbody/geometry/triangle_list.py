@@ -43,6 +43,17 @@ def checked_points(points: ArrayLike, name: str = "points") -> np.ndarray:
     return np.require(_rows(points, name), np.float64, ["C", "A", "W"])
 
 
+def finite_points(points: ArrayLike) -> np.ndarray:
+    """Return `points` as `checked_points` does, or raise MeshError if one is not finite."""
+    rows = checked_points(points)
+    with np.errstate(all="ignore"):
+        total = np.add.reduce(rows, None)  # quicker than a look at every number; finite only if they are
+    if not np.isfinite(total) and not np.isfinite(rows).all():
+        i = int(np.argmin(np.isfinite(rows).all(axis=1)))
+        raise MeshError(f"point {i} is at {rows[i]}: not finite; leave it out")
+    return rows
+
+
 def _rows(rows: ArrayLike, name: str) -> np.ndarray:
     try:
         array = np.asarray(rows)
@@ -58,12 +69,23 @@ def _rows(rows: ArrayLike, name: str) -> np.ndarray:
 
 
 def edges_meet_evenly(triangles: np.ndarray) -> bool:
-    """Tell whether every edge belongs to an even number of `triangles` (t, 3): only then is there an inside.
+    """Tell whether every edge belongs to an even number of `triangles` (t, 3): only then is there an inside."""
+    return odd_edge(triangles) is None
+
+
+def odd_edge(triangles: np.ndarray) -> tuple[int, int, int] | None:
+    """Return the vertices of the first edge that belongs to an odd number of `triangles` (t, 3), and that number.
 
     A triangle that repeats a vertex has one edge twice and no other: it changes nothing.
     """
     directed = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]).astype(np.int64)
     directed = directed[directed[:, 0] != directed[:, 1]]
     low, high = directed.min(axis=1), directed.max(axis=1)
-    _, meetings = np.unique(low * (int(triangles.max()) + 1) + high, return_counts=True)
-    return bool((meetings % 2 == 0).all())
+    count = int(triangles.max()) + 1
+    keys, meetings = np.unique(low * count + high, return_counts=True)
+    odd = meetings % 2 == 1
+    if not odd.any():
+        return None
+    first = int(np.argmax(odd))
+    i, j = divmod(int(keys[first]), count)
+    return i, j, int(meetings[first])

@@ -120,7 +120,7 @@ def film_at(
 ) -> tuple[Path, Film]:
     """Return an empty film, of the kind that the end of `path` says, and its path.
 
-    Raises OutputError where none can be written, ParameterError for another kind, MissingExtraError.
+    Raises OutputError where none can be written, ParameterError for another kind, MissingPackageError.
     """
     place = path_of(path)
     try:

@@ -51,7 +51,7 @@ class Recorder:
     `World.picture`; a quantity needs a range, so that its colours mean the same in every frame. `quality` 1 … 100.
     `last_frame` [s] is how long the last one stays before the film begins again.
 
-    Whatever cannot work is said at once, by an OutputError, ParameterError or MissingExtraError. Where the `with` block
+    Whatever cannot work is said at once, by an OutputError, ParameterError or MissingPackageError. Where the block
     ends early, by an error or an interrupt, or the disk is full, the frames until then are a film. What stood at `path`
     stays until the film is whole. Same frames, same versions of the libraries: same bytes.
     """

@@ -8,6 +8,7 @@ import warnings
 from collections.abc import Callable
 from decimal import Decimal
 from fractions import Fraction
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -247,11 +248,28 @@ class Caller:
         mesh.moved(self.vector())
         mesh.scaled(self.number())
 
+    def try_soup(self) -> None:
+        mesh = self.one(MESHES)
+        corners = mesh.vertices[mesh.triangles]
+        if self.rng.random() < 0.5:
+            corners[int(self.rng.integers(len(corners)))] = self.vector()
+        soup: Any = self.one([corners, corners.reshape(-1, 3), corners.tolist(), *OTHERS])
+        Mesh.from_soup(soup, self.one([None, None, np.arange(12).reshape(4, 3), *OTHERS]), self.number()).check()
+
+    def try_trimesh(self) -> None:
+        mesh = self.one(MESHES)
+        faces: Any = self.one([mesh.triangles, *OTHERS])
+        given: Any = self.one([SimpleNamespace(vertices=mesh.vertices, faces=faces), *OTHERS])
+        Mesh.from_trimesh(given, merge=self.yes(), tolerance=self.one([0.0, self.number()]))
+
     def try_query(self) -> None:
         mesh = self.one(MESHES)
-        query = MeshQuery(mesh.vertices, mesh.triangles, self.one([0.25, self.number()]))
+        arrays = self.one([(mesh.vertices, mesh.triangles), (mesh, None), (mesh.vertices, mesh.triangles[1:])])
+        query = MeshQuery(*self.one([arrays, arrays, (self.one(OTHERS), None)]), self.one([0.25, self.number()]))
         points = self.one([self.rng.normal(size=(4, 3)), [[0.0, 0.0, nan]], *OTHERS])
-        self.one([query.contains, query.closest])(points, self.one([1, 2, 0, -1, 10**6, 10**400, None, 1.5, "1"]))
+        self.one([query.contains, query.closest, query.signed_distance])(
+            points, self.one([1, 2, 0, -1, 10**6, 10**400, None, 1.5, "1"])
+        )
         query.move(self.one([mesh.vertices, *OTHERS]))
 
     def try_scene(self) -> None:

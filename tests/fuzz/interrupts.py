@@ -24,12 +24,13 @@ class HeardError(Exception):
 
 
 def attempt(seed: int) -> str | None:
-    """Interrupt a step, a run, the adding of a body, or the search for an equilibrium, and look what is left."""
+    """Interrupt a step, a run, an adding of bodies, a search for an equilibrium, a restore; look what is left."""
     rng = np.random.default_rng(seed)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        kind = rng.choice(["step", "run", "add", "equilibrium"], p=[0.4, 0.3, 0.2, 0.1])
-        return {"step": _step, "run": _step, "add": _add, "equilibrium": _equilibrium}[kind](rng, str(kind))
+        kind = rng.choice(["step", "run", "add", "equilibrium", "restore"], p=[0.35, 0.25, 0.15, 0.1, 0.15])
+        tries = {"step": _step, "run": _step, "add": _add, "equilibrium": _equilibrium, "restore": _restore}
+        return tries[kind](rng, str(kind))
 
 
 def _step(rng: np.random.Generator, kind: str) -> str | None:
@@ -118,6 +119,33 @@ def _equilibrium(rng: np.random.Generator, _: str) -> str | None:
         if world.state_hash() != whole.state_hash():
             return "some bodies are at rest, and others are not"
     return None
+
+
+def _restore(rng: np.random.Generator, _: str) -> str | None:
+    """Interrupt a world that becomes now one, now another: it is one of the two, and goes on as that one."""
+    wholes = [made(int(scene), "rk4_velocity")[:2] for scene in rng.choice([0, 1, 3, 4, 5], 2, replace=False)]
+    for whole, h in wholes:
+        whole.step(h, int(rng.integers(1, 5)))
+    snapshots = [whole.snapshot() for whole, _ in wholes]
+    world = World()
+    world.restore(snapshots[0])
+
+    def go() -> None:
+        for k in range(1, 10):
+            world.restore(snapshots[k % 2])
+
+    late = _interrupted(rng, go, 0.02)
+    if late:
+        return late
+    is_like = [k for k in range(2) if all(_same(world.snapshot()[name], rows) for name, rows in snapshots[k].items())]
+    if len(is_like) != 1:
+        return "the world is neither what it was nor what it was to become"
+    whole, h = wholes[is_like[0]]
+    for each in (world, whole):
+        each.step(h, 3)
+    after = whole.snapshot()
+    different = [name for name, rows in world.snapshot().items() if not _same(rows, after[name])]
+    return f"three steps later {', '.join(different)} differ" if different else None
 
 
 def made(scene: int, integrator: str) -> tuple[World, float, int]:

@@ -66,6 +66,29 @@ def test_damaged_files_count_as_not_there(tmp_path, damage):
     assert cache.load(KEY) == DATA
 
 
+@pytest.mark.skipif(os.name != "posix", reason="pipes and devices are those of POSIX")
+@pytest.mark.parametrize("what", ["pipe", "device", "loop", "link to nothing"])
+def test_what_is_no_file_counts_as_not_there_and_is_replaced(tmp_path, what):
+    cache = CacheFile(str(tmp_path), "kernel")
+    path = cache._path(KEY)
+    if what == "pipe":
+        os.mkfifo(path)
+    else:
+        path.symlink_to({"device": "/dev/zero", "loop": path.name, "link to nothing": "nowhere"}[what])
+    assert cache.load(KEY) is None
+    cache.save(KEY, DATA)
+    assert cache.load(KEY) == DATA
+
+
+def test_a_folder_in_the_way_is_an_error_of_the_disk(tmp_path):
+    cache = CacheFile(str(tmp_path), "kernel")
+    (cache._path(KEY) / "full").mkdir(parents=True)
+    assert cache.load(KEY) is None
+    with pytest.raises(OSError, match="directory"):
+        cache.save(KEY, DATA)
+    assert [path.name for path in tmp_path.iterdir()] == [cache._path(KEY).name]
+
+
 def test_what_cannot_be_kept_leaves_nothing_behind(tmp_path):
     cache = CacheFile(str(tmp_path), "kernel")
     with pytest.raises(TypeError):

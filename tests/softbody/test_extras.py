@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from softbody import MissingExtraError
+from softbody import MissingPackageError
 from softbody.extras import library
 
 
@@ -13,6 +13,6 @@ def test_a_library_that_is_there_is_returned():
 
 
 def test_one_that_is_missing_is_an_import_error_with_its_cure():
-    with pytest.raises(MissingExtraError, match=r"a film needs Films: pip install softbody\[record\]") as caught:
+    with pytest.raises(MissingPackageError, match=r"a film needs Films: pip install softbody\[record\]") as caught:
         library("no_such_module", "Films", "record", "a film")
     assert isinstance(caught.value, ImportError)

@@ -1,7 +1,9 @@
 """Is an interrupt heard in the midst of a long run, and is what it leaves a whole world?"""
 
+import linecache
 import os
 import signal
+import sys
 import threading
 import time
 
@@ -11,7 +13,7 @@ import pytest
 
 import softbody
 from softbody import BusyError, World
-from softbody.interrupts import SILENT, assign_together, listening
+from softbody.interrupts import SILENT, assign_together, listening, set_together
 
 compiled = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="Python handles signals anywhere in its own code")
 posix = pytest.mark.skipif(os.name != "posix", reason="signals and timers are those of POSIX")
@@ -104,6 +106,79 @@ def test_an_equilibrium_that_is_interrupted_moves_nobody(alarm):
     with pytest.raises(StopError):
         world.equilibrium(1e-300, 10**9)
     assert world.state_hash() == before
+
+
+def stopped_at(line, call):
+    """Call, and raise before the line of that number, counted as they run, of the core's host side; tell if it was.
+
+    Not where a with-statement begins and ends: there Python handles no signal.
+    """
+    left = [line]
+    files = {World.restore.__code__.co_filename, set_together.__code__.co_filename}
+
+    def each(frame, event, _):
+        source = linecache.getline(frame.f_code.co_filename, frame.f_lineno)
+        if event == "line" and not source.strip().startswith("with "):
+            left[0] -= 1
+            if left[0] == 0:
+                raise StopError
+        return each
+
+    before = sys.gettrace()
+    sys.settrace(lambda frame, *_: each if frame.f_code.co_filename in files else None)
+    try:
+        call()
+    except StopError:
+        return True
+    finally:
+        sys.settrace(before)
+    return False
+
+
+def test_a_restore_that_is_interrupted_anywhere_has_happened_or_has_not():
+    first, then = ball(), boxes()
+    then.settings = then.settings._replace(iterations=7)
+    first.step(1e-4, 3)
+    then.step(1e-4, 2)
+    snapshot, line, seen = then.snapshot(), 1, set()
+    while True:
+        world = World()
+        world.restore(first.snapshot())
+        if not stopped_at(line, lambda world=world: world.restore(snapshot)):
+            break
+        is_before, is_after = same(world, first), same(world, then)
+        assert is_before != is_after, line
+        seen.add(is_after)
+        line += 1
+    assert seen == {False}  # what assigns is one line, and the last
+    assert line > 15
+    assert same(world, then)
+
+
+def test_a_removal_that_is_interrupted_anywhere_has_happened_or_has_not():
+    line, seen = 1, set()
+    while True:
+        world = boxes()
+        handles = world.boxes
+        count = len(handles)
+        if not stopped_at(line, lambda world=world, box=handles[0]: world.remove(box)):
+            break
+        is_there = [box.is_there for box in handles]
+        assert world.model.box_count == sum(is_there)
+        assert [box.index for box in handles if box.is_there] == list(range(sum(is_there)))
+        seen.add(sum(is_there) == count)
+        line += 1
+    assert seen == {True}
+    assert line > 5
+
+
+def test_attributes_are_set_together():
+    class Pair:
+        one, other = 1, 2
+
+    pair = Pair()
+    set_together((pair, "one", 3), (pair, "other", 4))
+    assert (pair.one, pair.other) == (3, 4)
 
 
 @posix

@@ -131,7 +131,7 @@ def springs_that_are_set(run: Run) -> Comparison:
         Fault("sub-steps a hundredth too short", soft_bodies._stretch, "h / substeps", "0.99 * h / substeps"),
         Fault(
             "sub-steps that are not asked for",
-            world.World._run_until,
+            world.World._step,
             "self.settings._replace(substeps=substeps)",
             "self.settings",
         ),
@@ -253,8 +253,8 @@ def _volume(body: SoftBody) -> float:
         Fault(
             "a force that replaces the one before",
             rigid_box.Box.apply_force,
-            "force_[self._row()] += n_",
-            "force_[self._row()] = n_",
+            "controls.box_force[row] + newtons",
+            "newtons",
         ),
         Fault(
             "torques that are not cleared",
@@ -502,23 +502,18 @@ def state_of(world: World) -> np.ndarray:
     because="bit for bit",
     detects="one array, number or setting that is not kept",
     faults=(
-        Fault(
-            "a clock that starts anew",
-            world.World.restore,
-            "self.steps, self.time = steps, time",
-            "self.steps, self.time = 0, 0.0",
-        ),
+        Fault("a clock that starts anew", world.World.restore, "_new_clock(steps, time)", "_new_clock()"),
         Fault(
             "what the solver remembers, forgotten",
             world.World.restore,
-            "self.contacts, self.settings, self.precision = contacts, settings, precision",
-            "self.contacts, self.settings, self.precision = new_contacts(FIRST_ROOM), settings, precision",
+            "remembering(cache, FIRST_ROOM)",
+            "new_contacts(FIRST_ROOM)",
         ),
         Fault(
             "settings that are not restored",
             world.World.restore,
-            "self.contacts, self.settings, self.precision = contacts, settings, precision",
-            "self.contacts, self.precision = contacts, precision",
+            '(self, "settings", settings)',
+            '(self, "settings", self.settings)',
         ),
         Fault(
             "a snapshot that shares memory with the world",

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import softbody
 from softbody import MeshError, ParameterError
 from softbody.geometry import MeshQuery, closest_on_mesh, closest_triangles, points_in_mesh, points_in_polyhedron
 from tests.softbody.geometry.shapes import T, V, questions, turned
@@ -56,9 +57,44 @@ def test_lists_integers_and_float32_are_taken():
     assert points_in_mesh(np.zeros((3, 2)).T, np.asfortranarray(V), T).tolist() == [True, True]
 
 
+def test_points_may_be_as_far_as_numbers_go():
+    far = [[1e308] * 3, [1.7e308] * 3]
+    assert points_in_mesh(far, V, T).tolist() == [False, False]
+
+
 def test_no_points_get_no_answers():
     assert points_in_mesh([], V, T).shape == (0,)
     assert closest_on_mesh(np.empty((0, 3)), V, T).weights.shape == (0, 3)
+
+
+def test_a_mesh_is_taken_in_place_of_its_arrays():
+    query = MeshQuery(softbody.icosphere(1))
+    assert query.contains([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]]).tolist() == [True, False]
+
+
+def test_signed_distances_are_those_of_a_box_and_follow_it():
+    box = softbody.box((2.0, 2.0, 2.0))
+    query = MeshQuery(box)
+    points = np.array([[0.0, 0.0, 0.0], [0.5, 0.25, 0.0], [3.0, 0.0, 0.0], [4.0, 5.0, 0.0], [1.0, 0.0, 0.0]])
+    assert query.signed_distance(points) == pytest.approx([-1.0, -0.5, 2.0, 5.0, 0.0], abs=1e-15)
+    query.move(box.vertices + [1.0, 0.0, 0.0])
+    assert query.signed_distance(points, threads=2) == pytest.approx([0.0, -0.5, 1.0, np.hypot(2, 4), -1.0], abs=1e-15)
+
+
+def test_signed_distances_are_those_of_libigl():
+    igl = pytest.importorskip("igl")
+    points = questions(V, T)
+    distance = MeshQuery(V, T).signed_distance(points)
+    theirs = igl.signed_distance(np.ascontiguousarray(points), V, T, igl.SIGNED_DISTANCE_TYPE_PSEUDONORMAL)[0]
+    assert distance == pytest.approx(theirs, abs=1e-12)
+
+
+def test_an_open_mesh_has_closest_triangles_and_no_inside():
+    query = MeshQuery(V, T[1:])
+    assert query.closest(POINTS[:3]).distance.min() >= 0.0
+    for ask in (query.contains, query.signed_distance, lambda points: points_in_mesh(points, V, T[1:])):
+        with pytest.raises(MeshError, match=r"mesh is open, and has no inside: edge \d+–\d+ is met by 1 triangle"):
+            ask(POINTS[:3])
 
 
 @pytest.mark.parametrize(
@@ -73,6 +109,10 @@ def test_no_points_get_no_answers():
         (lambda: MeshQuery(V, T).move(V[1:]), MeshError, "the mesh has 162 of them"),
         (lambda: MeshQuery(V, T).move(V * np.nan), MeshError, "vertex 0 is at .* not finite"),
         (lambda: MeshQuery(V, []), MeshError, "the mesh is empty"),
+        (lambda: MeshQuery(V), MeshError, "a ndarray alone is no mesh; give vertices and triangles, or a Mesh"),
+        (lambda: points_in_mesh([[0, 0, 0], [0, np.nan, 0]], V, T), MeshError, r"point 1 is at .*: not finite; leave"),
+        (lambda: closest_on_mesh([[np.inf, -np.inf, 0]], V, T), MeshError, r"point 0 is at .*: not finite"),
+        (lambda: MeshQuery(V, T).signed_distance([[np.nan] * 3]), MeshError, r"point 0 is at .*: not finite"),
     ],
 )
 def test_what_cannot_be_answered_is_refused_by_name(wrong, error, message):

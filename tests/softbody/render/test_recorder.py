@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import softbody
-from softbody import Camera, MissingExtraError, OutputError, ParameterError, Recorder
+from softbody import Camera, MissingPackageError, OutputError, ParameterError, Recorder
 from softbody.render import films
 
 SMALL = (64, 48)
@@ -227,7 +227,7 @@ def test_a_library_that_is_missing_is_named_with_its_cure(world, tmp_path, monke
     for found in [each for each in sys.modules if each.partition(".")[0] == module]:
         monkeypatch.delitem(sys.modules, found)
     monkeypatch.setitem(sys.modules, module, None)
-    with pytest.raises(MissingExtraError, match=rf"pip install softbody\[{extra}\]"):
+    with pytest.raises(MissingPackageError, match=rf"pip install softbody\[{extra}\]"):
         Recorder(world, tmp_path / name)
     assert not os.listdir(tmp_path)
 

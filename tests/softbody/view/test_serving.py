@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import softbody
-from softbody import MissingExtraError, ParameterError, ViewError
+from softbody import MissingPackageError, ParameterError, ViewError
 from softbody.view.serving import LiveView
 from tests.softbody.view import browser
 
@@ -36,7 +36,7 @@ def test_a_library_that_is_missing_is_named_with_its_cure(world, monkeypatch):
     for name in [each for each in sys.modules if each.partition(".")[0] == "viser"]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "viser", None)
-    with pytest.raises(MissingExtraError, match=r"a live view needs viser: pip install softbody\[view\]"):
+    with pytest.raises(MissingPackageError, match=r"a live view needs viser: pip install softbody\[view\]"):
         world.view()
 
 

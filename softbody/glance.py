@@ -1,0 +1,37 @@
+"""Is all finite that steps begin with, and has somebody moved particles? Looked at by the kernels that take them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softbody.jit import jit_lean
+from softbody.state import Controls, State
+
+
+@jit_lean
+def begins_finite(controls: Controls, state: State) -> bool:
+    """Tell whether all positions, velocities and forces are finite."""
+    particles = is_finite(state.particle_position) and is_finite(state.particle_velocity)
+    forces = is_finite(controls.particle_force) and is_finite(controls.box_force) and is_finite(controls.box_torque)
+    boxes = is_finite(state.box_position) and is_finite(state.box_orientation)
+    return particles and forces and boxes and is_finite(state.box_velocity) and is_finite(state.box_angular_velocity)
+
+
+@jit_lean
+def is_finite(rows: np.ndarray) -> bool:
+    """Tell whether all of `rows` (n, k) are finite: eight at a time."""
+    numbers = rows.reshape(-1)
+    spoiled = 0
+    for i in range(numbers.shape[0]):
+        spoiled |= int(not abs(numbers[i]) < np.inf)
+    return spoiled == 0
+
+
+@jit_lean
+def fingerprint(rows: np.ndarray) -> int:
+    """Return a number that tells `rows` (n, k) from others, and from themselves in another order."""
+    bits = rows.reshape(-1).view(np.int64)
+    total = 0
+    for i in range(bits.shape[0]):
+        total += int(bits[i]) ^ (i * 2654435761)
+    return total

@@ -1,0 +1,41 @@
+"""Which vertices and triangles does a mesh file hold? Read by trimesh, where that is installed."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+
+from softbody.errors import MeshError, MissingPackageError
+
+
+def read_triangles(path: str | os.PathLike[str]) -> tuple[np.ndarray, np.ndarray]:
+    """Return vertices (n, 3) and triangles (t, 3) of an STL, OBJ, PLY, OFF or another file, as they stand there.
+
+    The bodies of a scene are put into one, each in its place. Raises MissingPackageError without trimesh, MeshError
+    for what it cannot read, OSError if there is nothing to read.
+    """
+    try:
+        import trimesh
+    except ImportError as error:
+        raise MissingPackageError(
+            "reading mesh files takes trimesh: pip install trimesh (with softbody, its extra: softbody[files])"
+        ) from error
+    with open(path, "rb"):  # a file that is not there is no damaged one
+        pass
+    try:
+        mesh = trimesh.load_mesh(path, process=False)
+    except Exception as error:  # whatever a reader of some twenty formats raises
+        raise MeshError(
+            f"cannot be read as a mesh ({type(error).__name__}: {error}); save it anew, as PLY or STL"
+        ) from error
+    return triangles_of(mesh)
+
+
+def triangles_of(mesh: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return `vertices` and `faces` of a trimesh.Trimesh, or of anything that has both; raises MeshError."""
+    try:
+        return np.asarray(mesh.vertices), np.asarray(mesh.faces)
+    except AttributeError as error:
+        raise MeshError(f"a {type(mesh).__name__} has no vertices and faces; give one mesh of triangles") from error
