@@ -6,6 +6,8 @@ a and b points from b to a; "§" is a section of the 2008 paper that the method 
 same machine: same bits.
 """
 
+from typing import TYPE_CHECKING, Any
+
 from softbody.bodies import Body
 from softbody.contact_points import ContactPoints
 from softbody.dynamics.energy import Energies
@@ -15,11 +17,13 @@ from softbody.errors import (
     MassRatioWarning,
     MeshError,
     MissingPackageError,
+    OutputError,
     OverlapWarning,
     ParameterError,
     SimulationError,
     SnapshotError,
     SoftbodyError,
+    ViewError,
 )
 from softbody.mesh import Mesh, box, icosahedron, icosphere, octahedron, tetrahedron, torus
 from softbody.mesh_findings import Finding
@@ -30,6 +34,9 @@ from softbody.world import World
 
 from softbody import scenes  # isort: skip (it needs all of the above)
 
+if TYPE_CHECKING:
+    from softbody.render import Camera, Recorder
+
 __version__ = "0.1.0"
 
 __all__ = [
@@ -37,6 +44,7 @@ __all__ = [
     "Box",
     "BusyError",
     "CacheWarning",
+    "Camera",
     "ContactPoints",
     "Controls",
     "Energies",
@@ -46,13 +54,16 @@ __all__ = [
     "MeshError",
     "MissingPackageError",
     "Model",
+    "OutputError",
     "OverlapWarning",
     "ParameterError",
+    "Recorder",
     "SimulationError",
     "SnapshotError",
     "SoftBody",
     "SoftbodyError",
     "State",
+    "ViewError",
     "World",
     "box",
     "icosahedron",
@@ -62,3 +73,12 @@ __all__ = [
     "tetrahedron",
     "torus",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Return what makes pictures: it is imported when it is first asked for."""
+    if name in ("Camera", "Recorder"):
+        from softbody import render
+
+        return getattr(render, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,22 +1,104 @@
-"""Compiles the core ahead of its first use: `python -m softbody warmup`."""
+"""What can be done with the core from a terminal? `python -m softbody --help`."""
 
 from __future__ import annotations
 
+import argparse
 import sys
+from collections.abc import Callable, Sequence
 from time import perf_counter
+from typing import Any
 
+from softbody import __version__, scenes
+from softbody.errors import SoftbodyError
+from softbody.parameters import check_range
+from softbody.render import Recorder
+from softbody.render.films import picture_path
+from softbody.render.quantities import UNITS
+from softbody.settings import INTEGRATORS
 from softbody.warmup import warm_up
+from softbody.world import World
+
+WRONG_USAGE, CANNOT = 2, 4  # exit codes: as of every command, and where the machine lacks something
 
 
-def main() -> int:
-    """Return 0, or 2 for wrong usage."""
-    if sys.argv[1:] != ["warmup"]:
-        print("usage: python -m softbody warmup", file=sys.stderr)
-        return 2
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Return 0, or another exit code: WRONG_USAGE, CANNOT."""
+    given = parser().parse_args(arguments)
+    command: Callable[[argparse.Namespace], None] = given.command
+    try:
+        command(given)
+    except SoftbodyError as error:
+        print(f"softbody: {error}", file=sys.stderr)
+        return CANNOT if isinstance(error, (OSError, ImportError)) else WRONG_USAGE
+    return 0
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return what reads the command line; a command is a function of what it read."""
+    listed = "\n".join(f"  {name:<16} {_first_line(name)}" for name in scenes.__all__)
+    result = argparse.ArgumentParser(
+        prog="python -m softbody",
+        description="Pressure soft bodies and rigid boxes.",
+        epilog=f"scenes:\n{listed}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    result.add_argument("--version", action="version", version=f"softbody {__version__}")
+    commands = result.add_subparsers(title="commands", metavar="COMMAND", required=True)
+
+    warmup = commands.add_parser("warmup", help="compile the core ahead of its first use, on all processor cores")
+    warmup.set_defaults(command=_warmup)
+
+    view = commands.add_parser("view", help="show a scene live in the browser (pip install softbody[view])")
+    view.add_argument("scene", metavar="SCENE", choices=scenes.__all__, help=", ".join(scenes.__all__))
+    view.add_argument("--port", type=int, default=8080, help="of the page (8080); 0 for any that is free")
+    view.add_argument("--host", default="127.0.0.1", help="who may see it (127.0.0.1: this machine only)")
+    view.add_argument("--integrator", choices=tuple(INTEGRATORS), help="of soft bodies")
+    view.add_argument("--paper", action="store_true", help="by all of the paper's own choices")
+    view.add_argument("--no-browser", action="store_true", help="open none; say the address")
+    view.set_defaults(command=_view)
+
+    record = commands.add_parser("record", help="run a scene and keep a film of it, or a picture of how it ends")
+    record.add_argument("scene", metavar="SCENE", choices=scenes.__all__, help=", ".join(scenes.__all__))
+    record.add_argument("file", metavar="FILE", help="film.webp, film.mp4, a new folder for pictures, or end.png")
+    record.add_argument("--seconds", type=float, default=2.0, help="of the world's time (2)")
+    record.add_argument("--frames-per-second", type=float, default=20.0, help="of a film (20)")
+    record.add_argument("--colour", choices=("stripes", "plain", *UNITS), default="stripes", help="what colours show")
+    record.add_argument("--range", type=float, nargs=2, metavar=("LEAST", "MOST"), help="that colours stand for")
+    record.add_argument("--size", type=int, nargs=2, metavar=("WIDTH", "HEIGHT"), default=(640, 480), help="[pixels]")
+    record.set_defaults(command=_record)
+    return result
+
+
+def _first_line(scene: str) -> str:
+    """Return what a scene is, as the first line of its file says."""
+    return str(getattr(scenes, scene).__doc__).partition("\n")[0]
+
+
+def _warmup(given: argparse.Namespace) -> None:
     start = perf_counter()
     warm_up()
     print(f"machine code is ready ({perf_counter() - start:.1f} s)")
-    return 0
+
+
+def _view(given: argparse.Namespace) -> None:
+    world = World.paper() if given.paper else World()
+    if given.integrator is not None:
+        world.integrator = given.integrator
+    getattr(scenes, given.scene).build(world=world).view(given.port, host=given.host, open_browser=not given.no_browser)
+
+
+def _record(given: argparse.Namespace) -> None:
+    seconds = check_range(given.seconds, "seconds", "s", above=0.0)
+    world = getattr(scenes, given.scene).build()
+    look: Any = {"size": given.size, "colour": given.colour, "colour_range": given.range}
+    if given.file.endswith(".png"):
+        picture_path(given.file)  # whatever is in its way is said before the work
+        world.run(seconds)
+        world.picture(given.file, **look)
+    else:
+        with Recorder(world, given.file, given.frames_per_second, **look) as film:
+            film.run(seconds)
+    print(f"{given.file}: {given.scene} until {world.time:.3g} s")
 
 
 if __name__ == "__main__":

@@ -27,6 +27,14 @@ class BusyError(SoftbodyError, RuntimeError):
     """A world that is being stepped, by another thread or further up in this one, was asked for something else."""
 
 
+class OutputError(SoftbodyError, OSError):
+    """A picture or a film that cannot be written: which file, why, and what was recorded all the same."""
+
+
+class ViewError(SoftbodyError, OSError):
+    """A live view that cannot be opened, because its port is taken for one."""
+
+
 class OverlapWarning(UserWarning):
     """Bodies that start inside each other: they are pushed apart, from deep inside not all the way."""
 

@@ -35,6 +35,7 @@ def run_small_world(kind: tuple[int, int]) -> None:
         world.energy()
         world.linear_momentum()
         world.angular_momentum()
+        world.picture(size=(8, 6))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of contacts that are missing
         world.step(1e-4)

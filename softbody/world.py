@@ -69,6 +69,8 @@ from softbody.world_file import MOST_BYTES, read, write
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
+    from softbody.render.camera import Camera
+
 FIRST_ROOM = 256  # contacts; there is more as soon as it is needed
 
 
@@ -665,6 +667,40 @@ class World(StrictNames):
         """Unpickle, checked as by `restore`, to go on to the same bits."""
         World.__init__(self)
         self.restore(snapshot)
+
+    def picture(
+        self,
+        path: str | os.PathLike[str] | None = None,
+        *,
+        camera: Camera | None = None,
+        size: tuple[int, int] = (640, 480),
+        colour: str = "stripes",
+        colour_range: tuple[float, float] | None = None,
+        colour_map: str = "viridis",
+    ) -> np.ndarray:
+        """Return a picture (h, w, 3) of uint8 of the world as it is; write it to a PNG file, if there is a `path`.
+
+        `camera`: a softbody.Camera, or none for one that frames the whole scene. `size` (width, height) [pixels].
+        `colour`: "stripes", "plain", or by a quantity of soft bodies, "pressure" [Pa], "strain" or "speed" [m/s], from
+        the least to the greatest of `colour_range`, or of the picture if it is None; `colour_map`: "viridis" or
+        "coolwarm". Raises OutputError, before any work, for a file that cannot be written.
+        """
+        from softbody.render.drawing import Drawing
+        from softbody.render.recorder import picture
+
+        with self._my_turn():
+            return picture(self, path, camera, size, Drawing(self, colour, colour_range, colour_map))
+
+    def view(self, port: int = 8080, *, host: str = "127.0.0.1", open_browser: bool = True) -> None:
+        """Show the world live in the browser, to be watched and steered, until Ctrl-C; it moves on meanwhile.
+
+        Needs viser: pip install softbody[view]. The page is at `port` of `host` (0: any port that is free), which only
+        this machine sees; `open_browser` opens it, where there is a display. Raises MissingPackageError, and ViewError
+        for a port that is taken.
+        """
+        from softbody.view.serving import view
+
+        view(self, port, host, open_browser)
 
     def energy(self) -> float:
         """Return kinetic + spring + gas + gravity energy [J] of every body that can move, less the work of forces.

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import io
 import os
-import secrets
 import stat
 import zipfile
-from contextlib import suppress
 from math import prod
-from pathlib import Path
 from typing import IO
 
 import numpy as np
 
-from softbody.errors import ParameterError, SnapshotError
+from softbody.errors import SnapshotError
+from softbody.whole_file import path_of, whole_file
 
 MOST_BYTES = 2**30  # that a file may have, and that its arrays may take: a world of some five million particles
 
@@ -27,33 +25,10 @@ PACKED = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}  # as np.savez and np.savez_
 def write(path: str | os.PathLike[str], snapshot: dict[str, np.ndarray]) -> None:
     """Write a snapshot to an NPZ file, whole or not at all.
 
-    It is written beside `path` under a name of its own, flushed to the disk, and then takes the place of what stood
-    there, be it a link. If anything goes wrong, that stays, and nothing else is left. Raises OSError as the disk does.
+    If anything goes wrong, what stood there stays, and nothing else is left. Raises OSError as the disk does.
     """
-    path = _path(path)
-    part = path.with_name(f".{secrets.token_hex(8)}.part")  # not longer than a name may be, whatever the path's is
-    try:
-        with part.open("xb") as file:  # never through a link, and never one that exists
-            np.savez(file, **snapshot)  # type: ignore[arg-type]
-            file.flush()
-            os.fsync(file.fileno())
-        part.replace(path)
-    except BaseException as error:
-        part.unlink(missing_ok=True)
-        if isinstance(error.__context__, KeyboardInterrupt):  # an archive that is closed half-written hides it
-            raise error.__context__ from None
-        raise
-    _flush_folder(path.parent)
-
-
-def _flush_folder(folder: Path) -> None:
-    """Let the disk know the new name; where folders cannot be flushed, it will some day."""
-    with suppress(OSError):
-        descriptor = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
+    with whole_file(path_of(path)) as file:
+        np.savez(file, **snapshot)  # type: ignore[arg-type]
 
 
 def read(path: str | os.PathLike[str], most_bytes: int) -> dict[str, np.ndarray]:
@@ -62,7 +37,7 @@ def read(path: str | os.PathLike[str], most_bytes: int) -> dict[str, np.ndarray]
     Raises SnapshotError for a file of another kind, a damaged one, and one that is, or unpacks to, more than
     `most_bytes`, before memory is taken for that; OSError if it cannot be read.
     """
-    path = _path(path)
+    path = path_of(path)
     if not stat.S_ISREG(path.stat().st_mode):
         raise SnapshotError(f"{path} is no file; give one that World.save wrote")
     with path.open("rb") as file:
@@ -121,13 +96,3 @@ def _too_large(size: int, most_bytes: int) -> SnapshotError:
         f"it has, or unpacks to, {size} bytes and more, and {most_bytes} are allowed; if you trust it, give World.load "
         "a larger most_bytes"
     )
-
-
-def _path(path: str | os.PathLike[str]) -> Path:
-    try:
-        result = Path(path)
-    except TypeError as error:
-        raise ParameterError(f"path is {path!r}; give the name of a file") from error
-    if not result.name or "\0" in str(result):
-        raise ParameterError(f"path is {path!r}; give the name of a file")
-    return result

@@ -34,3 +34,10 @@ def test_every_public_name_is_there():
     assert len(set(softbody.__all__)) == len(softbody.__all__)
     for name in softbody.__all__:
         assert getattr(softbody, name).__doc__
+
+
+def test_pictures_are_imported_when_they_are_asked_for_and_not_before():
+    root = Path(softbody.__file__).parents[1]
+    code = "import sys, softbody; print('softbody.render' in sys.modules, softbody.Recorder.__module__)"
+    done = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True)
+    assert done.stdout == "False softbody.render.recorder\n"

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import softbody
-from softbody import ParameterError, SnapshotError, World, world_file
+from softbody import ParameterError, SnapshotError, World, whole_file, world_file
 
 
 @pytest.fixture
@@ -171,7 +171,7 @@ def test_saving_goes_through_no_link(world, path, tmp_path):
 def test_saving_goes_through_no_link_at_the_temporary_name(world, path, tmp_path, monkeypatch):
     victim = tmp_path / "victim"
     victim.write_text("precious")
-    monkeypatch.setattr(world_file.secrets, "token_hex", lambda size: "known")
+    monkeypatch.setattr(whole_file.secrets, "token_hex", lambda size: "known")
     (tmp_path / ".known.part").symlink_to(victim)
     with pytest.raises(FileExistsError):
         world.save(path)

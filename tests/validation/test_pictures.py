@@ -1,32 +1,33 @@
-"""Films show how bodies turn: stripes and ribbons belong to the material."""
+"""Films for the report: a still and a loop of each scene, and a camera that can follow."""
 
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 import softbody
-from validation.pictures import SCENES, STRIPES, stripes_of, things
+from softbody import Camera
+from validation.pictures import FRAMES_A_SECOND, LAST_FRAME, SCENES, SIZE, Scene, following, make_picture
 
 
-@pytest.mark.parametrize("mesh", [softbody.icosphere(3), softbody.torus()])
-def test_stripes_run_around_the_axis_across_which_a_body_is_thinnest(mesh):
-    body = softbody.World().add_soft_body(mesh, 1.0, 100.0, 1.0, (3.0, 2.0, 1.0))
-    stripes = stripes_of(body)
-    ahead = mesh.vertices[:, 0] > 0.9 * mesh.vertices[:, 0].max()
-    assert (stripes[ahead & (np.abs(mesh.vertices[:, 1]) < 0.1)] > 0.0).all()
-    turn = np.pi / STRIPES  # from the middle of a stripe to that of the next of the other colour
-    angle = np.arctan2(mesh.vertices[:, 1], mesh.vertices[:, 0])
-    away = np.hypot(*mesh.vertices[:, :2].T) > 0.1
-    assert (stripes[(np.abs(angle - turn) < 0.3 * turn) & away] < 0.0).all()
+def test_a_scene_leaves_its_last_frame_and_a_loop(tmp_path):
+    from PIL import Image
+
+    build, camera = softbody.scenes.ball_drop.build, Camera((0.0, -6.0, 1.0), (0.0, 0.0, 1.0))
+    picture = make_picture(Scene("drop", "Balls.", build, camera, seconds=0.1), tmp_path / "pictures")
+    assert (picture.name, picture.animation, picture.still) == ("drop", "pictures/drop.webp", "pictures/drop.png")
+    loop, still = (Image.open(tmp_path / place) for place in (picture.animation, picture.still))
+    assert (loop.n_frames, loop.size, still.size) == (3, SIZE, SIZE)
+    loop.seek(2)
+    assert np.abs(np.asarray(loop.convert("RGB")).astype(int) - np.asarray(still)).mean() < 4.0
+    assert loop.info["duration"] == 1000 // FRAMES_A_SECOND + 1000 * LAST_FRAME
 
 
-def test_every_film_begins_with_what_can_move_striped():
-    for scene in SCENES:
-        world = scene.build()
-        stripes = [stripes_of(softbody.SoftBody(world, i)) for i in range(world.model.soft_count)]
-        drawn = list(things(world, stripes))
-        static = int((world.model.box_inverse_mass == 0.0).sum())
-        assert sum(thing.stripes is None for thing in drawn) == static
-        for thing in drawn:
-            assert thing.stripes is None or (thing.stripes.min() < 0.0 < thing.stripes.max())
+def test_a_camera_that_follows_goes_along_x_with_the_first_body():
+    world = softbody.World()
+    world.add_soft_body(softbody.icosahedron(), 1.0, 10.0, 1.0, (3.0, 2.0, 1.0))
+    camera = following(Camera((0.0, -6.0, 1.0), (0.0, 0.0, 1.0)), world)
+    np.testing.assert_allclose((camera.eye, camera.target), [(3.0, -6.0, 1.0), (3.0, 0.0, 1.0)])
+
+
+def test_every_film_has_its_own_name():
+    assert len({scene.name for scene in SCENES}) == len(SCENES)

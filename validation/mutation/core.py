@@ -23,8 +23,11 @@ LEFT_OUT = {
     "lanes.py": "the interpreted form of lanes, which no kernel that is compiled runs",
     "compiled_lanes.py": "writes LLVM's code while kernels are compiled, before a switch can be thrown",
     "threads.py": "how long threads sleep",
+    "render/": "what pictures look like is a matter of taste, and tests see the rest",
+    "view/": "what is on the screen moves nothing, and tests see what its controls do",
+    "extras.py": "which libraries there are",
     "warmup.py": "compiles ahead of time; computes nothing",
-    "__main__.py": "the command that compiles ahead of time",
+    "__main__.py": "the command line",
     "scenes/": "their numbers are a matter of taste",
 }
 

@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 import softbody
-from validation.render import SKY, Camera, Thing, render
+from softbody import Camera
+from softbody.render import Thing
+from softbody.render.drawing import striped
+from softbody.render.rasteriser import SKY
+from softbody.render.rasteriser import render as render_in_size
 
-LEVEL = Camera(eye=(0.0, -6.0, 0.0), target=(0.0, 0.0, 0.0), width=64, height=48)
+LEVEL = Camera(eye=(0.0, -6.0, 0.0), target=(0.0, 0.0, 0.0))
 BALL = softbody.icosphere(2)
 RED, BLUE = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
+
+
+def render(things, camera, ground=0.0):
+    return render_in_size(things, camera, ground, (64, 48))
 
 
 def thing(mesh, colour, smooth=True):
@@ -49,7 +58,7 @@ def test_what_is_behind_the_camera_is_not_drawn():
 
 
 def test_a_thing_above_the_ground_casts_a_shadow():
-    camera = Camera(eye=(0.0, -8.0, 8.0), target=(0.0, 0.0, 0.0), width=64, height=48)
+    camera = Camera(eye=(0.0, -8.0, 8.0), target=(0.0, 0.0, 0.0))
     bare = render([], camera).astype(int).sum(axis=2)
     shaded = render([thing(BALL.moved((0.0, 0.0, 3.0)), RED)], camera)
     grey = np.ptp(shaded.astype(int), axis=2) < 20
@@ -57,7 +66,7 @@ def test_a_thing_above_the_ground_casts_a_shadow():
 
 
 def test_a_faceted_box_shows_flat_faces():
-    camera = Camera(eye=(3.0, -4.0, 2.5), target=(0.0, 0.0, 0.0), width=64, height=48)
+    camera = Camera(eye=(3.0, -4.0, 2.5), target=(0.0, 0.0, 0.0))
     colours = {
         tuple(c)
         for c in render([thing(softbody.box(), RED, smooth=False)], camera, None)[22:26, 30:34, :2].reshape(-1, 2)
@@ -70,7 +79,7 @@ def test_the_same_scene_gives_the_same_bytes():
     assert render(scene, LEVEL).tobytes() == render(scene, LEVEL).tobytes()
 
 
-DOWN = Camera(eye=(0.0, -4.0, 8.0), target=(0.0, 0.0, 0.0), width=64, height=48)
+DOWN = Camera(eye=(0.0, -4.0, 8.0), target=(0.0, 0.0, 0.0))
 PLATE = softbody.box((6.0, 6.0, 1.0))
 GREEN = (0.2, 0.6, 0.2)
 
@@ -107,7 +116,7 @@ def test_what_lies_on_the_ground_is_not_lit_from_below_it():
 
 
 def test_stripes_are_paler_and_have_a_sharp_edge():
-    ball = Thing(BALL.vertices, BALL.triangles, RED, stripes=BALL.vertices[:, 0])
+    ball = Thing(BALL.vertices, BALL.triangles, striped(RED), along=0.5 + BALL.vertices[:, 0])
     picture = render([ball], LEVEL, ground=None).astype(int)[24]
     blue = picture[:, 2]
     assert (blue[33:38] > 60).all()
@@ -117,8 +126,33 @@ def test_stripes_are_paler_and_have_a_sharp_edge():
 def test_stripes_are_straight_on_a_tilted_face():
     """A stripe is linear in space: seen aslant, half of a side lies in the farther, smaller half of its picture."""
     plate = softbody.box((6.0, 6.0, 0.01))
-    striped = Thing(plate.vertices, plate.triangles, RED, smooth=False, stripes=plate.vertices[:, 1])
-    camera = Camera(eye=(0.0, -5.0, 3.0), target=(0.0, 0.0, 0.0), width=64, height=48)
-    column = render([striped], camera, None).astype(int)[:, 32]
+    banded = Thing(plate.vertices, plate.triangles, striped(RED), smooth=False, along=0.5 + plate.vertices[:, 1])
+    camera = Camera(eye=(0.0, -5.0, 3.0), target=(0.0, 0.0, 0.0))
+    column = render([banded], camera, None).astype(int)[:, 32]
     pale = np.nonzero(column[:, 2] > 120)[0]
     assert pale.max() in (22, 23)  # y = 0 is in the middle
+
+
+def test_colours_between_the_first_and_the_last_follow_what_is_linear():
+    """A plate seen from above, dark on the left and bright on the right, in 256 steps."""
+    plate = softbody.box((4.0, 4.0, 0.01))
+    shades = np.repeat(np.linspace(0.0, 1.0, 256)[:, None], 3, axis=1)
+    along = (plate.vertices[:, 0] + 2.0) / 4.0
+    picture = render([Thing(plate.vertices, plate.triangles, shades, smooth=False, along=along)], DOWN, None)
+    row = picture[24, 18:46, 0].astype(int)
+    assert (np.diff(row) > 0).all()
+    assert np.ptp(np.diff(row)) <= 2
+
+
+@pytest.mark.parametrize("scale", [0.01, 1.0, 100.0])
+def test_a_scene_of_any_size_has_the_same_picture(scale):
+    def picture(scale):
+        ball = BALL.scaled(scale).moved((0.0, 0.0, 2.0 * scale))
+        return render([thing(ball, RED)], Camera((0.0, -8.0 * scale, 5.0 * scale), (0.0, 0.0, scale))).astype(int)
+
+    assert (np.abs(picture(scale) - picture(1.0)).max(axis=2) > 8).mean() < 0.01
+
+
+def test_a_thing_that_reaches_to_just_before_the_eye_is_drawn():
+    near = softbody.box((1.0, 1.0, 1.0)).moved((0.0, -6.0 + 0.5 + 1e-14, 0.0))
+    assert render([thing(near, RED, smooth=False)], LEVEL, None).shape == (48, 64, 3)

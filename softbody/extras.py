@@ -1,0 +1,16 @@
+"""Is a library there that only some need? If not: the command that installs it."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+from softbody.errors import MissingPackageError
+
+
+def library(name: str, package: str, extra: str, purpose: str) -> Any:
+    """Return the module `name` of a `package` that an extra brings; raises MissingPackageError."""
+    try:
+        return import_module(name)
+    except ImportError as error:
+        raise MissingPackageError(f"{purpose} needs {package}: pip install softbody[{extra}]", name=name) from error

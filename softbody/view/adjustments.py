@@ -1,0 +1,113 @@
+"""What may be changed while a world is watched, and what does that do to it?"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from softbody.settings import INTEGRATORS, check_name
+
+if TYPE_CHECKING:
+    from softbody.rigid_box import Box
+    from softbody.soft_body import SoftBody
+    from softbody.world import World
+
+
+class Slider(NamedTuple):
+    """A number that may be changed between steps."""
+
+    label: str
+    least: float
+    most: float
+    step: float
+    change: Callable[[World, World, float], None]  # (world, as it began, value)
+
+
+def scale_stiffness(world: World, start: World, exponent: float) -> None:
+    """Make all springs 2^exponent times as stiff as they were at the start."""
+    for body, was in zip(world.soft_bodies, start.soft_bodies):
+        body.set_springs(stiffness=was.stiffness * 2.0**exponent)
+
+
+def scale_gas(world: World, start: World, exponent: float) -> None:
+    """Let all bodies have 2^exponent times the gas of the start."""
+    for body, was in zip(world.soft_bodies, start.soft_bodies):
+        body.gas = was.gas * 2.0**exponent
+
+
+def set_gravity(world: World, start: World, size: float) -> None:
+    """Let gravity be `size` [m/s²], the way it was at the start, or down where there was none."""
+    was = start.gravity
+    length = float(np.linalg.norm(was))
+    down = was / length if length > 0.0 else np.array([0.0, 0.0, -1.0])
+    world.gravity = size * down
+
+
+def set_friction(world: World, start: World, value: float) -> None:
+    """Let everything have the same coefficient of friction."""
+    for body in _all(world):
+        body.friction = value
+    world.model = world.model._replace(ground_friction=value)
+
+
+def set_restitution(world: World, start: World, value: float) -> None:
+    """Let everything have the same coefficient of restitution."""
+    for body in _all(world):
+        body.restitution = value
+    world.model = world.model._replace(ground_restitution=value)
+
+
+def _all(world: World) -> list[SoftBody | Box]:
+    return [*world.soft_bodies, *world.boxes]
+
+
+SLIDERS = {
+    "stiffness": Slider("springs, × 2^", -3.0, 3.0, 0.25, scale_stiffness),
+    "gas": Slider("gas, × 2^", -3.0, 3.0, 0.25, scale_gas),
+    "gravity": Slider("gravity [m/s²]", 0.0, 20.0, 0.01, set_gravity),
+    "friction": Slider("friction", 0.0, 1.5, 0.05, set_friction),
+    "restitution": Slider("restitution", 0.0, 1.0, 0.05, set_restitution),
+}
+
+
+def shown_at_start(world: World) -> dict[str, float]:
+    """Return what each slider shows before anybody has moved it: of what differs from body to body, the mean."""
+    bodies = _all(world)
+    return {
+        "stiffness": 0.0,
+        "gas": 0.0,
+        "gravity": float(np.linalg.norm(world.gravity)),
+        "friction": float(np.mean([body.friction for body in bodies])) if bodies else 0.0,
+        "restitution": float(np.mean([body.restitution for body in bodies])) if bodies else 0.0,
+    }
+
+
+class Adjustments:
+    """What somebody has changed in a world that is watched; it can be done again after a restart."""
+
+    def __init__(self, world: World, start: World) -> None:
+        self._world = world
+        self._start = start
+        self._changed: dict[str, float] = {}
+        self._integrator = world.integrator
+
+    def set_slider(self, name: str, value: float) -> None:
+        """Change what a slider of SLIDERS stands for, between its least and its most."""
+        check_name(name, "slider", tuple(SLIDERS))
+        slider = SLIDERS[name]
+        self._changed[name] = min(max(float(value), slider.least), slider.most)
+        slider.change(self._world, self._start, self._changed[name])
+
+    def set_integrator(self, name: str) -> None:
+        """Move soft bodies by another integrator."""
+        check_name(name, "integrator", tuple(INTEGRATORS))
+        self._integrator = name
+        self._world.integrator = name
+
+    def repeat(self) -> None:
+        """Do all once more, in a world that is as at the start."""
+        self._world.integrator = self._integrator
+        for name, value in self._changed.items():
+            SLIDERS[name].change(self._world, self._start, value)

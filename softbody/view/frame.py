@@ -1,0 +1,54 @@
+"""What is shown of a world at one instant? Arrays that share no memory with it, for another thread to draw."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from softbody.dynamics.energy import kinetic_energy
+from softbody.render.quantities import QUANTITIES
+
+if TYPE_CHECKING:
+    from softbody.world import World
+
+TOUCHING = 1e-9  # of a metre above the ground: where what was lifted on to it lies, up to rounding
+
+
+class Frame(NamedTuple):
+    """One instant of a world."""
+
+    time: float  # [s]
+    soft: list[np.ndarray]  # vertices (n, 3) [m] of each soft body, single precision
+    quantity: str | None  # that colours show
+    values: list[np.ndarray]  # (n,) of it, of each soft body; or none
+    box_position: np.ndarray  # (m, 3) [m]
+    box_orientation: np.ndarray  # (m, 4)
+    contacts: np.ndarray  # (c, 3) points [m]
+    pull: np.ndarray | None  # (2, 3) ends of the spring that pulls [m]
+    kinetic: float  # energy [J]
+    total: float  # energy [J]
+
+
+def frame_of(world: World, quantity: str | None = None, pull: np.ndarray | None = None) -> Frame:
+    """Return what is shown of a world now, with a quantity of QUANTITIES for each vertex if it is named."""
+    bodies = world.soft_bodies
+    return Frame(
+        world.time,
+        [body.positions.astype(np.float32) for body in bodies],
+        quantity,
+        [QUANTITIES[quantity](body) for body in bodies] if quantity else [],
+        world.state.box_position.copy(),
+        world.state.box_orientation.copy(),
+        contact_points(world).astype(np.float32),
+        pull,
+        kinetic_energy(world.model, world.state),
+        world.energy(),
+    )
+
+
+def contact_points(world: World) -> np.ndarray:
+    """Return where bodies touch (c, 3) [m]: contacts of the last step, and particles that lie on the ground."""
+    touching, positions = world.contact_points().point, world.state.particle_position
+    lying = positions[positions[:, 2] <= world.model.ground_height + TOUCHING]
+    return np.concatenate([touching, lying])

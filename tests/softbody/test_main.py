@@ -1,0 +1,129 @@
+"""The command line says what it can do, does it, and names what is wrong."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import urllib.request
+
+import pytest
+
+import softbody
+from softbody import __main__ as command
+
+
+def said(capsys, *arguments):
+    """Return the exit code and what was printed, to both."""
+    try:
+        code = command.main(arguments)
+    except SystemExit as ended:
+        code = ended.code
+    printed = capsys.readouterr()
+    return code, printed.out + printed.err
+
+
+def test_help_lists_commands_and_scenes(capsys):
+    code, text = said(capsys, "--help")
+    assert code == 0
+    for word in ("warmup", "view", "record", *softbody.scenes.__all__):
+        assert word in text
+    assert "Soft balls fall into an open tray." in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((), "required: COMMAND"),
+        (("watch",), "invalid choice: 'watch'"),
+        (("view",), "required: SCENE"),
+        (("view", "teapot"), "invalid choice: 'teapot'"),
+        (("view", "tray", "--port", "high"), "invalid int value: 'high'"),
+        (("record", "tray", "film.gif"), "film.gif is of no kind of film"),
+        (("record", "tray", "end.png", "--seconds", "0"), "seconds is 0.0; give a finite number > 0 [s]"),
+        (("record", "tray", "film.webp", "--colour", "speed"), "a film by speed needs a colour_range"),
+        (("view", "tray", "--port", "70000"), "port is 70000; give a whole number from 0 to 65535"),
+    ],
+)
+def test_wrong_usage_says_what_is_wrong(capsys, arguments, message):
+    code, text = said(capsys, *arguments)
+    assert code == 2
+    assert message in text
+
+
+def test_the_version_is_that_of_the_package(capsys):
+    assert said(capsys, "--version") == (0, f"softbody {softbody.__version__}\n")
+
+
+def test_warmup_says_that_it_is_done(capsys, monkeypatch):
+    done = []
+    monkeypatch.setattr(command, "warm_up", lambda: done.append(True))
+    code, text = said(capsys, "warmup")
+    assert (code, done) == (0, [True])
+    assert text.startswith("machine code is ready (")
+
+
+def test_a_scene_is_viewed_by_the_settings_that_were_asked_for(capsys, monkeypatch):
+    seen = []
+    monkeypatch.setattr(softbody.World, "view", lambda world, port, **more: seen.append((world, port, more)))
+    assert said(capsys, "view", "box_stack", "--paper", "--integrator", "rk4", "--port", "0", "--no-browser")[0] == 0
+    world, port, more = seen[0]
+    assert (port, more) == (0, {"host": "127.0.0.1", "open_browser": False})
+    assert world.model.box_count == 8
+    assert world.settings.frictionless
+    assert world.integrator == "rk4"
+
+
+def test_a_scene_is_recorded_as_a_picture_and_as_a_film(capsys, tmp_path):
+    image = pytest.importorskip("PIL.Image")
+    size = ("--size", "64", "48")
+    for name, frames in (("end.png", 1), ("film.webp", 3)):
+        code, text = said(capsys, "record", "ball_drop", str(tmp_path / name), "--seconds", "0.1", *size)
+        assert (code, text) == (0, f"{tmp_path / name}: ball_drop until 0.1 s\n")
+        found = image.open(tmp_path / name)
+        assert (found.size, getattr(found, "n_frames", 1)) == ((64, 48), frames)
+
+
+@pytest.mark.parametrize("name", ["end.png", "film.webp"])
+def test_what_is_in_the_way_of_a_record_is_said_before_the_work(capsys, tmp_path, monkeypatch, name):
+    monkeypatch.setattr(softbody.World, "step", lambda *_, **__: pytest.fail("it worked"))
+    code, text = said(capsys, "record", "ball_drop", str(tmp_path / "missing" / name))
+    assert code == 4
+    assert "there is no folder" in text
+
+
+def test_a_library_that_is_missing_is_named_with_its_cure(capsys, monkeypatch):
+    for name in [each for each in sys.modules if each.partition(".")[0] == "viser"]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "viser", None)
+    code, text = said(capsys, "view", "ball_drop")
+    assert code == 4
+    assert "softbody: a live view needs viser: pip install softbody[view]" in text
+
+
+def test_a_port_that_is_taken_is_said(capsys):
+    pytest.importorskip("viser")
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        code, text = said(capsys, "view", "ball_drop", "--port", str(taken.getsockname()[1]))
+    assert code == 4
+    assert "give another port" in text
+
+
+@pytest.mark.skipif(os.name != "posix", reason="Ctrl-C is sent as a signal")
+def test_a_view_says_its_address_and_ends_by_ctrl_c():
+    pytest.importorskip("viser")
+    line = [sys.executable, "-m", "softbody", "view", "ball_drop", "--port", "0"]
+    without = {name: value for name, value in os.environ.items() if "DISPLAY" not in name}
+    with subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=without) as running:
+        for text in running.stdout:
+            if " shows the world, until Ctrl-C" in text:
+                break
+        assert urllib.request.urlopen(text.split()[0]).status == 200
+        running.send_signal(signal.SIGINT)
+        rest, wrong = running.communicate(timeout=120)
+    assert running.returncode == 0, wrong
+    assert "closed" in rest
