@@ -162,11 +162,13 @@ def test_nothing_is_closest_in_a_mesh_whose_vertices_are_not_finite(value):
 
 
 def test_a_point_that_is_not_finite_has_no_closest_triangle():
-    found = closest_on_mesh(NOT_FINITE, V, T)
+    found = ask(build_bvh(V, T), np.array(NOT_FINITE), V)
     assert found.triangle.tolist() == [-1] * 4
     assert np.isnan(found.distance).all()
     assert np.isnan(found.weights).all()
     assert np.isnan(found.point).all()
+    with pytest.raises(MeshError, match="not finite; leave it out"):
+        closest_on_mesh(NOT_FINITE, V, T)
 
 
 @given(st.integers(1, 700), st.integers(0, 10))
