@@ -1,7 +1,6 @@
 """Two soft balls fall, one on the other: how high are they, and where does the energy go? Writes two_balls.png."""
 
 import matplotlib.pyplot as plt
-import numpy as np
 
 import softbody
 
@@ -16,11 +15,10 @@ for _ in world.frames(seconds=3.0):
     heights.append((below.centre[2], above.centre[2]))
     energies.append(world.energies())
 
-time = np.arange(1, 181) / 60.0
 figure, (top, bottom) = plt.subplots(2, sharex=True)
-top.plot(time, heights, label=["below", "above"])
+top.plot(heights, label=["below", "above"])
 top.set(ylabel="height of the centre [m]")
-bottom.plot(time, energies, label=world.energies()._fields)
-bottom.set(xlabel="time [s]", ylabel="energy [J]")
-top.legend(), bottom.legend()
+bottom.plot(energies, label=world.energies()._fields)
+bottom.set(xlabel="time [1/60 s]", ylabel="energy [J]")
+bottom.legend()
 figure.savefig("two_balls.png")

@@ -1,0 +1,46 @@
+"""Every example runs as its reader would run it, is short, and leaves what it says."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import trimesh
+
+import softbody
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+LINES = 25  # at most: an example is read at one look
+
+# What each prints at least, and writes.
+EXPECTED = {
+    "film": ("1 soft bodies of 512 particles, 4 boxes", ["rolling.webp"]),
+    "many_worlds": ("6400 N/m: 0.", []),
+    "own_kernel": ("of 100000 pairs overlap", []),
+    "points_in_mesh": ("frame 2:", []),
+    "pull_pin_inflate": ("touch, with", []),
+    "squeeze_part": ("the plate presses with", ["squeezed.png"]),
+    "two_balls": ("", ["two_balls.png"]),
+}
+
+
+def test_every_example_is_tried():
+    assert {path.stem for path in EXAMPLES.glob("*.py")} == set(EXPECTED)
+
+
+@pytest.mark.parametrize("name", sorted(EXPECTED))
+def test_an_example_runs_and_leaves_what_it_says(name, tmp_path):
+    ring = softbody.torus(0.1, 0.04, 24, 12)
+    trimesh.Trimesh(ring.vertices, ring.triangles).export(tmp_path / "part.stl")
+    source = EXAMPLES / f"{name}.py"
+    assert len(source.read_text(encoding="utf-8").splitlines()) <= LINES
+    done = subprocess.run(
+        [sys.executable, str(source), "part.stl"], cwd=tmp_path, capture_output=True, text=True, timeout=900
+    )
+    assert done.returncode == 0, done.stderr
+    said, written = EXPECTED[name]
+    assert said in done.stdout
+    for file in written:
+        assert (tmp_path / file).stat().st_size > 1_000
