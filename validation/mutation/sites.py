@@ -226,8 +226,9 @@ class _Sites:
             yield "arithmetic", node, _with(node, func=ast.Name(VECTORS[name], ast.Load()))
         if name not in SYMMETRIC and inspect.isfunction(function) and not node.keywords:
             kinds = [one.annotation for one in inspect.signature(function).parameters.values()]
-            for k, (one, two) in enumerate(zip(node.args, node.args[1:])):
-                if kinds[k : k + 1] == kinds[k + 1 : k + 2] and kinds[k] in ALIKE and _source(one) != _source(two):
+            # (Arguments beyond those that have a name are of one kind, and there is no telling which.)
+            for k, (one, two) in enumerate(zip(node.args[: len(kinds)], node.args[1 : len(kinds)])):
+                if kinds[k] == kinds[k + 1] and kinds[k] in ALIKE and _source(one) != _source(two):
                     yield "arguments swapped", node, _with(node, args=[*node.args[:k], two, one, *node.args[k + 2 :]])
 
     def _swapped_answers(self, node: ast.Tuple) -> Iterator[Found]:
