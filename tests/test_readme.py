@@ -25,6 +25,14 @@ def test_the_example_drops_a_ball_that_comes_to_rest_above_the_ground() -> None:
     assert 45.0 < pressure < 60.0
 
 
+def test_the_example_that_goes_through_frames_runs() -> None:
+    first, second, *_ = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+    code = first.replace("seconds=30.0", "seconds=0.1") + second.replace("seconds=5.0", "seconds=0.2")
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert "Energies(kinetic=" in done.stdout
+    assert "<World: 1 soft bodies of 642 particles" in done.stdout
+
+
 def test_every_option_that_the_readme_names_is_an_option() -> None:
     help_text = ""
     for command in [], ["replay"]:
