@@ -283,7 +283,7 @@ def spinning_box_stops(run: Run) -> Comparison:
         turned, h = 0.0, 0.25 * STEP
         for _ in range(20):
             before = rotation_matrix(box.orientation)[:2, 0]
-            world.run(1.05 * spin / slowing / 20.0, h)
+            world.step(h, round(1.05 * spin / slowing / 20.0 / h))
             after = rotation_matrix(box.orientation)[:2, 0]
             turned += float(np.arctan2(before[0] * after[1] - before[1] * after[0], before @ after))
         angle = h * np.maximum(0.0, spin - slowing * h * np.arange(1.0, spin / slowing / h + 1.0)).sum()
