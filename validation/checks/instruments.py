@@ -92,8 +92,8 @@ def _kinds(part: Accounts, spring: float = 0.0, gas: float = 0.0, external: floa
     reference=REFERENCE,
     engines=("scipy",),
     unit="of the parts' sizes",
-    tolerance=1e-13,
-    because="as of the energy as a whole",
+    tolerance=3e-13,
+    because="as of the energy as a whole, and the judge's gas is a difference of larger sums: 7.6e-14 of 100 worlds",
     detects="a kind that is another, a gas against another volume, static boxes counted",
     faults=(
         Fault("gas against 1 m³", World.energies, "np.log(model.soft_mesh_volume[filled])", "0.0 * filled[filled]"),
