@@ -148,7 +148,7 @@ def substeps_are_steps(run: Run) -> Comparison:
         damping = 0.2 * np.sqrt(stiffness * mass / len(shape.vertices))
         world = World(gravity=(0.0, 0.0, -9.81), integrator=integrator)
         body = world.add_soft_body(shape, mass, stiffness, gas, damping=damping)
-        step, substeps, steps = 0.3 * world.stable_time_step(), int(rng.integers(2, 6)), int(rng.integers(5, 30))
+        step, substeps, steps = 0.19 * world.stable_time_step(), int(rng.integers(2, 6)), int(rng.integers(5, 30))
         velocity = 0.03 * edge_lengths(shape.vertices, shape.edges).min() / step * rng.normal(size=shape.vertices.shape)
         body.velocities[:] = velocity
         world.step(substeps * step, steps, substeps=substeps)
