@@ -18,7 +18,8 @@ class ContactPoints:
     """The contacts of a World in its last step, a row each; all arrays are copies.
 
     Bodies go by numbers: soft bodies first, as they were added, then boxes; −1 is the ground, which is always b. What
-    neither overlaps nor has given an impulse is not listed.
+    neither overlaps nor has given an impulse is not listed. They are of the world as it was: ask for new ones
+    after a body was removed.
     """
 
     a: np.ndarray  # (c,) number of one body
@@ -61,7 +62,7 @@ class ContactPoints:
         return (self.a == number) | (self.b == number)
 
     def _number(self, body: Body) -> int:
-        return body.index + (self.first_box if body.kind == "box" else 0)
+        return body._row() + (self.first_box if body.kind == "box" else 0)
 
 
 def contact_points(

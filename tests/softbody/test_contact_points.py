@@ -56,6 +56,17 @@ def test_forces_of_the_ground_and_weight_are_the_change_of_momentum(steps, other
     assert (2.0 * ball.velocity - before) / h == pytest.approx(force - (0.0, 0.0, 2.0 * WEIGHT), rel=1e-9)
 
 
+def test_a_body_that_is_gone_is_not_taken_for_the_ground():
+    world = World()
+    world.add_ground()
+    ball = world.add_soft_body(softbody.octahedron(), 1.0, 10.0, 1.0)
+    world.step(1e-3)
+    points = world.contact_points()
+    world.remove(ball)
+    with pytest.raises(softbody.ParameterError, match="was removed from its world"):
+        points.force_on(ball)
+
+
 def test_what_began_and_what_ended():
     world = World()
     world.add_ground()
