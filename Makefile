@@ -48,10 +48,12 @@ upgrade: .venv/ready  ## pin the newest versions that pyproject.toml allows
 clean:  ## remove everything that was made here
 	rm -rf .venv .uv build
 
+# The checkout itself is importable from anywhere, by a path file: what runs in examples/ is what stands here.
 # pybullet has wheels for CPython 3.10 and 3.11 only: the suite runs on 3.11, the core on any from 3.10 on.
 .venv/ready: requirements.lock $(if $(filter .uv/%,$(UV)),.uv/bin/uv)
 	$(UV) venv --quiet --clear --python 3.11 .venv
 	$(UV) pip sync --quiet --compile-bytecode --require-hashes --python $(RUN) requirements.lock
+	$(RUN) -c "import site; print('$(CURDIR)', file=open(site.getsitepackages()[0] + '/softbody.pth', 'w'))"
 	touch $@
 
 .uv/bin/uv:
