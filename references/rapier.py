@@ -38,8 +38,8 @@ def velocities_after(
 ) -> np.ndarray:
     """Return v and ω (m, 6) of m smooth boxes without weight after so many steps of `step` [s] in one world.
 
-    Full sizes (m, 3) [m], masses (m,) [kg], infinite for one that is held, places, velocities and spins (m, 3),
-    orientations (m, 4) unit quaternions.
+    Full sizes (m, 3) [m], masses (m,) [kg], infinite for one that is held, or that keeps its velocities; places,
+    velocities and spins (m, 3), orientations (m, 4) unit quaternions.
     """
     world = rapier3d.PhysicsWorld()
     world.set_num_threads(1)
@@ -57,7 +57,11 @@ def velocities_after(
 def _add(world: rapier3d.PhysicsWorld, box: tuple[np.ndarray, ...], restitution: float) -> rapier3d.RigidBodyHandle:
     size, mass, position, orientation, velocity, spin = box
     held = np.isinf(mass)
-    body = rapier3d.RigidBody.fixed() if held else rapier3d.RigidBody.dynamic().linvel(velocity).angvel(spin)
+    moves = bool(np.any(velocity) or np.any(spin))
+    kind = rapier3d.RigidBody.dynamic
+    if held:
+        kind = rapier3d.RigidBody.kinematic_velocity_based if moves else rapier3d.RigidBody.fixed
+    body = kind().linvel(velocity).angvel(spin) if moves else kind()
     pose = rapier3d.Isometry3(position, rapier3d.Rotation3(*orientation))
     shape = rapier3d.Collider.cuboid(*(0.5 * size)).restitution(restitution).friction(0.0)
     return world.add_body(body.position(pose).can_sleep(False), [shape if held else shape.mass(float(mass))])

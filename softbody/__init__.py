@@ -25,6 +25,7 @@ from softbody.errors import (
     SoftbodyError,
     ViewError,
 )
+from softbody.joint import Joint
 from softbody.mesh import Mesh, box, icosahedron, icosphere, octahedron, tetrahedron, torus
 from softbody.mesh_findings import Finding
 from softbody.rigid_box import Box
@@ -49,6 +50,7 @@ __all__ = [
     "Controls",
     "Energies",
     "Finding",
+    "Joint",
     "MassRatioWarning",
     "Mesh",
     "MeshError",

@@ -12,16 +12,18 @@ from typing import Any, NamedTuple, TypeVar, get_type_hints
 import numpy as np
 from numpy.typing import ArrayLike
 
+from softbody.collision.contact import NOBODY
 from softbody.dynamics.rigid_boxes import RESOLVED
 from softbody.dynamics.vertex_rings import build_rings, in_precision, no_rings, with_springs
 from softbody.errors import ParameterError
 from softbody.geometry.box import box_inertia
 from softbody.geometry.polyhedron import surface_area
+from softbody.joint_forces import no_joints
 from softbody.mesh import LARGEST, SMALLEST, Mesh
 from softbody.parameters import check_range, fixed_particles_of, rest_length_of, stiffness_of, unit_quaternion, vector
-from softbody.state import ENTRY, NEXT, STIFFNESS, Controls, Model, Property, Rows, State, VertexRings
+from softbody.state import ENTRY, NEXT, STIFFNESS, Controls, Joints, Model, Property, Rows, State, VertexRings
 
-Part = TypeVar("Part", Model, Controls, State)
+Part = TypeVar("Part", Model, Controls, State, Joints)
 
 
 class Parts(NamedTuple):
@@ -31,6 +33,7 @@ class Parts(NamedTuple):
     controls: Controls
     state: State
     rings: VertexRings
+    joints: Joints
 
 
 def empty_parts(gravity: np.ndarray, real: type[np.floating[Any]]) -> Parts:
@@ -40,6 +43,7 @@ def empty_parts(gravity: np.ndarray, real: type[np.floating[Any]]) -> Parts:
         _empty(Controls)._replace(gravity=gravity),
         _empty(State),
         in_precision(no_rings(), real),
+        no_joints(),
     )
 
 
@@ -103,7 +107,7 @@ def with_soft_body(
     if not isinstance(mesh, Mesh):
         raise ParameterError(f"mesh is a {type(mesh).__name__}; make a softbody.Mesh(vertices, triangles)")
     mass, gas = check_range(mass, "mass", "kg", above=0.0), check_range(gas, "gas", "J", least=0.0)
-    model, controls, state, rings = parts
+    model, controls, state, rings, joints = parts
     edges, count, first = mesh.edges, len(mesh.vertices), len(state.particle_position)
     stiffness = stiffness_of(springs[0], len(edges))
     points = np.ascontiguousarray(mesh.vertices + vector(motion[0], "position"))
@@ -143,6 +147,7 @@ def with_soft_body(
         ),
         _appended(state, particle_position=points, particle_velocity=velocity),
         _with_rings(rings, in_precision(own_rings, rings.rest_pull.dtype.type), first, len(model.edge_particles)),
+        joints,
     )
 
 
@@ -158,7 +163,7 @@ def with_box(
 
     `pose`: position and orientation; `motion`: velocity and angular velocity; `properties` by field.
     """
-    model, controls, state, rings = parts
+    model, controls, state, rings, joints = parts
     extent = vector(size, "size")
     if not ((extent >= SMALLEST) & (extent <= LARGEST)).all():
         raise ParameterError(f"size is {extent}; give three positive lengths, from {SMALLEST:g} to {LARGEST:g} m")
@@ -175,8 +180,6 @@ def with_box(
             inverse_mass, inverse_inertia = float(1.0 / np.float64(mass)), 1.0 / inertia
         _check_inverse(np.append(inverse_inertia, inverse_mass), f"mass is {mass} kg, and size {extent} m")
     velocity, angular_velocity = vector(motion[0], "velocity"), vector(motion[1], "angular_velocity")
-    if mass is None and (velocity.any() or angular_velocity.any()):
-        raise ParameterError("a static box (mass None) cannot have a velocity; give it a mass or leave it at rest")
     return Parts(
         _appended(
             model,
@@ -194,6 +197,7 @@ def with_box(
             box_angular_velocity=angular_velocity,
         ),
         rings,
+        joints,
     )
 
 
@@ -258,8 +262,8 @@ def _rows_of_body(model: Model, body: int) -> dict[str, slice]:
 
 
 def soft_body_alone(parts: Parts, body: int) -> Parts:
-    """Return the parts of one soft body alone, in double precision; without boxes and ground."""
-    model, controls, state, _ = parts
+    """Return the parts of one soft body alone, in double precision; without boxes, joints and ground."""
+    model, controls, state, _, _ = parts
     rows = _rows_of_body(model, body)
     model, controls, state = _rows_of(model, rows), _rows_of(controls, rows), _rows_of(state, rows)
     particles, first = len(model.particle_inverse_mass), rows["particle"].start
@@ -274,19 +278,27 @@ def soft_body_alone(parts: Parts, body: int) -> Parts:
         ground_height=-np.inf,
     )
     springs = model.edge_rest_length, model.edge_stiffness
-    return Parts(
-        model, controls, state, build_rings(particles, model.edge_particles, model.triangle_particles, *springs)
-    )
+    rings = build_rings(particles, model.edge_particles, model.triangle_particles, *springs)
+    return Parts(model, controls, state, rings, no_joints())
 
 
 def without(parts: Parts, kind: str, body: int) -> Parts:
-    """Return the parts without one body of a `kind`, "soft" or "box": those after it are one number lower."""
-    model, controls, state, rings = parts
+    """Return the parts without one of a `kind`, "soft", "box" or "joint": those after it are one number lower.
+
+    Joints of a body go with it; `joints_that_stay` tells which do.
+    """
+    model, controls, state, rings, joints = parts
+    stay = joints_that_stay(parts, kind, body)
+    joints = Joints(*(array[stay] for array in joints))
+    if kind == "joint":
+        return parts._replace(joints=joints)
     rows = {"box": slice(body, body + 1)} if kind == "box" else _rows_of_body(model, body)
     model, controls, state = _without_rows(model, rows), _without_rows(controls, rows), _without_rows(state, rows)
     if kind == "box":
-        return Parts(model._replace(box_count=model.box_count - 1), controls, state, rings)
+        joints = joints._replace(joint_box=joints.joint_box - (joints.joint_box > body))
+        return Parts(model._replace(box_count=model.box_count - 1), controls, state, rings, joints)
     first, count = rows["particle"].start, rows["particle"].stop - rows["particle"].start
+    joints = joints._replace(joint_particles=joints.joint_particles - count * (joints.joint_particles > first))
     model = model._replace(
         soft_count=model.soft_count - 1,
         edge_particles=model.edge_particles - count * (model.edge_particles > first),
@@ -295,7 +307,40 @@ def without(parts: Parts, kind: str, body: int) -> Parts:
         soft_edge_start=_without_part(model.soft_edge_start, body),
         soft_triangle_start=_without_part(model.soft_triangle_start, body),
     )
-    return Parts(model, controls, state, rings_of(model, rings.rest_pull.dtype.type))
+    return Parts(model, controls, state, rings_of(model, rings.rest_pull.dtype.type), joints)
+
+
+def joints_that_stay(parts: Parts, kind: str, body: int) -> np.ndarray:
+    """Return which joints (j,) of bool there still are without one of a `kind`, "soft", "box" or "joint"."""
+    joints = parts.joints
+    if kind == "joint":
+        return np.arange(len(joints.joint_box)) != body
+    if kind == "box":
+        return ~(joints.joint_box == body).any(axis=1)
+    first, end = parts.model.soft_particle_start[body : body + 2]
+    return ~((joints.joint_particles >= first) & (joints.joint_particles < end)).any(axis=1)
+
+
+def with_joint(parts: Parts, ends: list[dict[str, ArrayLike]], numbers: dict[str, float]) -> Parts:
+    """Return the parts with one more joint: `ends`, from `end_on_box` and the like, and `numbers`, by field."""
+    a, b = ends
+    rows = {f"joint_{name}": np.append(a[name], b[name]) for name in ("box", "particles", "weights", "place")}
+    return parts._replace(joints=_appended(parts.joints, **rows, **numbers))
+
+
+def end_in_world(place: ArrayLike) -> dict[str, ArrayLike]:
+    """Return the end of a joint that is at a place (3,) [m] of the world."""
+    return {"box": NOBODY, "particles": [NOBODY] * 3, "weights": np.zeros(3), "place": place}
+
+
+def end_on_box(box: int, arm: ArrayLike) -> dict[str, ArrayLike]:
+    """Return the end of a joint that is on a box, at `arm` (3,) [m] from its centre, in its own frame."""
+    return {"box": box, "particles": [NOBODY] * 3, "weights": np.zeros(3), "place": arm}
+
+
+def end_on_soft(particles: ArrayLike, weights: ArrayLike) -> dict[str, ArrayLike]:
+    """Return the end of a joint that is on the triangle of three `particles` (3,), at barycentric `weights` (3,)."""
+    return {"box": NOBODY, "particles": particles, "weights": weights, "place": np.zeros(3)}
 
 
 def _without_rows(part: Part, rows: dict[str, slice]) -> Part:

@@ -13,10 +13,11 @@ from softbody.dynamics.integrators import STABILITY_LIMIT
 from softbody.dynamics.pressure import soft_volume
 from softbody.dynamics.rigid_boxes import MOST_TURN, RESOLVED, UNIT
 from softbody.dynamics.soft_bodies import COLLAPSED
-from softbody.dynamics.stability import shortest_stable_step
+from softbody.dynamics.stability import longest_stable_step, shortest_stable_step
 from softbody.errors import MassRatioWarning, OverlapWarning, ParameterError, SimulationError
+from softbody.joint_forces import joint_rates
 from softbody.settings import Settings, integrator_name
-from softbody.state import Controls, Model, State
+from softbody.state import Controls, Joints, Model, State
 
 STABLE_FOR = 100  # steps for which an estimate of the stable step is trusted; making one costs about a step
 MOST_CARRIED = {"soft body": 1e4, "box": 1e6}  # times its own mass by a box; with more, it may be pressed through
@@ -46,8 +47,8 @@ def check_finite(model: Model, controls: Controls, state: State) -> None:
             raise ParameterError(f"{name}{where} of {kind} {body} is not finite: {rows[row]}; set it to numbers")
 
 
-def stable_time_step(model: Model, controls: Controls, state: State, settings: Settings) -> float:
-    """Return a time step [s] that is stable for every soft body as it is now; inf if there is none.
+def stable_time_step(model: Model, controls: Controls, state: State, settings: Settings, joints: Joints) -> float:
+    """Return a time step [s] that is stable for every soft body as it is now, and all joints; inf if there is none.
 
     From an upper bound of the highest frequency, so often a little shorter than need be. Contacts and motion that
     stretches a body further can ask for a shorter one. Raises ParameterError where no step is stable.
@@ -56,7 +57,14 @@ def stable_time_step(model: Model, controls: Controls, state: State, settings: S
     shortest, unstable = shortest_stable_step(model, controls, state.particle_position, limit)
     if unstable >= 0:
         raise ParameterError(f"no time step is stable: {_unstable(model, controls, state, unstable)}")
-    return float(shortest)
+    # A joint and what it is on swing no faster than √(ω² of both).
+    of_joints = longest_step_of_joints(model, joints)
+    return float(1.0 / np.hypot(1.0 / shortest, 1.0 / of_joints)) if of_joints < inf else float(shortest)
+
+
+def longest_step_of_joints(model: Model, joints: Joints) -> float:
+    """Return the longest step [s] for joints: half of ω h = 2, which is stable; inf if there are none."""
+    return float(longest_stable_step(*joint_rates(joints, model), 1.0)) if len(joints.joint_box) else inf
 
 
 def _unstable(model: Model, controls: Controls, state: State, body: int) -> str:
@@ -82,34 +90,52 @@ class StableStep:
 
     def __init__(self) -> None:
         self._model: Model | None = None  # held on to: another one cannot come to lie in its place
+        self._joints: Joints | None = None
         self._gas = b""
         self._integrator = -1
         self._made_at = 0
-        self._seconds = inf
+        self._seconds = self._of_joints = inf
 
-    def allows(self, time_step: float, model: Model, controls: Controls, settings: Settings, steps: int) -> bool:
+    def allows(
+        self, time_step: float, model: Model, controls: Controls, settings: Settings, joints: Joints, steps: int
+    ) -> bool:
         """Tell whether a step [s] is known to be stable, if nobody has moved particles; `steps` done so far."""
-        if not model.soft_count:
+        if not (model.soft_count or len(joints.joint_box)):
             return True
         return (
             self._model is model
+            and self._joints is joints
             and time_step / settings.substeps <= self._seconds
+            and time_step <= self._of_joints
             and self._made_at <= steps < self._made_at + STABLE_FOR
             and self._integrator == settings.integrator
             and self._gas == controls.soft_gas.tobytes()
         )
 
     def check(
-        self, time_step: float, model: Model, controls: Controls, state: State, settings: Settings, steps: int
+        self,
+        time_step: float,
+        model: Model,
+        controls: Controls,
+        state: State,
+        settings: Settings,
+        joints: Joints,
+        steps: int,
     ) -> None:
         """Make the estimate anew; raise ParameterError if a sub-step [s] is too long."""
-        if not model.soft_count:
+        if not (model.soft_count or len(joints.joint_box)):
             return
         self._model = None  # until all that follows is as new
-        self._seconds = stable_time_step(model, controls, state, settings)
+        self._seconds = stable_time_step(model, controls, state, settings, joints)
+        self._of_joints = longest_step_of_joints(model, joints)
         self._gas, self._integrator, self._made_at = controls.soft_gas.tobytes(), settings.integrator, steps
-        self._model = model
+        self._model, self._joints = model, joints
         part = time_step / settings.substeps
+        if not time_step <= self._of_joints:
+            raise ParameterError(
+                f"time_step is {time_step:.6g} s, and joints allow {self._of_joints:.6g} s here, with any substeps: "
+                "take that, make joints softer or what they hold heavier, or say allow_unstable=True"
+            )
         if not part <= self._seconds:
             raise ParameterError(
                 f"time_step / substeps is {part:.6g} s, and a stable time step here is {self._seconds:.6g} s with "
@@ -123,14 +149,16 @@ def _in_parts(parts: float) -> str:
     return f"or substeps={ceil(parts)}, " if parts < 2.0**53 else ""
 
 
-def helpful_step(model: Model, controls: Controls, state: State, settings: Settings, body: int) -> tuple[float, str]:
+def helpful_step(
+    model: Model, controls: Controls, state: State, settings: Settings, joints: Joints, body: int
+) -> tuple[float, str]:
     """Return a time step [s] that helps a body that has diverged, as it was before, or 0 and why none does.
 
     It is stable for all soft bodies, and no particle of any crosses half of its body, as seen from its middle. A box
     that has diverged moves by no more than its size, and turns by no more than a radian.
     """
     try:
-        stable = stable_time_step(model, controls, state, settings)
+        stable = stable_time_step(model, controls, state, settings, joints)
     except ParameterError as error:
         return 0.0, str(error)
     for soft in range(model.soft_count):

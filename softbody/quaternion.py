@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import cos, sin, sqrt
+from math import atan2, cos, sin, sqrt
 
 import numpy as np
 
@@ -64,3 +64,16 @@ def from_rotation_vector(rotation: Vec) -> Quaternion:
         return 1.0, 0.0, 0.0, 0.0
     s = sin(0.5 * angle) / angle
     return cos(0.5 * angle), s * rotation[0], s * rotation[1], s * rotation[2]
+
+
+def rotation_between(q: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Return the turn (3,) [rad], the shorter one, in the world, that takes orientation `q` (4,) to `end` (4,).
+
+    Half a turn is |w| = 0, where rounding decides which way.
+    """
+    # end q*: the product with the conjugate.
+    cosine = float(end @ q)
+    axis = q[0] * end[1:] - end[0] * q[1:] - np.cross(end[1:], q[1:])
+    sine = float(np.linalg.norm(axis))
+    turn = 2.0 * atan2(sine, abs(cosine))
+    return axis * (turn / sine if cosine >= 0.0 else -turn / sine) if sine > 0.0 else np.zeros(3)

@@ -8,7 +8,8 @@ from numpy.typing import ArrayLike
 from softbody.bodies import Body, BodyProperty
 from softbody.errors import ParameterError
 from softbody.interrupts import assign_together
-from softbody.parameters import unit_quaternion, vector
+from softbody.parameters import check_range, unit_quaternion, vector
+from softbody.quaternion import rotation_between
 
 
 class Box(Body):
@@ -26,7 +27,7 @@ class Box(Body):
         if not self.is_there:
             return "<box that is gone>"
         size, where = (", ".join(f"{x:.4g}" for x in of.round(6) + 0.0) for of in (self.size, self.position))
-        weight = "static" if self.mass is None else f"{self.mass:.4g} kg"
+        weight = f"{self.mass:.4g} kg" if self.mass else "kinematic" if self.is_kinematic else "static"
         return f"<box {self.index}: ({size}) m, {weight}, at ({where}) m>"
 
     @property
@@ -36,9 +37,14 @@ class Box(Body):
 
     @property
     def mass(self) -> float | None:
-        """Mass [kg]; None for a static box."""
+        """Mass [kg]; None for a static or kinematic box."""
         inverse = float(self.world.model.box_inverse_mass[self._row()])
         return 1.0 / inverse if inverse > 0.0 else None
+
+    @property
+    def is_kinematic(self) -> bool:
+        """Whether it has no mass, and moves: by its velocities, which nothing in the world changes."""
+        return self.mass is None and bool(self.velocity.any() or self.angular_velocity.any())
 
     restitution = BodyProperty("box_restitution", "Restitution in contacts, 0 … 1.")
     friction = BodyProperty("box_friction", "Coulomb coefficient of friction in contacts, ≥ 0.")
@@ -63,27 +69,44 @@ class Box(Body):
 
     @property
     def velocity(self) -> np.ndarray:
-        """Velocity of the centre (3,) [m/s]."""
+        """Velocity of the centre (3,) [m/s]. A box without mass keeps it, whatever it meets: it is kinematic."""
         return self.world.state.box_velocity[self._row()]
 
     @velocity.setter
     def velocity(self, value: ArrayLike) -> None:
-        self.velocity[:] = self._if_it_moves(vector(value, "velocity"), "velocity")
+        self.velocity[:] = vector(value, "velocity")
 
     @property
     def angular_velocity(self) -> np.ndarray:
-        """Angular velocity (3,) [rad/s] in the world frame."""
+        """Angular velocity (3,) [rad/s] in the world frame. A box without mass keeps it."""
         return self.world.state.box_angular_velocity[self._row()]
 
     @angular_velocity.setter
     def angular_velocity(self, value: ArrayLike) -> None:
-        self.angular_velocity[:] = self._if_it_moves(vector(value, "angular_velocity"), "angular_velocity")
+        self.angular_velocity[:] = vector(value, "angular_velocity")
 
-    def _if_it_moves(self, value: np.ndarray, name: str) -> np.ndarray:
-        """Return `value`; raises ParameterError for a static box that is told to move."""
-        if self.mass is None and value.any():
-            raise ParameterError(f"{name} of static box {self.index} stays zero; add it with a mass for it to move")
-        return value
+    def move_to(
+        self, position: ArrayLike | None = None, orientation: ArrayLike | None = None, *, seconds: float
+    ) -> None:
+        """Give a box without mass the velocities with which it is there after `seconds` [s]; None: where it is now.
+
+        On a straight way, by the shorter turn about one axis, both even. It pushes what it meets with these velocities,
+        and goes on when it is there: the next call, or zero velocities, end that. Raises ParameterError for a box that
+        has a mass, which forces move.
+        """
+        if self.mass is not None:
+            raise ParameterError(
+                f"box {self.index} has a mass of {self.mass:.4g} kg, and is moved by forces; add it with mass None"
+            )
+        seconds = check_range(seconds, "seconds", "s", above=0.0)
+        way, turn = np.zeros(3), np.zeros(3)
+        if position is not None:
+            way = vector(position, "position") - self.position
+        if orientation is not None:
+            turn = rotation_between(self.orientation, unit_quaternion(orientation))
+        with np.errstate(over="ignore"):
+            velocity, spin = vector(way / seconds, "velocity"), vector(turn / seconds, "angular_velocity")
+        assign_together((self.velocity, velocity), (self.angular_velocity, spin))
 
     def apply_force(self, force: ArrayLike, point: ArrayLike | None = None) -> None:
         """Let `force` (3,) [N] act at `point` (3,) [m] of the world, or at the centre; paper §10.13.

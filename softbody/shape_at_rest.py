@@ -34,7 +34,7 @@ def shape_at_rest(parts: Parts, body: int, tolerance: float, steps: int) -> tupl
     It hangs on its fixed particles, or floats without weight. That is the largest acceleration of a particle, in one
     component, times the least mass of one, over the body's stiffness and size; > 1: it is not at rest after `steps`.
     """
-    model, controls, state, rings = soft_body_alone(parts, body)
+    model, controls, state, rings, _ = soft_body_alone(parts, body)
     is_held = (model.particle_inverse_mass == 0.0).any()
     controls = controls._replace(gravity=controls.gravity if is_held else np.zeros(3))
     model = model._replace(soft_damping=np.zeros(1), soft_drag=np.zeros(1))

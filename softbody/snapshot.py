@@ -15,13 +15,15 @@ import numpy as np
 
 from softbody.collision.contact import NOBODY, ImpulseCache
 from softbody.errors import MeshError, ParameterError, SnapshotError
+from softbody.joint_forces import no_joints
 from softbody.mesh import check_surface, unique_edges
 from softbody.parameters import QUATERNION_TOLERANCE
 from softbody.settings import PRECISIONS, Settings, check_name, check_settings
 from softbody.snapshot_entries import Entries, Snapshot
-from softbody.state import Controls, Model, Property, Rows, State
+from softbody.state import Controls, Joints, Model, Property, Rows, State
 
-FORMAT = 2  # of snapshots and files; those of format 1 have no number, and hold the vertex rings, too
+# Of snapshots and files. Format 1 has no number, and holds the vertex rings, too; before 3 there are no joints.
+FORMAT = 3
 
 GROUND = {  # limits of each of its numbers
     "ground_height": Rows(),
@@ -39,6 +41,7 @@ class Snapped(NamedTuple):
     model: Model
     controls: Controls
     state: State
+    joints: Joints
     cache: ImpulseCache
     settings: Settings
     precision: str
@@ -84,13 +87,14 @@ def _checked(entries: Entries) -> Snapped:
     _check_masses(model)
     controls, state = _controls(entries, counts), _part(entries, "state", State, counts)
     _check_orientations(state.box_orientation)
+    joints = _joints(entries, model)
     impulses = _impulses(entries, model.box_count)
     settings = _settings(entries)
     precision = entries.word("precision")
     check_name(precision, "precision", tuple(PRECISIONS))
     steps, time = entries.whole("steps"), entries.real("time", Rows(least=0.0))
     entries.none_left()
-    return Snapped(model, controls, state, impulses, settings, precision, steps, time)
+    return Snapped(model, controls, state, joints, impulses, settings, precision, steps, time)
 
 
 def _check_format(entries: Entries) -> None:
@@ -99,7 +103,7 @@ def _check_format(entries: Entries) -> None:
         entries.leave_out("rings.")  # format 1
         return
     number = entries.whole("format")
-    if number != FORMAT:
+    if not 2 <= number <= FORMAT:
         raise SnapshotError(
             f"format is {number}, and this softbody reads formats up to {FORMAT}: take the softbody that wrote it"
         )
@@ -185,6 +189,31 @@ def _check_masses(model: Model) -> None:
             f"model.box_inverse_inertia[{box}] is {model.box_inverse_inertia[box]}; of a homogeneous box of its size "
             f"and mass it is {inverse[box]}"
         )
+
+
+def _joints(entries: Entries, model: Model) -> Joints:
+    """Take joints, if there are entries for them: each end of one is on a box, in one soft body, or in the world."""
+    count = entries.length("joints.joint_box")
+    if not count and not any(name.startswith("joints.") for name in entries.names()):
+        return no_joints()
+    joints: Joints = _part(entries, "joints", Joints, {"joint": count})
+    box = joints.joint_box
+    particles, weights = joints.joint_particles.reshape(count, 2, 3), joints.joint_weights.reshape(count, 2, 3)
+    on_box, on_soft = box >= 0, (particles >= 0).all(axis=2)
+    body = np.searchsorted(model.soft_particle_start, particles, side="right")
+    good = (
+        (box < model.box_count)
+        & (on_soft | (particles < 0).all(axis=2))
+        & ~(on_box & on_soft)
+        & ~(on_soft & ((particles >= model.soft_particle_start[-1]) | (body != body[:, :, :1])).any(axis=2))
+        & (np.abs(weights.sum(axis=2) - on_soft) <= SAME)
+    )
+    if not good.all():
+        joint, end = (int(i) for i in np.argwhere(~good)[0])
+        raise SnapshotError(
+            f"joints.joint_box, joint_particles and joint_weights say nothing that can be of end {end} of joint {joint}"
+        )
+    return joints
 
 
 def _check_orientations(orientation: np.ndarray) -> None:

@@ -61,7 +61,7 @@ class Model(NamedTuple):
     soft_restitution: Annotated[np.ndarray, Property(0.0, most=1.0)]  # (b,)
     soft_friction: Annotated[np.ndarray, Property(0.5)]  # (b,) Coulomb coefficient
     box_size: Annotated[np.ndarray, Rows(3, above=0.0)]  # (m, 3) full extent [m]
-    box_inverse_mass: Annotated[np.ndarray, Rows(least=0.0)]  # (m,) [1/kg]; 0 for a static box
+    box_inverse_mass: Annotated[np.ndarray, Rows(least=0.0)]  # (m,) [1/kg]; 0 for a static or kinematic box
     box_inverse_inertia: Annotated[np.ndarray, Rows(3, least=0.0)]  # (m, 3) diagonal in the box's own frame [1/(kg m²)]
     box_restitution: Annotated[np.ndarray, Property(0.0, most=1.0)]  # (m,)
     box_friction: Annotated[np.ndarray, Property(0.5)]  # (m,) Coulomb coefficient
@@ -78,6 +78,21 @@ class Controls(NamedTuple):
     particle_force: Annotated[np.ndarray, Rows(3)]  # (n, 3) [N] on each particle, or (0, 3) where there is none
     box_force: Annotated[np.ndarray, Rows(3)]  # (m, 3) [N] through the centre, besides gravity
     box_torque: Annotated[np.ndarray, Rows(3)]  # (m, 3) [N m], world frame
+
+
+class Joints(NamedTuple):
+    """Damped springs between points of bodies: two ends each, of which columns 0 … and the second half of all tell.
+
+    An end is on a box, or in a triangle of a soft body (a particle is one thrice), or, with neither, in the world.
+    """
+
+    joint_box: Annotated[np.ndarray, Rows(2, whole=True, least=-1)]  # (j, 2) or −1
+    joint_particles: Annotated[np.ndarray, Rows(6, whole=True, least=-1)]  # (j, 6) or −1
+    joint_weights: Annotated[np.ndarray, Rows(6, least=0.0, most=1.0)]  # (j, 6) barycentric; 0 if not on a soft body
+    joint_place: Annotated[np.ndarray, Rows(6)]  # (j, 6) [m] in the box's own frame, or in the world; else 0
+    joint_stiffness: Annotated[np.ndarray, Rows(least=0.0)]  # (j,) [N/m]
+    joint_damping: Annotated[np.ndarray, Rows(least=0.0)]  # (j,) [N s/m]
+    joint_rest_length: Annotated[np.ndarray, Rows(least=0.0)]  # (j,) [m]
 
 
 class State(NamedTuple):

@@ -20,10 +20,11 @@ from softbody.dynamics.rigid_boxes import box_astray, limit_boxes
 from softbody.dynamics.soft_bodies import BARE, DIVERGED, Motion, move_soft_bodies
 from softbody.glance import begins_finite, fingerprint
 from softbody.jit import jit, jit_inlined, jit_lean
+from softbody.joint_forces import with_joints
 from softbody.landing import material_on_ground, resolve_ground
 from softbody.move_boxes import hold_boxes, move_boxes, move_boxes_singly
 from softbody.settings import Settings
-from softbody.state import Controls, Model, State, boxes_of, copied, particles_of, soft_bodies_of
+from softbody.state import Controls, Joints, Model, State, boxes_of, copied, particles_of, soft_bodies_of
 from softbody.vec import load, store
 
 # Faults beside DIVERGED and COLLAPSED, of runs that begin or end before a step is taken.
@@ -43,6 +44,8 @@ class Work(NamedTuple):
     start: State  # of the step
     grounded: np.ndarray | None  # (m,) of bool: which boxes touch the ground
     ground_impulse: np.ndarray  # (n, 3) [N s] of the ground on each particle in the last step
+    joints: Joints | None
+    acting: Controls | None  # memory for what acts in a step that has joints
     stop: np.ndarray  # (1,) what is not 0 ends a run early; somebody else may write it
 
 
@@ -70,6 +73,7 @@ def step(
     COLLAPSED, else 0) the step must be undone, to `work.start`.
     """
     contacts.number[0] = contacts.number[1] = 0
+    controls = with_joints(controls, state, work.joints, work.acting, settings, h)
     if not settings.single_contact:
         contacts = find_box_contacts(model, controls, state, work.manifold, contacts, settings, h)
     copy_state(state, work.start)

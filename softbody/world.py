@@ -14,7 +14,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from softbody.bodies import GONE, Body
-from softbody.builder import Parts, empty_parts, properties_of, rings_of, with_box, with_soft_body, without
+from softbody.builder import (
+    Parts,
+    empty_parts,
+    joints_that_stay,
+    properties_of,
+    rings_of,
+    with_box,
+    with_joint,
+    with_soft_body,
+    without,
+)
 from softbody.collision.contact import Contacts, new_contacts, remembered, remembering, without_box
 from softbody.collision.manifold import new_manifold
 from softbody.collision.surface import Surfaces, build_surfaces
@@ -42,6 +52,8 @@ from softbody.guards import (
     warn_of_overlap,
 )
 from softbody.interrupts import SILENT, Bell, assign_together, listening, set_together
+from softbody.joint import End, Joint, ends_of
+from softbody.joint_forces import joint_energy, joint_memory
 from softbody.mesh import Mesh
 from softbody.pace import BOX_STEP, OF_STABLE, Remainder, whole_steps
 from softbody.parameters import check_range, check_whole, check_yes_or_no, shown, vector
@@ -87,6 +99,7 @@ class _Bodies:
         self.surfaces: Surfaces | None = None
         self.start: State | None = None  # memory for that of a step
         self.grounded: np.ndarray | None = None  # memory for which boxes touch the ground
+        self.acting: Controls | None = None  # memory for what acts in a step that has joints
         self.limits_of: tuple[Model | None, bytes] = None, b""  # for which springs and gas bodies' extents are limited
         self.ground_impulse = np.zeros_like(parts.state.particle_position)  # (n, 3) [N s] in the last step
         self._unlike_of: tuple[Model | None, bool] = None, False  # of which masses, and whether any are too unlike
@@ -240,6 +253,11 @@ class World(StrictNames):
         return self._bodies.parts.state
 
     @property
+    def joints(self) -> tuple[Joint, ...]:
+        """All joints, as they were added."""
+        return tuple(Joint(self, i) for i in range(len(self._parts.joints.joint_box)))
+
+    @property
     def rings(self) -> VertexRings:
         """The soft bodies, in the order in which kernels read them."""
         return self._bodies.parts.rings
@@ -343,7 +361,9 @@ class World(StrictNames):
         angular_velocity: ArrayLike = (0.0, 0.0, 0.0),
         **properties: float,
     ) -> Box:
-        """Add a homogeneous box of full extent `size` (3,) [m] and `mass` [kg]; None makes it static.
+        """Add a homogeneous box of full extent `size` (3,) [m] and `mass` [kg].
+
+        None makes it static, or kinematic: it moves by its velocities, pushes what it meets, and nothing changes that.
 
         `position` [m] of its centre, `orientation` a unit quaternion (w, x, y, z), `velocity` [m/s],
         `angular_velocity` [rad/s] in the world frame. Properties, both keywords: `restitution` 0 … 1 (0) and
@@ -354,6 +374,26 @@ class World(StrictNames):
         with self._my_turn():
             self._take(with_box(self._parts, size, mass, pose, motion, checked))
             return Box(self, self.model.box_count - 1)
+
+    def add_joint(self, a: End, b: End, stiffness: float, damping: float = 0.0, rest_length: float = 0.0) -> Joint:
+        """Join two ends by a damped spring; return its handle.
+
+        An end is a place (3,) [m] in the world, which may be moved later; or a body and a place (3,) [m] on it as it is
+        now, `(body, place)`: of a soft body the point of its surface nearest to that; or a soft body and the number of
+        a particle, `(body, 7)`. `stiffness` [N/m], `damping` [N s/m], `rest_length` [m]: of 0, a is pulled to b, and
+        all their motion against each other damped; of more, it acts along the joint, both ways.
+
+        It is a force, constant within a step, for which a step can be too long: see `stable_time_step`. Bodies that
+        are joined touch as others do.
+        """
+        numbers = {
+            "joint_stiffness": check_range(stiffness, "stiffness", "N/m", least=0.0),
+            "joint_damping": check_range(damping, "damping", "N s/m", least=0.0),
+            "joint_rest_length": check_range(rest_length, "rest_length", "m", least=0.0),
+        }
+        with self._my_turn():
+            self._take(with_joint(self._parts, ends_of(self, a, b), numbers))
+            return Joint(self, len(self._parts.joints.joint_box) - 1)
 
     def add_ground(self, height: float = 0.0, restitution: float = 0.0, friction: float = 0.5) -> None:
         """Make everything below z = `height` [m] solid ground; a second call moves it."""
@@ -368,15 +408,23 @@ class World(StrictNames):
             )
 
     def remove(self, body: Body) -> None:
-        """Take a body out of the world. Handles of others stay theirs; views of arrays, as of positions, do not."""
+        """Take a body, with its joints, or a joint out of the world.
+
+        Handles of others stay theirs; views of arrays, as of positions, do not.
+        """
         if not isinstance(body, Body) or body.world is not self:
             raise ParameterError(f"{shown(body)} is no body of this world; give a handle of one, as of world.boxes")
         with self._my_turn():
-            row, is_box, cache = body._row(), body.kind == "box", remembered(self.contacts)
-            bodies = _Bodies(without(self._parts, "box" if is_box else "soft", row), self._bodies.is_fresh)
-            contacts = remembering(without_box(cache, row) if is_box else cache, FIRST_ROOM)
-            others = [each for each in self._handles.values() if each.kind == body.kind and each.index >= row]
-            moved = [(each, "_index", each.index - 1 if each.index > row else GONE) for each in others]
+            row, kind, cache = body._row(), body.kind.split()[0], remembered(self.contacts)
+            stay = joints_that_stay(self._parts, kind, row)
+            bodies = _Bodies(without(self._parts, kind, row), self._bodies.is_fresh)
+            contacts = remembering(without_box(cache, row) if kind == "box" else cache, FIRST_ROOM)
+            moved = []
+            for each in self._handles.values():
+                if each.kind == "joint" and each.is_there:
+                    moved.append((each, "_index", int(stay[: each.index].sum()) if stay[each.index] else GONE))
+                elif each.kind == body.kind and each.index >= row:
+                    moved.append((each, "_index", each.index - 1 if each.index > row else GONE))
             set_together((self, "_bodies", bodies), (self, "contacts", contacts), *moved)
 
     def _properties(self, kind: str, given: dict[str, float]) -> dict[str, float]:
@@ -402,16 +450,16 @@ class World(StrictNames):
     def _step(self, h: float, steps: int, substeps: int, allow_unstable: bool) -> None:
         """Do what `step` says, with arguments that are checked."""
         settings = self.settings if substeps == self.settings.substeps else self.settings._replace(substeps=substeps)
-        model, controls, state, _ = self._parts
+        model, controls, state, _, joints = self._parts
         begun, first = (self.steps, self.time), int(steps > 0 and self._bodies.is_fresh)
-        is_known = allow_unstable or self._stable_step.allows(h, model, controls, settings, begun[0])
+        is_known = allow_unstable or self._stable_step.allows(h, model, controls, settings, joints, begun[0])
         fault, body = UNSEEN, -1
         if is_known and steps > first == 0:
             fault, body = self._run(h, steps, settings, begun, is_seen=False)
         if fault == UNSEEN:
             check_finite(model, controls, state)
             if not allow_unstable:
-                self._stable_step.check(h, model, controls, state, settings, begun[0])
+                self._stable_step.check(h, model, controls, state, settings, joints, begun[0])
             fault, body = self._first_step(h, settings, begun) if first else (0, -1)
             if not fault:
                 fault, body = self._run(h, steps - first, settings, begun, is_seen=True)
@@ -420,7 +468,7 @@ class World(StrictNames):
             self._bodies.ground_impulse[:] = 0.0
             if body >= model.soft_count and self.steps == begun[0]:
                 check_pace(model, state, h, body - model.soft_count)
-            advice = helpful_step(model, controls, state, settings, body)
+            advice = helpful_step(model, controls, state, settings, joints, body)
             raise fault_of(fault, body, model, h / substeps, advice, self.steps)
         if model.box_count and self._bodies.may_carry_too_much(model):
             warn_of_mass_ratios(model, controls, self.contacts)
@@ -446,7 +494,7 @@ class World(StrictNames):
 
         Unless what they begin with `is_seen` to be good, that is looked at first; see `run_by_clock`.
         """
-        model, _, state, _ = self._parts
+        model, _, state, *_ = self._parts
         work = steps * settings.substeps * (len(state.particle_position) + 10 * model.box_count)
         how = self.steps + steps, time_step, settings, begun, is_seen
         if self._threads == 1 and work < WORTH_LISTENING:
@@ -458,7 +506,7 @@ class World(StrictNames):
         self, end: int, time_step: float, settings: Settings, begun: tuple[int, float], is_seen: bool, bell: Bell
     ) -> tuple[int, int]:
         """Run kernels until the clock shows as many steps; each run is over when the bell is struck."""
-        (model, controls, state, _), clock = self._parts, self._clock
+        (model, controls, state, *_), clock = self._parts, self._clock
         collides = self._may_collide()
         while (left := end - self.steps) > 0:
             bell.still()
@@ -477,7 +525,7 @@ class World(StrictNames):
 
     def _may_collide(self) -> bool:
         """Tell whether there is more than one soft body and, perhaps, the ground."""
-        return self.model.box_count > 0 or self.model.soft_count > 1
+        return self.model.box_count > 0 or self.model.soft_count > 1 or len(self._parts.joints.joint_box) > 0
 
     def _work(self, bell: Bell) -> Work:
         """Return what a step needs, with nothing for a kind of bodies that there is none of."""
@@ -486,14 +534,24 @@ class World(StrictNames):
         if bodies.start is None:
             bodies.start = self.state.copy()
             bodies.grounded = np.zeros(self.model.box_count, bool) if has_boxes else None
+            bodies.acting = joint_memory(self.state, self.controls) if len(self._parts.joints.joint_box) else None
         manifold = self._manifold if has_boxes else None
+        joints = self._parts.joints if bodies.acting is not None else None
         return Work(
-            motion, self._touching(), manifold, bodies.start, bodies.grounded, bodies.ground_impulse, bell.struck
+            motion,
+            self._touching(),
+            manifold,
+            bodies.start,
+            bodies.grounded,
+            bodies.ground_impulse,
+            joints,
+            bodies.acting,
+            bell.struck,
         )
 
     def _moving(self, bell: Bell) -> Motion:
         """Return what moves soft bodies; its memory is kept until bodies are added or threads change."""
-        bodies, (model, controls, _, rings) = self._bodies, self._parts
+        bodies, (model, controls, _, rings, _) = self._bodies, self._parts
         motion = bodies.motion
         if motion is None or motion.rings is not rings:
             memory = motion.memory if motion else motion_of(model.soft_particle_start, rings, self.threads).memory
@@ -565,12 +623,12 @@ class World(StrictNames):
             yield number
 
     def stable_time_step(self) -> float:
-        """Return a time step [s] that is stable for every soft body as it is now; inf if there is none.
+        """Return a time step [s] that is stable for every soft body as it is now, and joints; inf if there is none.
 
         From an upper bound of the highest frequency, so often a little shorter than need be. Contacts and motion
         that stretches the body further can ask for a shorter one. Raises ParameterError where no step is stable.
         """
-        return stable_time_step(self.model, self.controls, self.state, self.settings)
+        return stable_time_step(self.model, self.controls, self.state, self.settings, self._parts.joints)
 
     def equilibrium(self, tolerance: float = 1e-12, steps: int = 200_000) -> None:
         """Move every soft body to its shape at rest, where it hangs on its fixed particles, or floats without weight.
@@ -605,7 +663,7 @@ class World(StrictNames):
         A world that is restored from it goes on to the same bits.
         """
         self._my_turn()
-        what = self.model, self.controls, self.state, remembered(self.contacts), self.settings
+        what = self.model, self.controls, self.state, self._parts.joints, remembered(self.contacts), self.settings
         return snapshot_of(Snapped(*what, self.precision, self.steps, self.time))
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -616,8 +674,8 @@ class World(StrictNames):
         changes nothing. An interrupt comes before it, or after.
         """
         with self._my_turn():
-            model, controls, state, cache, settings, precision, steps, time = checked(snapshot)
-            parts = Parts(model, controls, state, rings_of(model, PRECISIONS[precision]))
+            model, controls, state, joints, cache, settings, precision, steps, time = checked(snapshot)
+            parts = Parts(model, controls, state, rings_of(model, PRECISIONS[precision]), joints)
             set_together(
                 (self, "_bodies", _Bodies(parts, is_fresh=False)),
                 (self, "contacts", remembering(cache, FIRST_ROOM)),
@@ -705,9 +763,11 @@ class World(StrictNames):
     def energy(self) -> float:
         """Return kinetic + spring + gas + gravity energy [J] of every body that can move, less the work of forces.
 
+        The springs of joints count.
+
         That is, Σ f·x of the forces on particles; forces on boxes are not in it.
         """
-        return total_energy(self.model, self.controls, self.state)
+        return total_energy(self.model, self.controls, self.state) + joint_energy(self._parts.joints, self.state)
 
     def energies(self) -> Energies:
         """Return the energy [J] of every body that can move, by kind: kinetic, spring, gas, gravity, external.
@@ -719,6 +779,7 @@ class World(StrictNames):
         spring, gas, gravity, external = potential_energies(model, controls, self.state)
         filled = controls.soft_gas > 0.0
         gas += float((controls.soft_gas[filled] * np.log(model.soft_mesh_volume[filled])).sum())
+        spring += joint_energy(self._parts.joints, self.state)
         return Energies(kinetic_energy(model, self.state), spring, gas, gravity, external)
 
     def contact_points(self) -> ContactPoints:

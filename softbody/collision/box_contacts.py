@@ -30,7 +30,7 @@ def penetration_slop(controls: Controls, h: float) -> float:
 
 @jit_lean
 def _pull_in_step(model: Model, controls: Controls, box: int, h: float) -> Vec:
-    """Return how far [m] gravity and forces move a box within a step of `h` [s]; a static one not at all."""
+    """Return how far [m] gravity and forces move a box within a step of `h` [s]; one without a mass not at all."""
     inverse_mass = model.box_inverse_mass[box]
     if inverse_mass == 0.0:
         return STILL
@@ -40,17 +40,13 @@ def _pull_in_step(model: Model, controls: Controls, box: int, h: float) -> Vec:
 
 @jit_lean
 def travel_in_step(model: Model, controls: Controls, state: State, box: int, h: float) -> Vec:
-    """Return how far [m] a box moves within a step of `h` [s] if nothing holds it; a static one has no velocity."""
-    if model.box_inverse_mass[box] == 0.0:
-        return STILL
+    """Return how far [m] a box moves within a step of `h` [s] if nothing holds it."""
     return add(scale(h, load(state.box_velocity, box)), _pull_in_step(model, controls, box, h))
 
 
 @jit_lean
 def turn_in_step(model: Model, controls: Controls, state: State, box: int, h: float) -> float:
     """Return how far [m] any point of a box may come within a step of `h` [s] by turning, and by its torque."""
-    if model.box_inverse_mass[box] == 0.0:
-        return 0.0
     inverse_inertia = load(model.box_inverse_inertia, box)
     angular = max(inverse_inertia[0], inverse_inertia[1], inverse_inertia[2]) * norm(load(controls.box_torque, box))
     spin = norm(load(state.box_angular_velocity, box))
@@ -137,7 +133,7 @@ def _find_pair(
     turned = model.box_inverse_mass[pair[1]] == 0.0
     a, b = (pair[1], pair[0]) if turned else pair
     travel_a, travel_b = travel_in_step(model, controls, state, a, h), travel_in_step(model, controls, state, b, h)
-    spins = _spin_in_step(model, state, a, h), _spin_in_step(model, state, b, h)
+    spins = scale(h, load(state.box_angular_velocity, a)), scale(h, load(state.box_angular_velocity, b))
     turn = turn_in_step(model, controls, state, a, h) + turn_in_step(model, controls, state, b, h)
     share = model.box_inverse_mass[a] / (model.box_inverse_mass[a] + model.box_inverse_mass[b])
     pull = sub(_pull_in_step(model, controls, a, h), _pull_in_step(model, controls, b, h))
@@ -152,12 +148,6 @@ def _find_pair(
         return found
     found = stopped_manifold(boxes, pair, sweep, scale(-1.0, travel_a), limits, manifold)
     return found if found > 0 else stopped_manifold(boxes, pair, sweep, travel_b, limits, manifold)
-
-
-@jit_lean
-def _spin_in_step(model: Model, state: State, box: int, h: float) -> Vec:
-    """Return how far a box turns [rad] if nothing acts on it; a static box has no velocity."""
-    return STILL if model.box_inverse_mass[box] == 0.0 else scale(h, load(state.box_angular_velocity, box))
 
 
 @jit_lean

@@ -40,23 +40,32 @@ def advance_boxes(model: Model, state: State, h: float, gyroscopic: bool) -> Non
     (The paper prints x' = x + a t.) Without the gyroscopic torque ω keeps its direction, as in the paper, so an
     asymmetric box in free rotation keeps ω and not I ω. With it the angular momentum L = I ω is what stays, exactly,
     and ω follows from L and the orientation half-way (midpoint rule of order 2): adding −ω × I ω h to ω instead gains
-    energy in every step.
+    energy in every step. A kinematic box keeps both velocities.
     """
     for i in range(state.box_position.shape[0]):
-        if model.box_inverse_mass[i] > 0.0:
-            for c in range(3):
-                state.box_position[i, c] += h * state.box_velocity[i, c]
-            q, spin = load_quaternion(state.box_orientation, i), load(state.box_angular_velocity, i)
-            if gyroscopic:
-                inverse = load(model.box_inverse_inertia, i)
-                momentum = rotate_diagonal(q, (1.0 / inverse[0], 1.0 / inverse[1], 1.0 / inverse[2]), spin)
-                half_way = turned(q, scale(0.5 * h, spin))
-                q = turned(q, scale(h, rotate_diagonal(half_way, inverse, momentum)))
-                store(state.box_angular_velocity, i, rotate_diagonal(q, inverse, momentum))
-            else:
-                q = turned(q, scale(h, spin))
-            for c in range(4):
-                state.box_orientation[i, c] = q[c]
+        v, spin = load(state.box_velocity, i), load(state.box_angular_velocity, i)
+        is_free = model.box_inverse_mass[i] > 0.0
+        if not (is_free or stirs(v, spin)):
+            continue  # static
+        for c in range(3):
+            state.box_position[i, c] += h * v[c]
+        q = load_quaternion(state.box_orientation, i)
+        if gyroscopic and is_free:
+            inverse = load(model.box_inverse_inertia, i)
+            momentum = rotate_diagonal(q, (1.0 / inverse[0], 1.0 / inverse[1], 1.0 / inverse[2]), spin)
+            half_way = turned(q, scale(0.5 * h, spin))
+            q = turned(q, scale(h, rotate_diagonal(half_way, inverse, momentum)))
+            store(state.box_angular_velocity, i, rotate_diagonal(q, inverse, momentum))
+        else:
+            q = turned(q, scale(h, spin))
+        for c in range(4):
+            state.box_orientation[i, c] = q[c]
+
+
+@jit_lean
+def stirs(v: Vec, spin: Vec) -> bool:
+    """Tell whether a box of these velocities moves at all."""
+    return v[0] != 0.0 or v[1] != 0.0 or v[2] != 0.0 or spin[0] != 0.0 or spin[1] != 0.0 or spin[2] != 0.0
 
 
 # A box has diverged where one more step would turn it by more than MOST_TURN [rad], or lead so far away from the origin

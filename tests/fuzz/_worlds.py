@@ -92,12 +92,27 @@ def papers() -> World:
     return world
 
 
+def joined() -> World:
+    """Return bodies that hang on joints and on each other, and a box that moves by script."""
+    world = World()
+    ball = world.add_soft_body(BALL, 1.0, 100.0, 20.0, (0.0, 0.0, 1.0), drag=0.1)
+    body = world.add_soft_body(SOLID, 1.0, 200.0, 10.0, (1.0, 0.0, 1.0))
+    box = world.add_box((0.3, 0.2, 0.1), 2.0, (0.0, 0.0, 2.0))
+    belt = world.add_box((3.0, 3.0, 0.2), None, (0.0, 0.0, 0.4), velocity=(0.5, 0.0, 0.1))
+    world.add_joint((ball, 3), (box, box.position), 50.0, 0.1, 0.8)
+    world.add_joint((box, (0.1, 0.0, 2.0)), (0.0, 0.0, 3.0), 80.0)
+    world.add_joint((body, (1.3, 0.1, 1.0)), (ball, (0.3, 0.0, 1.0)), 20.0, 0.0, 0.5)
+    world.add_joint((1.0, 0.0, 2.0), (body, 2), 20.0, 0.2)
+    world.add_joint((belt, belt.position), (box, 0.9 * box.position), 1.0)
+    return world
+
+
 def empty() -> World:
     """Return a world of nothing."""
     return World()
 
 
-KINDS: tuple[Callable[[], World], ...] = (one_ball, soft_bodies, boxes, everything, single, papers, empty)
+KINDS: tuple[Callable[[], World], ...] = (one_ball, soft_bodies, boxes, everything, single, papers, joined, empty)
 
 
 @cache

@@ -158,6 +158,25 @@ class Caller:
         properties = {name: self.number() for name in ("restitution", "friction", "mass_") if self.rng.random() < 0.1}
         self.world.add_box(size, mass, self.vector(), turn, self.vector(), self.vector(), **properties)
 
+    def end(self) -> Any:
+        """Return what may be meant as an end of a joint."""
+        body = self.soft() if self.rng.random() < 0.5 and self.world.model.soft_count else self.box()
+        where = self.whole() if isinstance(body, SoftBody) and self.rng.random() < 0.5 else self.vector()
+        return (body, where) if self.rng.random() < 0.7 else self.one([self.vector(), *OTHERS])
+
+    def try_add_joint(self) -> None:
+        a = self.vector() if self.world.model.soft_count + self.world.model.box_count == 0 else self.end()
+        joint = self.world.add_joint(a, self.end(), *(self.number() for _ in range(1 + int(self.rng.integers(3)))))
+        setattr(joint, self.one(["stiffness", "damping", "rest_length"]), self.number())
+        joint.target = self.vector()
+
+    def try_move_to(self) -> None:
+        turn = self.one([None, (0.6, 0, 0, 0.8), self.vector(4)])
+        self.box().move_to(self.one([None, self.vector()]), turn, seconds=self.number())
+
+    def try_remove(self) -> None:
+        self.world.remove(self.one([*self.world.soft_bodies, *self.world.boxes, *self.world.joints, *OTHERS]))
+
     def try_add_ground(self) -> None:
         self.world.add_ground(*(self.number() for _ in range(int(self.rng.integers(4)))))
 

@@ -230,13 +230,77 @@ def test_positions_and_velocities_may_be_assigned(crowd):
             setattr(body, name, value)
 
 
-def test_a_static_box_stays_at_rest():
+def test_a_box_without_mass_is_static_until_it_is_given_a_velocity():
     wall = World().add_box((1.0, 1.0, 1.0), None)
     assert wall.mass is None
-    with pytest.raises(ParameterError, match="velocity of static box 0 stays zero"):
-        wall.velocity = (1.0, 0.0, 0.0)
     wall.position = (1.0, 0.0, 0.0)
     assert repr(wall) == "<box 0: (1, 1, 1) m, static, at (1, 0, 0) m>"
+    wall.world.run(1.0, 0.1)
+    assert wall.position.tolist() == [1.0, 0.0, 0.0]
+    assert not wall.is_kinematic
+    wall.velocity = (1.0, 0.0, 0.0)
+    assert wall.is_kinematic
+    wall.world.run(1.0, 0.1)
+    assert wall.position == pytest.approx([2.0, 0.0, 0.0])
+    assert repr(wall) == "<box 0: (1, 1, 1) m, kinematic, at (2, 0, 0) m>"
+
+
+def test_move_to_is_there_on_time_and_goes_on_until_it_is_stopped():
+    gate = World().add_box((1.0, 1.0, 1.0), None, (0.0, 0.0, 1.0))
+    half_turn = (np.sqrt(0.5), 0.0, 0.0, -np.sqrt(0.5))
+    gate.move_to((0.0, 2.0, 1.0), half_turn, seconds=0.5)
+    gate.world.run(0.5, 0.01)
+    assert gate.position == pytest.approx([0.0, 2.0, 1.0])
+    assert gate.orientation == pytest.approx(half_turn)
+    gate.move_to(seconds=1.0)
+    assert not gate.is_kinematic
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"position": (0.0, np.nan, 0.0), "seconds": 1.0}, "position"),
+        ({"orientation": (2.0, 0.0, 0.0, 0.0), "seconds": 1.0}, "orientation"),
+        ({"position": (1.0, 0.0, 0.0), "seconds": 0.0}, "seconds"),
+        ({"position": (1e300, 0.0, 0.0), "seconds": 1e-300}, "velocity"),
+    ],
+)
+def test_move_to_refuses_nonsense_and_leaves_the_box_alone(arguments, message):
+    gate = World().add_box((1.0, 1.0, 1.0), None, velocity=(0.0, 1.0, 0.0))
+    with pytest.raises(ParameterError, match=message):
+        gate.move_to(**arguments)
+    assert gate.velocity.tolist() == [0.0, 1.0, 0.0]
+
+
+def test_a_box_with_a_mass_is_not_moved_by_script():
+    box = World().add_box((1.0, 1.0, 1.0), 2.0)
+    with pytest.raises(ParameterError, match="box 0 has a mass of 2 kg, and is moved by forces"):
+        box.move_to((1.0, 0.0, 0.0), seconds=1.0)
+
+
+def test_a_kinematic_box_is_saved_with_its_velocities(tmp_path):
+    world = World()
+    world.add_box((1.0, 1.0, 1.0), None, velocity=(1.0, 0.0, 0.0), angular_velocity=(0.0, 2.0, 0.0))
+    world.run(0.3, 0.01)
+    world.save(tmp_path / "world.npz")
+    again = World.load(tmp_path / "world.npz")
+    for each in (world, again):
+        each.run(0.3, 0.01)
+    assert again.state_hash() == world.state_hash()
+    assert again.boxes[0].is_kinematic
+
+
+def test_what_a_kinematic_box_pushes_does_not_slow_it_and_gets_its_energy_from_it():
+    world = World()
+    ram = world.add_box((0.2, 1.0, 1.0), None, (0.0, 0.0, 0.5), velocity=(0.5, 0.0, 0.0))
+    world.add_ground()
+    box = world.add_box((0.5, 0.5, 0.5), 1000.0, (0.5, 0.0, 0.25))
+    ball = world.add_soft_body(softbody.icosphere(1, 0.2), 1.0, 200.0, 5.0, (1.0, 0.0, 0.2))
+    world.run(2.0, 1 / 960)
+    assert ram.velocity.tolist() == [0.5, 0.0, 0.0]
+    assert ram.position[0] == pytest.approx(1.0)
+    assert box.position[0] == pytest.approx(1.35, abs=1e-4)
+    assert ball.positions[:, 0].min() > box.position[0] + 0.24
 
 
 def test_strain_and_springs_by_hand():

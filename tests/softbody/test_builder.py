@@ -202,12 +202,6 @@ def test_a_box_is_refused_by_the_name_of_its_bad_parameter(filled, name, value):
         filled.add_box(**{**BOX, name: value})
 
 
-@pytest.mark.parametrize("motion", ["velocity", "angular_velocity"])
-def test_a_static_box_cannot_move(filled, motion):
-    with pytest.raises(ParameterError, match=r"static box .* cannot have a velocity"):
-        filled.add_box((1.0, 1.0, 1.0), None, **{motion: (0.0, 0.0, 1.0)})
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [

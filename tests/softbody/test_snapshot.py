@@ -100,6 +100,8 @@ def mixed():
     for k in range(2):
         world.add_box((0.5, 0.4, 0.3), 2.0, (0.6, 0.0, 0.149 + 0.298 * k))
     world.add_box((0.5, 0.4, 0.3), None, (5.0, 0.0, 0.0))
+    for k in range(2):
+        world.add_joint((world.soft_bodies[1], k), (world.boxes[k], (0.6, 0.0, 0.2)), 1.0)
     with pytest.warns(OverlapWarning):
         world.step(STEP, 5)
     assert world.contacts.cache.number[0] > 4
@@ -192,7 +194,7 @@ def test_what_no_snapshot_has_is_refused(mixed):
 
 
 def test_a_snapshot_of_a_later_format_says_so_and_one_of_the_first_is_read_without_its_rings(mixed):
-    refused(mixed | {"format": np.array(3)}, "format is 3, and this softbody reads formats up to 2")
+    refused(mixed | {"format": np.array(4)}, "format is 4, and this softbody reads formats up to 3")
     first = {name: array for name, array in mixed.items() if name != "format"}
     first |= {"rings.particle": np.array([10**9]), "rings.order": np.array([-1])}
     worlds = World(), World()

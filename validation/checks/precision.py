@@ -160,7 +160,7 @@ def threads_find_the_same_contacts(run: Run) -> Comparison:
         motion = motion_of(model.soft_particle_start, world.rings, threads)
         surfaces = build_surfaces(model, state.particle_position, threads)
         grounded, given = np.zeros(model.box_count, bool), np.zeros_like(state.particle_position)
-        work = Work(motion, surfaces, world._manifold, state.copy(), grounded, given, np.zeros(1, np.uint8))
+        work = Work(motion, surfaces, world._manifold, state.copy(), grounded, given, None, None, np.zeros(1, np.uint8))
         step, steps = 0.5 * world.stable_time_step(), run.count(10, 20, 100)
         found, *_ = run_together(model, world.controls, state, work, new_contacts(64), world.settings, step, steps)
         contacts.append(int(found.number[0]))

@@ -1,0 +1,132 @@
+"""A joint of a World, a damped spring between two points: a handle, and what a user may say of its ends."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from softbody.bodies import Body
+from softbody.builder import end_in_world, end_on_box, end_on_soft
+from softbody.collision.contact import NOBODY
+from softbody.errors import ParameterError
+from softbody.geometry import MeshQuery
+from softbody.joint_forces import joint_ends, rotated
+from softbody.parameters import check_range, check_whole, shown, vector
+from softbody.rigid_box import Box
+from softbody.soft_body import SoftBody
+from softbody.state import Joints
+
+if TYPE_CHECKING:
+    from softbody.world import World
+
+End = ArrayLike | tuple[SoftBody | Box, ArrayLike]
+
+
+class JointNumber:
+    """A number of a joint, as an attribute of its handle: checked when it is set."""
+
+    def __init__(self, name: str, unit: str, doc: str) -> None:
+        self._name, self._unit = name, unit
+        self.__doc__ = doc
+
+    def __get__(self, joint: Joint | None, kind: type) -> Any:
+        """Return the number [float] of a joint."""
+        return self if joint is None else float(getattr(joint._arrays(), f"joint_{self._name}")[joint._row()])
+
+    def __set__(self, joint: Joint, value: float) -> None:
+        """Set it, from the next step on; raises ParameterError if it is less than 0 or not finite."""
+        field, row = f"joint_{self._name}", joint._row()
+        array = getattr(joint._arrays(), field).copy()
+        array[row] = check_range(value, self._name, self._unit, least=0.0)
+        joint.world.replace(joints=joint._arrays()._replace(**{field: array}))
+
+
+class Joint(Body):
+    """A damped spring between points of two bodies, or of a body and a place in the world; see `World.add_joint`."""
+
+    __slots__ = ()
+
+    kind = "joint"
+
+    stiffness = JointNumber("stiffness", "N/m", "Stiffness [N/m], ≥ 0.")
+    damping = JointNumber("damping", "N s/m", "Force against the speed at which the ends part [N s/m], ≥ 0.")
+    rest_length = JointNumber("rest_length", "m", "Length at rest [m], ≥ 0; of 0, one end is pulled to the other.")
+
+    def _count(self) -> int:
+        return len(self._arrays().joint_box)
+
+    def _arrays(self) -> Joints:
+        return self.world._parts.joints
+
+    def __repr__(self) -> str:
+        """Say which joint it is, how long, and how stiff."""
+        if not self.is_there:
+            return "<joint that is gone>"
+        return f"<joint {self.index}: {self.length:.4g} m, {self.stiffness:.4g} N/m>"
+
+    @property
+    def ends(self) -> np.ndarray:
+        """Where its two ends are now (2, 3) [m]."""
+        row = self._row()
+        one = Joints(*(array[row : row + 1] for array in self._arrays()))
+        return np.asarray(joint_ends(one, self.world.state)[0])
+
+    @property
+    def length(self) -> float:
+        """How far its ends are apart [m]."""
+        a, b = self.ends
+        return float(np.linalg.norm(a - b))
+
+    @property
+    def target(self) -> np.ndarray:
+        """The place (3,) [m] of the end that is in the world; may be assigned. ParameterError if both are on bodies."""
+        return self._arrays().joint_place[self._row(), self._columns_of_target()]
+
+    @target.setter
+    def target(self, value: ArrayLike) -> None:
+        self.target[:] = vector(value, "target")
+
+    def _columns_of_target(self) -> slice:
+        joints, row = self._arrays(), self._row()
+        for end in (1, 0):
+            if joints.joint_box[row, end] == NOBODY and joints.joint_particles[row, 3 * end] == NOBODY:
+                return slice(3 * end, 3 * end + 3)
+        raise ParameterError(f"joint {row} is between two bodies; it has no target to move")
+
+
+def ends_of(world: World, a: End, b: End) -> list[dict[str, ArrayLike]]:
+    """Return both ends of a joint, checked; raises ParameterError."""
+    ends = [_end(world, a, "a"), _end(world, b, "b")]
+    if not (_is_on_body(a) or _is_on_body(b)):
+        raise ParameterError("a and b are two places in the world; give a body with one of them, (body, place)")
+    return ends
+
+
+def _is_on_body(end: Any) -> bool:
+    return isinstance(end, tuple) and len(end) == 2
+
+
+def _end(world: World, end: Any, name: str) -> dict[str, ArrayLike]:
+    if not _is_on_body(end):
+        return end_in_world(vector(end, name))
+    body, where = end
+    if not isinstance(body, (SoftBody, Box)) or body.world is not world:
+        raise ParameterError(f"{name} is on {shown(body)}, which is no body of this world; give a handle of one")
+    if isinstance(body, Box):
+        back = body.orientation * (1.0, -1.0, -1.0, -1.0)
+        return end_on_box(body._row(), rotated(back, vector(where, f"place of {name}") - body.position))
+    first = int(world.model.soft_particle_start[body._row()])
+    if np.ndim(where) == 0:
+        particle = check_whole(where, f"particle of {name}", 0)
+        if particle >= len(body.positions):
+            raise ParameterError(
+                f"particle of {name} is {particle}, and {body!r} has {len(body.positions)}: give one of those"
+            )
+        return end_on_soft(np.full(3, first + particle), (1.0, 0.0, 0.0))
+    triangles = body.triangles
+    place = vector(where, f"place of {name}")
+    found = MeshQuery(body.positions, triangles).closest(place[None])
+    weights = found.weights[0]
+    return end_on_soft(first + triangles[found.triangle[0]], weights / weights.sum())

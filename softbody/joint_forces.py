@@ -1,0 +1,179 @@
+"""What do joints, damped springs between points of bodies, add to what acts on the bodies in a step?
+
+A force that is constant within the step, from where the ends are in the part of it at which the whole is symplectic
+(Hairer, Lubich and Wanner 2003): now, for what moves by x' = x + h v', as boxes do; half-way, by the velocity now, for
+what moves by x' = x + h v + ½ h² a. So it keeps momenta and, for a small step, energy; and what hangs at rest hangs as
+far as k x = m g says, whatever the step.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softbody.collision.contact import NOBODY
+from softbody.collision.surface_point import WHOLE, SurfacePoint, value_at
+from softbody.jit import jit, jit_lean
+from softbody.quaternion import load_quaternion, rotate
+from softbody.settings import RK4, Settings
+from softbody.state import Controls, Joints, Model, State
+from softbody.vec import Vec, accumulate, add, cross, dot, load, norm, scale, sub
+
+
+@jit
+def with_joints(
+    controls: Controls, state: State, joints: Joints | None, acting: Controls | None, settings: Settings, h: float
+) -> Controls:
+    """Return what acts in a step of `h` [s]: the controls, and the forces of all joints, in the memory of `acting`."""
+    if joints is None or acting is None:
+        return controls
+    acting.particle_force[:] = 0.0
+    if controls.particle_force.shape[0] > 0:
+        acting.particle_force[:] = controls.particle_force
+    acting.box_force[:] = controls.box_force
+    acting.box_torque[:] = controls.box_torque
+    # x' = x + h v + β h² a: of n sub-steps of x' = x + h v', β is (1 + 1/n) / 2. The part is 1 − β.
+    ahead = 0.5 * h * (1.0 if settings.integrator == RK4 else 1.0 - 1.0 / settings.substeps)
+    for k in range(joints.joint_stiffness.shape[0]):
+        force = _force(state, joints, k, ahead)
+        _act(state, joints, k, 0, force, acting)
+        _act(state, joints, k, 1, scale(-1.0, force), acting)
+    return Controls(controls.gravity, controls.soft_gas, acting.particle_force, acting.box_force, acting.box_torque)
+
+
+@jit_lean
+def _force(state: State, joints: Joints, k: int, ahead: float) -> Vec:
+    """Return the force [N] of a joint on its first end; ends on soft bodies as they will be `ahead` [s].
+
+    Of a length at rest it acts along the joint; of none, it pulls one end to the other, and damps all their motion.
+    """
+    (a, v_a), (b, v_b) = _end(state, joints, k, 0, ahead), _end(state, joints, k, 1, ahead)
+    away, closing = sub(a, b), sub(v_b, v_a)
+    stiffness, damping, rest = joints.joint_stiffness[k], joints.joint_damping[k], joints.joint_rest_length[k]
+    if rest == 0.0:
+        return add(scale(-stiffness, away), scale(damping, closing))
+    length = norm(away)
+    if length == 0.0:
+        return 0.0, 0.0, 0.0  # it may push any way
+    along = scale(1.0 / length, away)
+    return scale(stiffness * (rest - length) + damping * dot(closing, along), along)
+
+
+@jit_lean
+def _end(state: State, joints: Joints, k: int, end: int, ahead: float) -> tuple[Vec, Vec]:
+    """Return where an end is, on a soft body `ahead` [s] by its velocity [m], and that velocity now [m/s]."""
+    box = joints.joint_box[k, end]
+    if box != NOBODY:
+        arm = _arm(state, joints, k, end)
+        turning = cross(load(state.box_angular_velocity, box), arm)
+        return add(load(state.box_position, box), arm), add(load(state.box_velocity, box), turning)
+    if joints.joint_particles[k, 3 * end] == NOBODY:
+        return _place(joints, k, end), (0.0, 0.0, 0.0)
+    point = _point(joints, k, end)
+    v = value_at(state.particle_velocity, point)
+    return add(value_at(state.particle_position, point), scale(ahead, v)), v
+
+
+@jit_lean
+def _arm(state: State, joints: Joints, k: int, end: int) -> Vec:
+    """Return the way [m] from the centre of a box to the end that is on it."""
+    return rotate(load_quaternion(state.box_orientation, joints.joint_box[k, end]), _place(joints, k, end))
+
+
+@jit_lean
+def _place(joints: Joints, k: int, end: int) -> Vec:
+    return joints.joint_place[k, 3 * end], joints.joint_place[k, 3 * end + 1], joints.joint_place[k, 3 * end + 2]
+
+
+@jit_lean
+def _point(joints: Joints, k: int, end: int) -> SurfacePoint:
+    first, weights = joints.joint_particles, joints.joint_weights
+    c = 3 * end
+    if first[k, c] == first[k, c + 1]:
+        return SurfacePoint((first[k, c], first[k, c], first[k, c]), WHOLE)
+    return SurfacePoint(
+        (first[k, c], first[k, c + 1], first[k, c + 2]), (weights[k, c], weights[k, c + 1], weights[k, c + 2])
+    )
+
+
+@jit_lean
+def _act(state: State, joints: Joints, k: int, end: int, force: Vec, acting: Controls) -> None:
+    """Add the force [N] on an end to what acts on its body, if it is on one."""
+    box = joints.joint_box[k, end]
+    if box != NOBODY:
+        accumulate(acting.box_force, box, force)
+        accumulate(acting.box_torque, box, cross(_arm(state, joints, k, end), force))
+    elif joints.joint_particles[k, 3 * end] != NOBODY:
+        point = _point(joints, k, end)
+        for c in range(3):
+            accumulate(acting.particle_force, point.particles[c], scale(point.weights[c], force))
+
+
+def no_joints() -> Joints:
+    """Return no joints."""
+    none = np.zeros(0)
+    whole = np.zeros((0, 2), np.int64), np.zeros((0, 6), np.int64)
+    return Joints(*whole, np.zeros((0, 6)), np.zeros((0, 6)), none, none, none)
+
+
+def joint_memory(state: State, controls: Controls) -> Controls:
+    """Return memory for what `with_joints` returns."""
+    return Controls(
+        controls.gravity,
+        controls.soft_gas,
+        np.zeros_like(state.particle_position),
+        np.zeros_like(controls.box_force),
+        np.zeros_like(controls.box_torque),
+    )
+
+
+def joint_ends(joints: Joints, state: State) -> np.ndarray:
+    """Return where both ends of each joint are (j, 2, 3) [m]."""
+    count = len(joints.joint_stiffness)
+    ends = joints.joint_place.reshape(count, 2, 3).copy()
+    particles, weights = joints.joint_particles.reshape(count, 2, 3), joints.joint_weights.reshape(count, 2, 3)
+    for k, end in np.argwhere(particles[:, :, 0] != NOBODY):
+        ends[k, end] = weights[k, end] @ state.particle_position[particles[k, end]]
+    for k, end in np.argwhere(joints.joint_box != NOBODY):
+        box = joints.joint_box[k, end]
+        ends[k, end] = state.box_position[box] + rotated(state.box_orientation[box], ends[k, end])
+    return ends
+
+
+def rotated(q: np.ndarray, a: np.ndarray) -> np.ndarray:
+    """Return a vector (3,) turned by a unit quaternion (4,)."""
+    twice = 2.0 * np.cross(q[1:], a)
+    return np.asarray(a + q[0] * twice + np.cross(q[1:], twice))
+
+
+def joint_energy(joints: Joints, state: State) -> float:
+    """Return ½ Σ k (l − l0)² [J] of all joints."""
+    ends = joint_ends(joints, state)
+    stretch = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1) - joints.joint_rest_length
+    return float(0.5 * (joints.joint_stiffness * stretch**2).sum())
+
+
+def joint_rates(joints: Joints, model: Model) -> tuple[float, float]:
+    """Return upper bounds of the highest frequency [1/s] and of the fastest damping rate [1/s] that joints have.
+
+    For each joint |x_a − x_b|² ≤ 2 |x_a|² + 2 |x_b|²; a point of a triangle moves by no more than its corners, by their
+    weights, and a point at an arm r of a box by (1/M + r² max 1/I) times its energy, twice. So ω² is at most twice the
+    largest sum of k times that over the joints of one particle or box, and γ the same of c.
+    """
+    sums = np.zeros((2, len(model.particle_inverse_mass) + model.box_count))
+    first_box = len(model.particle_inverse_mass)
+    count = len(joints.joint_stiffness)
+    particles, weights = joints.joint_particles.reshape(count, 2, 3), joints.joint_weights.reshape(count, 2, 3)
+    for row, rate in enumerate((joints.joint_stiffness, joints.joint_damping)):
+        for end in range(2):
+            on_soft = particles[:, end, 0] != NOBODY
+            np.add.at(sums[row], particles[on_soft, end], rate[on_soft, None] * weights[on_soft, end])
+            on_box = joints.joint_box[:, end] != NOBODY
+            box = joints.joint_box[on_box, end]
+            arm = joints.joint_place.reshape(count, 2, 3)[on_box, end]
+            mobility = model.box_inverse_mass[box] + (arm**2).sum(axis=1) * model.box_inverse_inertia[box].max(
+                axis=1, initial=0.0
+            )
+            np.add.at(sums[row], first_box + box, rate[on_box] * mobility)
+    sums[:, :first_box] *= model.particle_inverse_mass
+    most = 2.0 * sums.max(axis=1, initial=0.0)
+    return float(np.sqrt(most[0])), float(most[1])
