@@ -20,9 +20,11 @@ from softbody.errors import (
     OutputError,
     OverlapWarning,
     ParameterError,
+    SceneError,
     SimulationError,
     SnapshotError,
     SoftbodyError,
+    TrajectoryError,
     ViewError,
 )
 from softbody.mesh import Mesh, box, icosahedron, icosphere, octahedron, tetrahedron, torus
@@ -30,14 +32,14 @@ from softbody.mesh_findings import Finding
 from softbody.rigid_box import Box
 from softbody.soft_body import SoftBody
 from softbody.state import Controls, Model, State
+from softbody.trajectory import Frame, Trajectory, TrajectoryWriter
+from softbody.version import __version__ as __version__
 from softbody.world import World
 
 from softbody import scenes  # isort: skip (it needs all of the above)
 
 if TYPE_CHECKING:
     from softbody.render import Camera, Recorder
-
-__version__ = "0.1.0"
 
 __all__ = [
     "Body",
@@ -49,6 +51,7 @@ __all__ = [
     "Controls",
     "Energies",
     "Finding",
+    "Frame",
     "MassRatioWarning",
     "Mesh",
     "MeshError",
@@ -58,11 +61,15 @@ __all__ = [
     "OverlapWarning",
     "ParameterError",
     "Recorder",
+    "SceneError",
     "SimulationError",
     "SnapshotError",
     "SoftBody",
     "SoftbodyError",
     "State",
+    "Trajectory",
+    "TrajectoryError",
+    "TrajectoryWriter",
     "ViewError",
     "World",
     "box",
