@@ -10,6 +10,7 @@ import numpy as np
 from softbody.errors import ParameterError
 from softbody.extras import library
 from softbody.mesh import Mesh, box
+from softbody.quaternion import rotation_matrix
 from softbody.shapes import Pose, Shapes
 
 # glTF has y up: x stays, z becomes y.
@@ -44,13 +45,8 @@ def box_mesh(shapes: Shapes, body: int) -> Any:
 
 def box_matrix(pose: Pose, body: int) -> np.ndarray:
     """Return the pose of a box as a matrix (4, 4), of its own frame to the world's."""
-    w, x, y, z = pose.box_orientation[body]
     matrix = np.eye(4)
-    matrix[:3, :3] = [
-        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
-        [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
-        [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
-    ]
+    matrix[:3, :3] = rotation_matrix(pose.box_orientation[body])
     matrix[:3, 3] = pose.box_position[body]
     return matrix
 

@@ -99,7 +99,7 @@ class TrajectoryWriter:
             raise ParameterError(f"{self._folder} is closed; open it with another TrajectoryWriter and resume=True")
         with self._world._my_turn():
             time, frame = self._world.time, self._checked()
-        last = self._last_time()
+        last = self.last_time
         if time < last:
             raise ParameterError(
                 f"the world is at {time:.6g} s, before the last frame, at {last:.6g} s; keep it in a new folder, or "
@@ -124,7 +124,7 @@ class TrajectoryWriter:
             check_range(time_step, "time_step", "s", above=0.0, most=1.0 / self._rate)
         if not self.frames:
             self._begun = self._world.time
-        if self._world.time > self._last_time():
+        if self._world.time > self.last_time:
             self.frame()
         if time_step is None:
             for _ in self._world.frames(seconds, self._rate):
@@ -153,7 +153,9 @@ class TrajectoryWriter:
             self.flush()
             self._is_open = False
 
-    def _last_time(self) -> float:
+    @property
+    def last_time(self) -> float:
+        """Time of the last frame [s], −inf if there is none."""
         if self._held.pending:
             return self._held.pending[-1][0]
         return self._held.base.chunks[-1].times[-1] if self._held.base.chunks else -np.inf
