@@ -372,7 +372,7 @@ class _Reading:
         scale = given.pop("scale", 1.0)
         path = self._folder / given.pop("file")
         try:
-            with self._telling((*at, "file")):
+            with self._telling((*at, "file"), at):
                 return Mesh.from_file(path, **given).scaled(scale)
         except OSError as error:
             self.wrong.append(

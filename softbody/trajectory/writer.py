@@ -74,6 +74,7 @@ class TrajectoryWriter:
         except OSError as error:
             raise _refused(self._folder, error, 0) from error
         self._begun = self._held.base.times[0] if self._held.base.chunks else world.time
+        self._tried: Manifest | None = None  # what was last begun to be written
         self._is_open = True
 
     def __enter__(self) -> TrajectoryWriter:
@@ -219,9 +220,16 @@ class TrajectoryWriter:
             return
         found = read_manifest(self._folder)
         if found != disk:
-            self._held = self._written(found, chunk)
+            if found != self._tried:
+                raise TrajectoryError(
+                    f"{self._folder} was changed by somebody else since it was opened here; one writer has a folder"
+                )
+            # An interrupt came when it had been written.
+            there = len(found.times) - len(base.times)
+            self._held = _Held(found, found, pending[there:])
             self._flush()
             return
+        self._tried = wanted
         if pending:
             frames = {name: np.stack([frame[name] for _, frame in pending]) for name in pending[0][1]}
             with whole_file(self._folder / chunk.file) as file:
@@ -231,17 +239,6 @@ class TrajectoryWriter:
         for left_out in set(disk.chunks) - set(wanted.chunks):
             with suppress(OSError):
                 (self._folder / left_out.file).unlink()
-
-    def _written(self, found: Manifest, chunk: Chunk) -> _Held:
-        """Return what is held after a flush that was interrupted when it had written the beginning of `chunk`."""
-        _, base, pending = self._held
-        count = len(found.chunks[-1].times) if found.chunks else 0
-        begun = (*base.chunks, Chunk(chunk.file, chunk.times[:count]))
-        if found not in (base, base._replace(chunks=begun)):
-            raise TrajectoryError(
-                f"{self._folder} was changed by somebody else since it was opened here; let one writer have a folder"
-            )
-        return _Held(found, found, pending if found == base else pending[count:])
 
 
 def _digest(shapes: Shapes) -> str:
