@@ -11,7 +11,7 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager
 from pathlib import Path
 from time import monotonic
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -21,6 +21,9 @@ from softbody.scenes.scene_file import Film, Run, SceneFile, read_scene
 from softbody.trajectory import Trajectory, TrajectoryWriter
 from softbody.whole_file import path_of, whole_file
 from softbody.world import World
+
+if TYPE_CHECKING:
+    from softbody.render import Recorder
 
 SCENE, WORLD, TRAJECTORY = "scene.toml", "world.npz", "trajectory"
 PAUSE = 10.0  # [s] of the clock, at least, between two times that the world is saved: what a kill may cost
@@ -116,8 +119,7 @@ def _world_of(folder: Path, scene: SceneFile) -> World:
 def _advance(world: World, folder: Path, run: Run, telling: Telling) -> None:
     """Go on to the last frame, and save the world then, and now and then before."""
     pace, is_new = _Pace(run), not (folder / WORLD).exists()
-    how = {"velocities": run.velocities, "resume": True}
-    with TrajectoryWriter(world, folder / TRAJECTORY, run.frames_per_second, **how) as kept:
+    with TrajectoryWriter(world, folder / TRAJECTORY, velocities=run.velocities, resume=True) as kept:
         if is_new and not kept.frames:
             kept.frame()
         if not kept.frames or kept.last_time != world.time:
@@ -148,11 +150,17 @@ def _save(world: World, folder: Path, kept: TrajectoryWriter) -> None:
     world.save(folder / WORLD)
 
 
-def _recorder(world: World, folder: Path, film: Film):  # type: ignore[no-untyped-def]
+def _recorder(world: World, folder: Path, film: Film) -> Recorder:
     from softbody.render import Recorder
 
-    look = {"size": film.size, "colour": film.colour, "colour_range": film.colour_range}
-    return Recorder(world, folder / film.file, film.frames_per_second, **look)  # type: ignore[arg-type]
+    return Recorder(
+        world,
+        folder / film.file,
+        film.frames_per_second,
+        size=film.size,
+        colour=film.colour,
+        colour_range=film.colour_range,
+    )
 
 
 def _film(world: World, folder: Path, film: Film) -> None:

@@ -411,7 +411,9 @@ class _Reading:
         given = self._table(found, "film", FILM)
         if given is None:
             return None
-        film = Film(**given)
+        film, run = Film(**given), found.get("run")
+        if film.colour == "speed" and isinstance(run, dict) and run.get("velocities") is False:
+            self.wrong.append((("film", "colour"), "film: colour speed needs velocities = true in [run]"))
         if film.colour in ("pressure", "strain", "speed") and film.colour_range is None:
             self.wrong.append((("film", "colour"), f"film: colour {film.colour} needs a colour_range = [least, most]"))
         return film
