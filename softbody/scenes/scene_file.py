@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from difflib import get_close_matches
-from math import cos, radians, sin
+from math import cos, hypot, radians, sin
 from pathlib import Path as FilePath
 from typing import Any, NamedTuple
 
@@ -172,7 +172,7 @@ def _orientation(value: Any, name: str) -> np.ndarray:
         raise ParameterError(f"{name} is {shown(value)}; give [w, x, y, z], or {{ axis = [x, y, z], degrees = … }}")
     axis = vector(value["axis"], f"axis of {name}")
     half = 0.5 * radians(_number()(value["degrees"], f"degrees of {name}"))
-    length = np.linalg.norm(axis)
+    length = hypot(*axis)
     if not 0.0 < length < np.inf:
         raise ParameterError(f"axis of {name} is {shown(value['axis'])}; give one with a direction")
     return np.append(cos(half), sin(half) * axis / length)
