@@ -5,19 +5,21 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from time import perf_counter
 from typing import Any
 
 from softbody import __version__, scenes
-from softbody.errors import SoftbodyError
+from softbody.errors import ParameterError, SoftbodyError
 from softbody.parameters import check_range
 from softbody.progress import telling
 from softbody.render import Recorder
 from softbody.render.films import picture_path
 from softbody.render.quantities import UNITS
-from softbody.run_folder import run_scene
+from softbody.run_folder import TRAJECTORY, run_scene
 from softbody.scenes.scene_file import read_scene
 from softbody.settings import INTEGRATORS
+from softbody.trajectory import Trajectory
 from softbody.warmup import warm_up
 from softbody.world import World
 
@@ -75,6 +77,19 @@ def parser() -> argparse.ArgumentParser:
     run.add_argument("--out", metavar="FOLDER", required=True, help="a new folder: trajectory, last world, film")
     run.add_argument("--resume", action="store_true", help="go on with the run in that folder, to the same bits")
     run.set_defaults(command=_run)
+
+    export = commands.add_parser(
+        "export", help="write a kept run, or a saved world, as PLY, OBJ or GLB (softbody[files])"
+    )
+    export.add_argument(
+        "source", metavar="SOURCE", help="the folder of a run or of a trajectory, or a file of World.save"
+    )
+    export.add_argument(
+        "file", metavar="FILE", help="film.glb, which moves; of a saved world now.ply, now.obj or now.glb"
+    )
+    export.add_argument("--each", choices=("ply", "obj", "glb"), help="a file for each frame, in a new folder FILE")
+    export.add_argument("--every", type=int, default=1, help="take every so many frames (1)")
+    export.set_defaults(command=_export)
     return result
 
 
@@ -129,6 +144,19 @@ def _run(given: argparse.Namespace) -> int | None:
         print(f"softbody: interrupted; {given.out} has what was done, and --resume goes on", file=sys.stderr)
         return INTERRUPTED
     return None
+
+
+def _export(given: argparse.Namespace) -> None:
+    source = Path(given.source)
+    if source.is_file():
+        if given.each or given.every != 1:
+            raise ParameterError(f"{source} is one moment; leave out --each and --every")
+        World.load(source).export(given.file)
+        print(f"{given.file}: {source}")
+        return
+    kept = Trajectory.open(source / TRAJECTORY if (source / TRAJECTORY).is_dir() else source)
+    kept.export(given.file, given.each, every=given.every)
+    print(f"{given.file}: {len(range(0, len(kept), given.every))} frames of {source}")
 
 
 if __name__ == "__main__":

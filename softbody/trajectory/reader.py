@@ -44,7 +44,7 @@ class Trajectory:
 
     def __init__(self, path: str | os.PathLike[str], most_bytes: int = MOST_BYTES) -> None:
         self._most_bytes = check_whole(most_bytes, "most_bytes", 1)
-        self.path = path_of(path)
+        self.path = path_of(path).absolute()  # chunks are read later, wherever the program is then
         self._manifest = read_manifest(self.path)
         self._shapes = read_shapes(self.path, self._most_bytes)
         if digest(named_arrays("bodies", self._shapes)) != self._manifest.bodies:

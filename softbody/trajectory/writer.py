@@ -61,7 +61,7 @@ class TrajectoryWriter:
     ) -> None:
         self._rate = check_range(frames_per_second, "frames_per_second", "1/s", above=0.0)
         self._velocities, resume = check_yes_or_no(velocities, "velocities"), check_yes_or_no(resume, "resume")
-        self._folder = path_of(path)
+        self._folder = path_of(path).absolute()  # wherever the program goes meanwhile
         self._world, self._shapes = world, shapes_of(world.model)
         if not self._shapes.soft_count + self._shapes.box_count:
             raise ParameterError("the world has no bodies, and none can be added to a trajectory; add them first")

@@ -28,7 +28,7 @@ def said(capsys, *arguments):
 def test_help_lists_commands_and_scenes(capsys):
     code, text = said(capsys, "--help")
     assert code == 0
-    for word in ("warmup", "view", "record", "run", *softbody.scenes.__all__):
+    for word in ("warmup", "view", "record", "run", "export", *softbody.scenes.__all__):
         assert word in text
     assert "Soft balls fall into an open tray." in text
 
@@ -123,6 +123,30 @@ def test_a_scene_file_is_run_and_gone_on_with(capsys, tmp_path, monkeypatch, sce
         f"softbody: {out} holds a run; --resume goes on with it, or give the name of a new folder\n",
     )
     assert said(capsys, "run", scene_file, "--out", out, "--resume") == (0, made)
+
+
+def test_a_run_and_a_saved_world_are_exported(capsys, tmp_path, scene_file):
+    pytest.importorskip("trimesh")
+    run, film, meshes, now = (str(tmp_path / name) for name in ("run", "film.glb", "meshes", "now.obj"))
+    assert said(capsys, "run", scene_file, "--out", run)[0] == 0
+    assert said(capsys, "export", run, film) == (0, f"{film}: 11 frames of {run}\n")
+    kept = f"{run}/trajectory"
+    assert said(capsys, "export", kept, meshes, "--each", "ply", "--every", "5") == (
+        0,
+        f"{meshes}: 3 frames of {kept}\n",
+    )
+    assert said(capsys, "export", f"{run}/world.npz", now) == (0, f"{now}: {run}/world.npz\n")
+    assert sorted(os.listdir(meshes)) == ["000000.ply", "000001.ply", "000002.ply"]
+    for arguments, message in (
+        ((str(tmp_path), film), "holds no trajectory"),
+        ((f"{run}/nothing", film), "holds no trajectory"),
+        ((scene_file, now), "is no NPZ file of a world"),
+        ((run, now), "cannot hold what moves"),
+        ((f"{run}/world.npz", film, "--each", "ply"), "is one moment; leave out --each"),
+        ((run, film, "--every", "0"), "every is 0"),
+    ):
+        code, text = said(capsys, "export", *arguments)
+        assert (code, message in text) == (2, True), text
 
 
 def test_ctrl_c_ends_a_run_that_can_be_gone_on_with(capsys, tmp_path, monkeypatch, scene_file):
