@@ -12,7 +12,16 @@ import numpy as np
 import pytest
 
 import softbody
-from softbody import OutputError, ParameterError, Trajectory, TrajectoryError, TrajectoryWriter, World, whole_file
+from softbody import (
+    OutputError,
+    ParameterError,
+    State,
+    Trajectory,
+    TrajectoryError,
+    TrajectoryWriter,
+    World,
+    whole_file,
+)
 from softbody.trajectory import writer as writing
 
 
@@ -349,6 +358,30 @@ def test_two_writers_of_a_folder_are_told(world, tmp_path):
     shutil.rmtree(tmp_path / "u")
     with pytest.raises(TrajectoryError, match="holds no trajectory"):
         three.close()
+
+
+def test_a_program_may_go_elsewhere_meanwhile(world, tmp_path, monkeypatch):
+    for name in ("here", "there"):
+        (tmp_path / name).mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    with TrajectoryWriter(world, "t") as writer:
+        writer.frame()
+        early = Trajectory.open("t")
+        monkeypatch.chdir(tmp_path / "there")
+    assert not os.listdir()
+    monkeypatch.chdir(tmp_path / "here")
+    kept = Trajectory.open("t")
+    monkeypatch.chdir(tmp_path / "there")
+    same(kept[0], world.state)
+    assert len(early) == 0
+
+
+def test_a_chunk_is_what_numpy_reads(world, tmp_path):
+    states = keep(world, tmp_path / "t", range(2))
+    with np.load(tmp_path / "t" / "000000.npz") as chunk:
+        assert set(chunk) == {"time", *State._fields}
+        for name in State._fields:
+            np.testing.assert_array_equal(chunk[name][1], getattr(states[1], name))
 
 
 def test_a_world_is_put_where_it_was(world, tmp_path):
