@@ -83,6 +83,8 @@ def read_scene(path: str | os.PathLike[str], world: World | None = None) -> Scen
         lines = lines_of(text, parser.loads)
         told = sorted((line_of(at, lines), message) for at, message in reading.wrong)
         raise SceneError("\n".join(f"{place}:{line}: {message}" for line, message in told))
+    if reading.missing is not None:
+        raise reading.missing
     return scene
 
 
@@ -111,6 +113,7 @@ class _Reading:
 
     def __init__(self, folder: FilePath) -> None:
         self.wrong: list[tuple[Path, str]] = []
+        self.missing: MissingPackageError | None = None  # to be said when nothing is wrong with the file itself
         self._folder = folder
 
     def scene(self, found: dict[str, Any], world: World | None, content: bytes) -> SceneFile:
@@ -270,8 +273,8 @@ class _Reading:
         """Note the error, of the core's own, that ends the block, as one of what is `at` a path `inside` another."""
         try:
             yield
-        except MissingPackageError:
-            raise
+        except MissingPackageError as error:
+            self.missing = error
         except SoftbodyError as error:
             argument = str(error).partition(" ")[0]
             place = at if inside is not None else (*at, argument)

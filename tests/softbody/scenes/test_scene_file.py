@@ -222,6 +222,8 @@ def test_a_library_that_is_missing_is_named(scene, monkeypatch):
     monkeypatch.setitem(sys.modules, "trimesh", None)
     with pytest.raises(MissingPackageError, match="pip install trimesh"):
         from_file(scene(body))
+    (told,) = wrong(scene(f"{body}\ngass = 1"))  # what is wrong in the file comes first
+    assert told.startswith("6: soft_body[0]: there is no 'gass'; did you mean 'gas'?")
     monkeypatch.setitem(sys.modules, "tomllib", None)
     monkeypatch.setitem(sys.modules, "tomli", None)
     with pytest.raises(MissingPackageError, match=r"needs tomli: pip install softbody\[scenes\]"):
