@@ -20,9 +20,11 @@ from softbody.errors import (
     OutputError,
     OverlapWarning,
     ParameterError,
+    SceneError,
     SimulationError,
     SnapshotError,
     SoftbodyError,
+    TrajectoryError,
     ViewError,
 )
 from softbody.joint import Joint
@@ -31,14 +33,14 @@ from softbody.mesh_findings import Finding
 from softbody.rigid_box import Box
 from softbody.soft_body import SoftBody
 from softbody.state import Controls, Model, State
+from softbody.trajectory import Frame, Trajectory, TrajectoryWriter
+from softbody.version import __version__ as __version__
 from softbody.world import World
 
 from softbody import scenes  # isort: skip (it needs all of the above)
 
 if TYPE_CHECKING:
     from softbody.render import Camera, Recorder
-
-__version__ = "0.1.0"
 
 __all__ = [
     "Body",
@@ -50,6 +52,7 @@ __all__ = [
     "Controls",
     "Energies",
     "Finding",
+    "Frame",
     "Joint",
     "MassRatioWarning",
     "Mesh",
@@ -60,11 +63,15 @@ __all__ = [
     "OverlapWarning",
     "ParameterError",
     "Recorder",
+    "SceneError",
     "SimulationError",
     "SnapshotError",
     "SoftBody",
     "SoftbodyError",
     "State",
+    "Trajectory",
+    "TrajectoryError",
+    "TrajectoryWriter",
     "ViewError",
     "World",
     "box",

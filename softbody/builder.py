@@ -67,7 +67,7 @@ def properties_of(kind: str, given: dict[str, float]) -> dict[str, float]:
     Keys are fields of a Model. Raises ParameterError for a number out of its range or a name that is none.
     """
     values, left = {}, dict(given)
-    for field, note in _properties().items():
+    for field, note in known_properties().items():
         if field.startswith(f"{kind}_"):
             values[field] = checked_property(field, left.pop(field.removeprefix(f"{kind}_"), note.default))
     if left:
@@ -78,12 +78,12 @@ def properties_of(kind: str, given: dict[str, float]) -> dict[str, float]:
 
 def checked_property(field: str, value: float) -> float:
     """Return a Property of a Model, checked; raises ParameterError for a number out of its range."""
-    note = _properties()[field]
+    note = known_properties()[field]
     return check_range(value, field.split("_", 1)[1], note.unit, least=note.least, most=note.most)
 
 
 @cache
-def _properties() -> dict[str, Property]:
+def known_properties() -> dict[str, Property]:
     """Return the fields of a Model that are Properties."""
     hints = get_type_hints(Model, include_extras=True)
     notes = {field: getattr(hint, "__metadata__", (None,))[0] for field, hint in hints.items()}

@@ -19,6 +19,14 @@ class SnapshotError(ParameterError):
     """A snapshot, or a saved world, that is damaged, of another version, or none: which entry, and what it must be."""
 
 
+class TrajectoryError(ParameterError):
+    """A trajectory that is damaged, of another version, of other bodies, or none: which entry, and the cure."""
+
+
+class SceneError(ParameterError):
+    """A scene file that cannot be used: everything that is wrong in it, each with its line and its cure."""
+
+
 class MissingPackageError(SoftbodyError, ImportError):
     """Something was asked for that takes a package which is not installed: which one, and how to install it."""
 
@@ -28,7 +36,7 @@ class BusyError(SoftbodyError, RuntimeError):
 
 
 class OutputError(SoftbodyError, OSError):
-    """A picture or a film that cannot be written: which file, why, and what was recorded all the same."""
+    """A picture, film, trajectory or mesh file that cannot be written: which, why, and what is kept all the same."""
 
 
 class ViewError(SoftbodyError, OSError):

@@ -12,8 +12,9 @@ from softbody.builder import end_in_world, end_on_box, end_on_soft
 from softbody.collision.contact import NOBODY
 from softbody.errors import ParameterError
 from softbody.geometry import MeshQuery
-from softbody.joint_forces import joint_ends, rotated
+from softbody.joint_forces import joint_ends
 from softbody.parameters import check_range, check_whole, shown, vector
+from softbody.quaternion import rotation_matrix
 from softbody.rigid_box import Box
 from softbody.soft_body import SoftBody
 from softbody.state import Joints
@@ -115,8 +116,8 @@ def _end(world: World, end: Any, name: str) -> dict[str, ArrayLike]:
     if not isinstance(body, (SoftBody, Box)) or body.world is not world:
         raise ParameterError(f"{name} is on {shown(body)}, which is no body of this world; give a handle of one")
     if isinstance(body, Box):
-        back = body.orientation * (1.0, -1.0, -1.0, -1.0)
-        return end_on_box(body._row(), rotated(back, vector(where, f"place of {name}") - body.position))
+        away = vector(where, f"place of {name}") - body.position
+        return end_on_box(body._row(), rotation_matrix(body.orientation).T @ away)
     first = int(world.model.soft_particle_start[body._row()])
     if np.ndim(where) == 0:
         particle = check_whole(where, f"particle of {name}", 0)

@@ -13,7 +13,7 @@ import numpy as np
 from softbody.collision.contact import NOBODY
 from softbody.collision.surface_point import WHOLE, SurfacePoint, value_at
 from softbody.jit import jit, jit_lean
-from softbody.quaternion import load_quaternion, rotate
+from softbody.quaternion import load_quaternion, rotate, rotation_matrix
 from softbody.settings import RK4, Settings
 from softbody.state import Controls, Joints, Model, State
 from softbody.vec import Vec, accumulate, add, cross, dot, load, norm, scale, sub
@@ -135,14 +135,8 @@ def joint_ends(joints: Joints, state: State) -> np.ndarray:
         ends[k, end] = weights[k, end] @ state.particle_position[particles[k, end]]
     for k, end in np.argwhere(joints.joint_box != NOBODY):
         box = joints.joint_box[k, end]
-        ends[k, end] = state.box_position[box] + rotated(state.box_orientation[box], ends[k, end])
+        ends[k, end] = state.box_position[box] + rotation_matrix(state.box_orientation[box]) @ ends[k, end]
     return ends
-
-
-def rotated(q: np.ndarray, a: np.ndarray) -> np.ndarray:
-    """Return a vector (3,) turned by a unit quaternion (4,)."""
-    twice = 2.0 * np.cross(q[1:], a)
-    return np.asarray(a + q[0] * twice + np.cross(q[1:], twice))
 
 
 def joint_energy(joints: Joints, state: State) -> float:

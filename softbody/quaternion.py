@@ -12,6 +12,18 @@ from softbody.vec import Vec, add, cross, multiply, norm, scale
 Quaternion = tuple[float, float, float, float]
 
 
+def rotation_matrix(orientation: np.ndarray) -> np.ndarray:
+    """Return the matrix (3, 3) of a unit quaternion (4,)."""
+    w, x, y, z = orientation.tolist()
+    return np.array(
+        [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+        ]
+    )
+
+
 @jit_lean
 def load_quaternion(rows: np.ndarray, i: int) -> Quaternion:
     """Return row `i` of an `(n, 4)` array."""

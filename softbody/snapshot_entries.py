@@ -22,7 +22,9 @@ KINDS = {"b": "true or false", "i": "whole numbers", "f": "real numbers", "U": "
 class Entries:
     """The entries of a snapshot, each to be taken once; nothing in them is believed."""
 
-    def __init__(self, snapshot: Mapping[str, Any]) -> None:
+    def __init__(self, snapshot: Mapping[str, Any], what: str = "a snapshot of a world") -> None:
+        """`what` they are meant to be, as messages call it."""
+        self._what = what
         if not isinstance(snapshot, Mapping):
             raise SnapshotError(f"a snapshot is a dict of arrays, and this is a {type(snapshot).__name__}")
         self._left = dict(snapshot)
@@ -80,7 +82,7 @@ class Entries:
     def none_left(self) -> None:
         """Raise SnapshotError if there is an entry that nobody took."""
         for name in self._left:
-            raise SnapshotError(f"{name!r} is no entry of a snapshot; take it out")
+            raise SnapshotError(f"{name!r} is no entry of {self._what}; take it out")
 
     def _one(self, name: str, kinds: str) -> Any:
         array = self._take(name)
@@ -91,9 +93,7 @@ class Entries:
 
     def _take(self, name: str) -> np.ndarray:
         if name not in self._left:
-            raise SnapshotError(
-                f"{name!r} is missing: this is no snapshot of a world, or one of another version of softbody"
-            )
+            raise SnapshotError(f"{name!r} is missing: this is not {self._what}, or one of another version of softbody")
         try:
             return np.asarray(self._left.pop(name))
         except Exception as error:  # whatever an object that is asked to be an array may raise

@@ -69,6 +69,7 @@ from softbody.settings import (
     settings_of,
 )
 from softbody.shape_at_rest import shape_at_rest
+from softbody.shapes import pose_of, shapes_of
 from softbody.snapshot import Snapped, checked, digest, named_arrays, snapshot_of
 from softbody.snapshot_entries import Snapshot
 from softbody.soft_body import SoftBody
@@ -748,6 +749,20 @@ class World(StrictNames):
 
         with self._my_turn():
             return picture(self, path, camera, size, Drawing(self, colour, colour_range, colour_map))
+
+    def export(self, path: str | os.PathLike[str]) -> None:
+        """Write all bodies, as they are, to a PLY, OBJ or GLB file, whole or not at all, for other programs.
+
+        Needs trimesh: pip install softbody[files]. Soft bodies come first, then boxes of 8 corners and 12 triangles, in
+        their places; the ground is left out. PLY is one mesh, positions rounded to single precision; OBJ has an object
+        for each body, positions to 1e-17 m. GLB has a node for each, `soft_body_0` …, `box_0` …, boxes with their
+        pose, in single precision, under one that puts y up, as glTF has it: (x, y, z) is (x, z, −y) there. Raises
+        OutputError, and ParameterError for positions that are not finite.
+        """
+        from softbody.export import export_moment
+
+        with self._my_turn():
+            export_moment(path, shapes_of(self.model), pose_of(self.state))
 
     def view(self, port: int = 8080, *, host: str = "127.0.0.1", open_browser: bool = True) -> None:
         """Show the world live in the browser, to be watched and steered, until Ctrl-C; it moves on meanwhile.

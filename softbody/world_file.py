@@ -7,7 +7,7 @@ import os
 import stat
 import zipfile
 from math import prod
-from typing import IO
+from typing import IO, NamedTuple
 
 import numpy as np
 
@@ -22,6 +22,17 @@ KINDS = "biufU"  # of what arrays may hold: truth values, numbers, words
 PACKED = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}  # as np.savez and np.savez_compressed do
 
 
+class Kind(NamedTuple):
+    """Which files are read, as messages call them."""
+
+    what: str
+    writer: str
+    reader: str
+
+
+WORLD = Kind("a world", "World.save", "World.load")
+
+
 def write(path: str | os.PathLike[str], snapshot: dict[str, np.ndarray]) -> None:
     """Write a snapshot to an NPZ file, whole or not at all.
 
@@ -31,7 +42,7 @@ def write(path: str | os.PathLike[str], snapshot: dict[str, np.ndarray]) -> None
         np.savez(file, **snapshot)  # type: ignore[arg-type]
 
 
-def read(path: str | os.PathLike[str], most_bytes: int) -> dict[str, np.ndarray]:
+def read(path: str | os.PathLike[str], most_bytes: int, kind: Kind = WORLD) -> dict[str, np.ndarray]:
     """Return the arrays of a file that `write` may have written; they must be checked.
 
     Raises SnapshotError for a file of another kind, a damaged one, and one that is, or unpacks to, more than
@@ -39,26 +50,28 @@ def read(path: str | os.PathLike[str], most_bytes: int) -> dict[str, np.ndarray]
     """
     path = path_of(path)
     if not stat.S_ISREG(path.stat().st_mode):
-        raise SnapshotError(f"{path} is no file; give one that World.save wrote")
+        raise SnapshotError(f"{path} is no file; give one that {kind.writer} wrote")
     with path.open("rb") as file:
         raw = file.read(most_bytes + 1)
     try:
         if len(raw) > most_bytes:
-            raise _too_large(len(raw), most_bytes)
+            raise _too_large(len(raw), most_bytes, kind)
         with zipfile.ZipFile(io.BytesIO(raw)) as archive:
-            _check_archive(archive, most_bytes)
+            _check_archive(archive, most_bytes, kind)
             return {name.removesuffix(".npy"): _array(archive, name) for name in archive.namelist()}
     except SnapshotError as error:
         raise SnapshotError(f"{path}: {error}") from error
     except Exception as error:  # whatever zipfile, zlib and NumPy raise where bytes are not what they expect
-        raise SnapshotError(f"{path} is no NPZ file of a world, or a damaged one: write one with World.save") from error
+        raise SnapshotError(
+            f"{path} is no NPZ file of {kind.what}, or a damaged one: write one with {kind.writer}"
+        ) from error
 
 
-def _check_archive(archive: zipfile.ZipFile, most_bytes: int) -> None:
+def _check_archive(archive: zipfile.ZipFile, most_bytes: int, kind: Kind) -> None:
     """Raise SnapshotError unless all that an archive holds are different small enough arrays."""
     entries = archive.infolist()
     if len(entries) > MOST_ENTRIES:
-        raise SnapshotError(f"it has {len(entries)} entries, and a world less than {MOST_ENTRIES}")
+        raise SnapshotError(f"it has {len(entries)} entries, and {kind.what} less than {MOST_ENTRIES}")
     total, names = 0, set[str]()
     for entry in entries:
         name = entry.filename
@@ -70,13 +83,15 @@ def _check_archive(archive: zipfile.ZipFile, most_bytes: int) -> None:
         if entry.compress_type not in PACKED or not name.endswith(".npy"):
             raise SnapshotError(f"{name!r} is no array as np.savez packs it")
         with archive.open(entry) as file:
-            shape, _, kind = _header(file)
-            size = prod(shape) * kind.itemsize
-            if kind.kind not in KINDS or entry.file_size != file.tell() + size:
-                raise SnapshotError(f"{name!r} is not what it says: {kind} of shape {shape} in {entry.file_size} bytes")
+            shape, _, number = _header(file)
+            size = prod(shape) * number.itemsize
+            if number.kind not in KINDS or entry.file_size != file.tell() + size:
+                raise SnapshotError(
+                    f"{name!r} is not what it says: {number} of shape {shape} in {entry.file_size} bytes"
+                )
         total += size
         if total > most_bytes:
-            raise _too_large(total, most_bytes)
+            raise _too_large(total, most_bytes, kind)
 
 
 def _header(file: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype]:
@@ -91,8 +106,8 @@ def _array(archive: zipfile.ZipFile, name: str) -> np.ndarray:
         return np.lib.format.read_array(file, allow_pickle=False, max_header_size=MOST_HEADER)
 
 
-def _too_large(size: int, most_bytes: int) -> SnapshotError:
+def _too_large(size: int, most_bytes: int, kind: Kind) -> SnapshotError:
     return SnapshotError(
-        f"it has, or unpacks to, {size} bytes and more, and {most_bytes} are allowed; if you trust it, give World.load "
-        "a larger most_bytes"
+        f"it has, or unpacks to, {size} bytes and more, and {most_bytes} are allowed; if you trust it, give "
+        f"{kind.reader} a larger most_bytes"
     )

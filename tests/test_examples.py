@@ -17,6 +17,7 @@ LINES = 25  # at most: an example is read at one look
 # What each prints at least, and writes.
 EXPECTED = {
     "film": ("1 soft bodies of 512 particles, 4 boxes", ["rolling.webp"]),
+    "keep_and_export": ("46 frames until 1.5 s; 1 soft bodies of 512 particles, 1 boxes", ["fall.glb", "last.ply"]),
     "many_worlds": ("6400 N/m: 0.", []),
     "own_kernel": ("of 100000 pairs overlap", []),
     "points_in_mesh": ("frame 2:", []),
@@ -26,8 +27,29 @@ EXPECTED = {
 }
 
 
+# What running each scene file says, and leaves besides the trajectory.
+SCENES = {
+    "ball_on_box": ("31 frames until 1 s", []),
+    "hanging_ring": ("11 frames until 0.5 s", ["ring.webp"]),
+}
+
+
 def test_every_example_is_tried():
     assert {path.stem for path in EXAMPLES.glob("*.py")} == set(EXPECTED)
+    assert {path.stem for path in EXAMPLES.glob("*.toml")} == set(SCENES)
+
+
+@pytest.mark.parametrize("name", sorted(SCENES))
+def test_a_scene_file_runs_as_its_reader_would_run_it(name, tmp_path):
+    line = [sys.executable, "-m", "softbody", "run", str(EXAMPLES / f"{name}.toml"), "--out", str(tmp_path / "run")]
+    done = subprocess.run(line, cwd=EXAMPLES.parent, capture_output=True, text=True, timeout=900)
+    assert done.returncode == 0, done.stderr
+    said, written = SCENES[name]
+    assert said in done.stdout
+    assert len(softbody.Trajectory.open(tmp_path / "run" / "trajectory")) > 10
+    assert softbody.World.load(tmp_path / "run" / "world.npz").steps > 0
+    for file in written:
+        assert (tmp_path / "run" / file).stat().st_size > 1_000
 
 
 @pytest.mark.parametrize("name", sorted(EXPECTED))

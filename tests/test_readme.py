@@ -7,6 +7,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
+import softbody
+
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
@@ -31,6 +35,25 @@ def test_the_example_that_goes_through_frames_runs() -> None:
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     assert "Energies(kinetic=" in done.stdout
     assert "<World: 1 soft bodies of 642 particles" in done.stdout
+
+
+def test_what_is_kept_is_read_and_exported(tmp_path, monkeypatch) -> None:
+    pytest.importorskip("trimesh")
+    world = softbody.World()
+    world.add_soft_body(softbody.octahedron(), 1.0, 100.0, 10.0)
+    (code,) = (block for block in re.findall(r"```python\n(.*?)```", README, re.DOTALL) if "TrajectoryWriter" in block)
+    monkeypatch.chdir(tmp_path)
+    exec(code, {"softbody": softbody, "world": world})
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["fall", "fall.glb", "meshes", "now.obj"]
+
+
+def test_the_scene_file_is_one(tmp_path) -> None:
+    if sys.version_info < (3, 11):
+        pytest.importorskip("tomli")
+    (text,) = re.findall(r"```toml\n(.*?)```", README, re.DOTALL)
+    (tmp_path / "scene.toml").write_text(text)
+    world = softbody.scenes.from_file(tmp_path / "scene.toml")
+    assert repr(world) == "<World: 1 soft bodies of 642 particles, 0 boxes, ground at 0 m; 0 steps, 0 s>"
 
 
 def test_every_option_that_the_readme_names_is_an_option() -> None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softbody.errors import ParameterError
+from softbody.frame_times import frames_by_steps
 from softbody.parameters import check_range, check_whole, shown
 from softbody.render.camera import Camera
 from softbody.render.drawing import Drawing, framed, ground_of
@@ -133,18 +134,13 @@ class Recorder:
             for _ in self._world.frames(seconds, self._rate):
                 self.frame()
             return
-        h = check_range(time_step, "time_step", "s", above=0.0, most=1.0 / self._rate)
-        last = self._world.steps + round(seconds / h)
         if self.frames == 0:
             self._begun = self._world.time
+            check_range(time_step, "time_step", "s", above=0.0, most=1.0 / self._rate)
             self.frame()
-        first, begun = self._world.steps, self._world.time
-        while self._world.steps < last:
-            due = first + round((self._begun + self.frames / self._rate - begun) / h)
-            ahead = max(0, min(due, last) - self._world.steps)
-            self._world.step(h, ahead, substeps=substeps, allow_unstable=allow_unstable)
-            if self._world.steps >= due:
-                self.frame()
+        frames = self.frames, self._begun
+        for _ in frames_by_steps(self._world, seconds, time_step, self._rate, frames, substeps, allow_unstable):
+            self.frame()
 
     def close(self) -> None:
         """End the film; without frames there is none. A second call does nothing."""

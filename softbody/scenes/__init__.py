@@ -1,6 +1,6 @@
 """Scenes, each one file with a `build` that returns a World ready to run: the paper's four (§9), and four more.
 
-All take a `world` to fill, such as `World.paper()`, in place of a new one.
+All take a `world` to fill, such as `World.paper()`, in place of a new one. `from_file` builds any other, from TOML.
 """
 
 from softbody.scenes import (
@@ -13,6 +13,7 @@ from softbody.scenes import (
     torus_stack,
     tray,
 )
+from softbody.scenes.scene_file import from_file as from_file
 
 __all__ = [
     "ball_drop",

@@ -28,7 +28,7 @@ def said(capsys, *arguments):
 def test_help_lists_commands_and_scenes(capsys):
     code, text = said(capsys, "--help")
     assert code == 0
-    for word in ("warmup", "view", "record", *softbody.scenes.__all__):
+    for word in ("warmup", "view", "record", "run", "export", *softbody.scenes.__all__):
         assert word in text
     assert "Soft balls fall into an open tray." in text
 
@@ -41,6 +41,9 @@ def test_help_lists_commands_and_scenes(capsys):
         (("view",), "required: SCENE"),
         (("view", "teapot"), "invalid choice: 'teapot'"),
         (("view", "tray", "--port", "high"), "invalid int value: 'high'"),
+        (("view", "teapot.toml"), "teapot.toml cannot be read: No such file or directory"),
+        (("run", "tray.toml"), "required: --out"),
+        (("run", "tray.toml", "--out", "nowhere"), "tray.toml cannot be read"),
         (("record", "tray", "film.gif"), "film.gif is of no kind of film"),
         (("record", "tray", "end.png", "--seconds", "0"), "seconds is 0.0; give a finite number > 0 [s]"),
         (("record", "tray", "film.webp", "--colour", "speed"), "a film by speed needs a colour_range"),
@@ -84,6 +87,84 @@ def test_a_scene_is_recorded_as_a_picture_and_as_a_film(capsys, tmp_path):
         assert (code, text) == (0, f"{tmp_path / name}: ball_drop until 0.1 s\n")
         found = image.open(tmp_path / name)
         assert (found.size, getattr(found, "n_frames", 1)) == ((64, 48), frames)
+
+
+BOX = "[[box]]\nsize = [1, 1, 1]\nmass = 1\n"
+
+
+@pytest.fixture
+def scene_file(tmp_path):
+    """A scene file of a box that falls for half a second."""
+    if sys.version_info < (3, 11):
+        pytest.importorskip("tomli")
+    (tmp_path / "box.toml").write_text(BOX + "[run]\nseconds = 0.5\nframes_per_second = 20\n")
+    return str(tmp_path / "box.toml")
+
+
+def test_a_scene_file_is_viewed_and_recorded(capsys, tmp_path, monkeypatch, scene_file):
+    seen = []
+    monkeypatch.setattr(softbody.World, "view", lambda world, port, **more: seen.append(world))
+    for more, integrator in ((), "rk4_velocity"), (("--integrator", "rk4"), "rk4"):
+        assert said(capsys, "view", scene_file, *more) == (0, "")
+        assert (seen[-1].model.box_count, seen[-1].integrator) == (1, integrator)
+    assert said(capsys, "view", scene_file, "--paper")[0] == 0
+    assert seen[-1].settings.frictionless
+    code, text = said(capsys, "record", scene_file, str(tmp_path / "end.png"), "--seconds", "0.1", "--size", "64", "48")
+    assert (code, text) == (0, f"{tmp_path / 'end.png'}: {scene_file} until 0.1 s\n")
+
+
+def test_a_scene_file_is_run_and_gone_on_with(capsys, tmp_path, monkeypatch, scene_file):
+    out = str(tmp_path / "run")
+    made = f"{out}: 11 frames until 0.5 s in trajectory/, world.npz, scene.toml\n"
+    assert said(capsys, "run", scene_file, "--out", out) == (0, made)
+    code, text = said(capsys, "run", scene_file, "--out", out)
+    assert (code, text) == (
+        4,
+        f"softbody: {out} holds a run; --resume goes on with it, or give the name of a new folder\n",
+    )
+    assert said(capsys, "run", scene_file, "--out", out, "--resume") == (0, made)
+
+
+def test_a_run_and_a_saved_world_are_exported(capsys, tmp_path, scene_file):
+    pytest.importorskip("trimesh")
+    run, film, meshes, now = (str(tmp_path / name) for name in ("run", "film.glb", "meshes", "now.obj"))
+    assert said(capsys, "run", scene_file, "--out", run)[0] == 0
+    assert said(capsys, "export", run, film) == (0, f"{film}: 11 frames of {run}\n")
+    kept = f"{run}/trajectory"
+    assert said(capsys, "export", kept, meshes, "--each", "ply", "--every", "5") == (
+        0,
+        f"{meshes}: 3 frames of {kept}\n",
+    )
+    assert said(capsys, "export", f"{run}/world.npz", now) == (0, f"{now}: {run}/world.npz\n")
+    assert sorted(os.listdir(meshes)) == ["000000.ply", "000001.ply", "000002.ply"]
+    for arguments, message in (
+        ((str(tmp_path), film), "holds no trajectory"),
+        ((f"{run}/nothing", film), "holds no trajectory"),
+        ((scene_file, now), "is no NPZ file of a world"),
+        ((run, now), "cannot hold what moves"),
+        ((f"{run}/world.npz", film, "--each", "ply"), "is one moment; leave out --each"),
+        ((run, film, "--every", "0"), "every is 0"),
+    ):
+        code, text = said(capsys, "export", *arguments)
+        assert (code, message in text) == (2, True), text
+
+
+def test_ctrl_c_ends_a_run_that_can_be_gone_on_with(capsys, tmp_path, monkeypatch, scene_file):
+    steps = []
+
+    def interrupted(world, *_):
+        steps.append(world.time)
+        if len(steps) == 3:
+            raise KeyboardInterrupt
+        return real(world, *_)
+
+    real = softbody.World.step_frame
+    out = str(tmp_path / "run")
+    monkeypatch.setattr(softbody.World, "step_frame", interrupted)
+    code, text = said(capsys, "run", scene_file, "--out", out)
+    assert (code, text) == (130, f"softbody: interrupted; {out} has what was done, and --resume goes on\n")
+    assert len(softbody.Trajectory.open(tmp_path / "run" / "trajectory")) == 3
+    assert said(capsys, "run", scene_file, "--out", out, "--resume")[0] == 0
 
 
 @pytest.mark.parametrize("name", ["end.png", "film.webp"])

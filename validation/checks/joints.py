@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from softbody import (
@@ -79,8 +81,8 @@ INTEGRATORS = ("rk4_velocity", "rk4", "symplectic_euler")
         Fault(
             "a place on a box taken in the world's frame",
             joint._end,
-            "rotated(back_, v_)",
-            'vector(where, f"place of {name}") - body.position',
+            "rotation_matrix(body_.orientation).T @ away_",
+            "away",
         ),
     ),
 )
@@ -138,7 +140,7 @@ def chains_by_scipy(run: Run) -> Comparison:
                     world.add_soft_body(solid, 1.0, net.stiffness, 0.0, place) for net, place in zip(nets, places)
                 ]
 
-                pairs = [
+                pairs: list[Any] = [
                     (_on_box(boxes[0], arms[0]), (0.0, 0.0, 1.0)),
                     (_on_box(boxes[0], arms[1]), (bodies[0], 2)),
                     (_on_face(bodies[0], corner, weights), _on_box(boxes[1], arms[2])),

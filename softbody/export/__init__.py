@@ -1,0 +1,5 @@
+"""Bodies as files for other programs: a moment as PLY, OBJ or GLB, a trajectory as many, or as one GLB that moves."""
+
+from softbody.export.files import export_film, export_moment, export_sequence
+
+__all__ = ["export_film", "export_moment", "export_sequence"]

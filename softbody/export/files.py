@@ -1,0 +1,90 @@
+"""How does a moment, or a sequence of them, become files that other programs read?"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from softbody.errors import OutputError, ParameterError
+from softbody.export.animation import film_bytes
+from softbody.export.meshes import as_scene, check_pose, in_world, trimesh
+from softbody.parameters import shown
+from softbody.shapes import Pose, Shapes
+from softbody.whole_file import path_of, whole_file
+
+HEADER = "softbody: metres, z is up"
+
+
+def _ply(shapes: Shapes, pose: Pose) -> bytes:
+    mesh = trimesh().util.concatenate(in_world(shapes, pose))
+    return mesh.export(file_type="ply", vertex_normal=False, include_attributes=False)
+
+
+def _obj(shapes: Shapes, pose: Pose) -> bytes:
+    scene = trimesh().Scene()
+    for mesh in in_world(shapes, pose):
+        scene.add_geometry(mesh, geom_name=mesh.metadata["name"])
+    text = trimesh().exchange.obj.export_obj(scene, include_normals=False, digits=17, header=HEADER)
+    return text.encode()
+
+
+def _glb(shapes: Shapes, pose: Pose) -> bytes:
+    return as_scene(shapes, pose).export(file_type="glb", include_normals=False)
+
+
+KINDS: dict[str, Callable[[Shapes, Pose], bytes]] = {"ply": _ply, "obj": _obj, "glb": _glb}
+
+
+def export_moment(path: str | os.PathLike[str], shapes: Shapes, pose: Pose) -> None:
+    """Do what `World.export` says."""
+    place = path_of(path)
+    kind = place.suffix.removeprefix(".").lower()
+    if kind not in KINDS:
+        raise ParameterError(f"{place} is of no kind of mesh file; give a name that ends in .ply, .obj or .glb")
+    check_pose(shapes, pose)
+    _write(place, KINDS[kind](shapes, pose))
+
+
+def export_sequence(path: str | os.PathLike[str], kind: str, shapes: Shapes, poses: Iterable[Pose]) -> None:
+    """Write each pose to a file of its own, in a new folder: 000000.ply, …"""
+    folder = path_of(path)
+    if not isinstance(kind, str) or kind not in KINDS:
+        raise ParameterError(f"kind is {shown(kind)}; choose one of {', '.join(KINDS)}")
+    trimesh()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        is_empty = not os.listdir(folder)
+    except OSError as error:
+        raise _refused(folder, error) from error
+    if not is_empty:
+        raise OutputError(f"{folder} is not empty; give the name of a new folder")
+    for k, pose in enumerate(poses):
+        check_pose(shapes, pose)
+        _write(folder / f"{k:06d}.{kind}", KINDS[kind](shapes, pose))
+
+
+def export_film(path: str | os.PathLike[str], shapes: Shapes, times: np.ndarray, poses: Iterable[Pose]) -> None:
+    """Write all poses, at `times` (f,) [s], to one GLB file in which bodies move."""
+    place = path_of(path)
+    if place.suffix.lower() != ".glb":
+        raise ParameterError(
+            f"{place} cannot hold what moves; give a name that ends in .glb, or a folder and a kind: "
+            f"export(folder, 'ply')"
+        )
+    _write(place, film_bytes(shapes, times, poses))
+
+
+def _write(path: Path, content: Any) -> None:
+    try:
+        with whole_file(path) as file:
+            file.write(content)
+    except OSError as error:
+        raise _refused(path, error) from error
+
+
+def _refused(path: Path, error: OSError) -> OutputError:
+    return OutputError(f"{path} cannot be written: {error.strerror or error}; give another name, or make room")

@@ -1,0 +1,291 @@
+"""Which world does a TOML file describe, and how is it run? Everything that is wrong in it is said at once, by line."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from difflib import get_close_matches
+from pathlib import Path as FilePath
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from softbody import mesh as meshes
+from softbody.errors import MissingPackageError, ParameterError, SceneError, SoftbodyError
+from softbody.extras import library
+from softbody.mesh import Mesh
+from softbody.parameters import check_range, shown
+from softbody.quaternion import rotation_matrix
+from softbody.scenes.scene_keys import BOX, FILM, GROUND, MESH_FILE, RUN, SHAPES, SOFT_BODY, WORLD, Check
+from softbody.scenes.toml_lines import Path, line_of, lines_of
+from softbody.whole_file import path_of
+from softbody.world import World, world_to_fill
+
+MOST_BYTES = 2**20  # that a scene file may have: some ten thousand bodies
+
+TABLES, LISTS = ("world", "ground", "run", "film"), ("soft_body", "box")
+
+
+class Run(NamedTuple):
+    """How a scene is run, as `[run]` says."""
+
+    seconds: float  # of the world's time
+    frames_per_second: float = 60.0  # that are kept
+    time_step: float | None = None  # [s]; None: the world chooses
+    velocities: bool = True  # whether they are kept, too
+
+
+class Film(NamedTuple):
+    """Which film is made of a run, as `[film]` says: the arguments of a Recorder."""
+
+    file: str = "film.webp"
+    frames_per_second: float = 20.0
+    colour: str = "stripes"
+    colour_range: tuple[float, float] | None = None
+    size: tuple[int, int] = (640, 480)
+
+
+class SceneFile(NamedTuple):
+    """What a scene file says."""
+
+    world: World
+    run: Run | None
+    film: Film | None
+    content: bytes
+
+
+def from_file(path: str | os.PathLike[str], world: World | None = None) -> World:
+    """Return `world`, or a new one, filled as a scene file (TOML) says; with a `world`, its own settings hold.
+
+    Raises SceneError, which lists all that is wrong in the file, each with its line and cure, and MissingPackageError:
+    before Python 3.11 TOML is read by tomli (softbody[scenes]), mesh files are read by trimesh (softbody[files]).
+    """
+    return read_scene(path, world).world
+
+
+def read_scene(path: str | os.PathLike[str], world: World | None = None) -> SceneFile:
+    """Return what a scene file says; see `from_file`."""
+    world_to_fill(world)
+    place = path_of(path)
+    content = _bytes_of(place)
+    parser = _parser()
+    try:
+        text = content.decode("utf-8-sig")
+        found = parser.loads(text)
+    except UnicodeDecodeError as error:
+        raise SceneError(f"{place} is no text in UTF-8; save it as such") from error
+    except (ValueError, RecursionError) as error:
+        raise SceneError(f"{place} is no TOML: {error}") from error
+    reading = _Reading(place.parent)
+    scene = reading.scene(found, world, content)
+    if reading.wrong:
+        lines = lines_of(text, parser.loads)
+        told = sorted((line_of(at, lines), message) for at, message in reading.wrong)
+        raise SceneError("\n".join(f"{place}:{line}: {message}" for line, message in told))
+    if reading.missing is not None:
+        raise reading.missing
+    return scene
+
+
+def _bytes_of(place: FilePath) -> bytes:
+    try:
+        with place.open("rb") as file:
+            content = file.read(MOST_BYTES + 1)
+    except OSError as error:
+        raise SceneError(f"{place} cannot be read: {error.strerror or error}; give the name of a scene file") from error
+    if len(content) > MOST_BYTES:
+        raise SceneError(f"{place} has more than {MOST_BYTES} bytes; build so large a scene in Python")
+    return content
+
+
+def _parser() -> Any:
+    """Return what reads TOML: Python's own from 3.11 on."""
+    try:
+        import tomllib
+    except ImportError:
+        return library("tomli", "tomli", "scenes", "reading a scene file before Python 3.11")
+    return tomllib
+
+
+class _Reading:
+    """What is read of a scene file, and what was found to be wrong on the way: where, and what to do."""
+
+    def __init__(self, folder: FilePath) -> None:
+        self.wrong: list[tuple[Path, str]] = []
+        self.missing: MissingPackageError | None = None  # to be said when nothing is wrong with the file itself
+        self._folder = folder
+
+    def scene(self, found: dict[str, Any], world: World | None, content: bytes) -> SceneFile:
+        """Return the scene; it is good if there is nothing wrong."""
+        self._names(found, (*TABLES, *LISTS), ())
+        if not any(name in found for name in LISTS):
+            self.wrong.append(((), "there are no bodies; add [[soft_body]] or [[box]]"))
+        world = self._world(found, world)
+        ground = self._table(found, "ground", GROUND)
+        if ground is not None:
+            with self._telling(("ground",)):
+                world.add_ground(**ground)
+        for at, table in self._list(found, "soft_body"):
+            self._soft_body(world, at, table)
+        for at, table in self._list(found, "box"):
+            self._box(world, at, table)
+        return SceneFile(world, self._run(found, world), self._film(found), content)
+
+    def _world(self, found: dict[str, Any], world: World | None) -> World:
+        before = len(self.wrong)
+        settings = self._table(found, "world", WORLD) or {}
+        if world is not None or len(self.wrong) > before:
+            return world_to_fill(world)
+        with self._telling(("world",)):
+            return World.paper(**settings) if settings.pop("paper", False) else World(**settings)
+        return World()
+
+    def _soft_body(self, world: World, at: Path, table: Any) -> None:
+        before = len(self.wrong)
+        given = self._checked(table, at, SOFT_BODY, ("shape", "mass", "stiffness", "gas"))
+        shape = given.pop("shape", None)
+        mesh = None if shape is None else self._shape(shape, (*at, "shape"))
+        if mesh is None or len(self.wrong) > before:
+            return
+        above, below = given.pop("fixed_above", np.inf), given.pop("fixed_below", -np.inf)
+        with self._telling(at):
+            mesh = Mesh(mesh.vertices @ rotation_matrix(given.pop("orientation", np.eye(4)[0])).T, mesh.triangles)
+            z = mesh.vertices[:, 2] + given.get("position", np.zeros(3))[2]
+            held = np.flatnonzero((z > above) | (z < below)).tolist()
+            if not held and not (above == np.inf and below == -np.inf):
+                raise ParameterError(
+                    f"no vertex is above {above} m or below {below} m: this one is from {z.min():.4g} to "
+                    f"{z.max():.4g} m; fix it where it is"
+                )
+            world.add_soft_body(mesh, **{**given, "fixed": [*given.get("fixed", []), *held]})
+
+    def _shape(self, found: Any, at: Path) -> Mesh | None:
+        """Return the mesh that a table describes: one of ours by name, or that of a file."""
+        hint = f"give {{ name = {' | '.join(SHAPES)}, … }} or {{ file = … }}"
+        if not isinstance(found, dict) or ("name" in found) == ("file" in found):
+            self.wrong.append((at, f"{_name(at)} is {shown(found)}; {hint}"))
+            return None
+        before = len(self.wrong)
+        if "file" in found:
+            given = self._checked(found, at, MESH_FILE, ())
+            return None if len(self.wrong) > before else self._mesh_file(given, at)
+        name = found["name"]
+        if not isinstance(name, str) or name not in SHAPES:
+            self.wrong.append(((*at, "name"), f"{_name(at)}: name is {shown(name)}; {hint}{_meant(name, SHAPES)}"))
+            return None
+        given = self._checked({key: value for key, value in found.items() if key != "name"}, at, SHAPES[name], ())
+        if len(self.wrong) > before:
+            return None
+        with self._telling(at):
+            return getattr(meshes, name)(**given)
+        return None
+
+    def _mesh_file(self, given: dict[str, Any], at: Path) -> Mesh | None:
+        scale = given.pop("scale", 1.0)
+        path = self._folder / given.pop("file")
+        try:
+            with self._telling((*at, "file"), at):
+                return Mesh.from_file(path, **given).scaled(scale)
+        except OSError as error:
+            self.wrong.append(
+                ((*at, "file"), f"{path} cannot be read: {error.strerror or error}; see that it is there")
+            )
+        return None
+
+    def _box(self, world: World, at: Path, table: Any) -> None:
+        before = len(self.wrong)
+        given = self._checked(table, at, BOX, ("size",))
+        if len(self.wrong) > before:
+            return
+        with self._telling(at):
+            if given.pop("static", False) == ("mass" in given):
+                raise ParameterError("a box has a mass [kg], or static = true; give one of both")
+            world.add_box(given.pop("size"), given.pop("mass", None), **given)
+
+    def _run(self, found: dict[str, Any], world: World) -> Run | None:
+        before = len(self.wrong)
+        given = self._table(found, "run", RUN, ("seconds",))
+        if given is None or len(self.wrong) > before:
+            return None
+        run = Run(**given)
+        with self._telling(("run",)):
+            if run.time_step is not None:
+                check_range(run.time_step, "time_step", "s", most=1.0 / run.frames_per_second)
+                stable = world.stable_time_step()
+                if run.time_step > stable:
+                    raise ParameterError(
+                        f"time_step is {run.time_step:.6g} s, and a stable one is {stable:.6g} s; take that, or leave "
+                        "it out: the world chooses"
+                    )
+        return run
+
+    def _film(self, found: dict[str, Any]) -> Film | None:
+        given = self._table(found, "film", FILM)
+        if given is None:
+            return None
+        film, run = Film(**given), found.get("run")
+        if film.colour == "speed" and isinstance(run, dict) and run.get("velocities") is False:
+            self.wrong.append((("film", "colour"), "film: colour speed needs velocities = true in [run]"))
+        if film.colour in ("pressure", "strain", "speed") and film.colour_range is None:
+            self.wrong.append((("film", "colour"), f"film: colour {film.colour} needs a colour_range = [least, most]"))
+        return film
+
+    def _table(
+        self, found: dict[str, Any], name: str, checks: dict[str, Check], needed: tuple[str, ...] = ()
+    ) -> dict[str, Any] | None:
+        """Return the values of a table, checked, or None if there is no such table."""
+        return self._checked(found[name], (name,), checks, needed) if name in found else None
+
+    def _list(self, found: dict[str, Any], name: str) -> list[tuple[Path, Any]]:
+        tables = found.get(name, [])
+        if not isinstance(tables, list):
+            self.wrong.append(((name,), f"{name} is one table; begin each with [[{name}]]"))
+            return []
+        return [((name, k), table) for k, table in enumerate(tables)]
+
+    def _checked(self, table: Any, at: Path, checks: dict[str, Check], needed: tuple[str, ...]) -> dict[str, Any]:
+        """Return the good values of a table, and note what is wrong with the others."""
+        if not isinstance(table, dict):
+            self.wrong.append((at, f"{_name(at)} is {shown(table)}; give a table"))
+            return {}
+        self._names(table, tuple(checks), at)
+        for name in needed:
+            if name not in table:
+                self.wrong.append((at, f"{_name(at)}: {name} is missing; add it"))
+        good = {}
+        for name, value in table.items():
+            if name in checks:
+                with self._telling((*at, name), at):
+                    good[name] = checks[name](value, name)
+        return good
+
+    def _names(self, table: dict[str, Any], known: tuple[str, ...], at: Path) -> None:
+        """Note the keys that nothing knows."""
+        for name in table:
+            if name not in known:
+                where = f"{_name(at)}: " if at else ""
+                told = f"{where}there is no {name!r}{_meant(name, known)}; choose from {', '.join(known)}"
+                self.wrong.append(((*at, name), told))
+
+    @contextmanager
+    def _telling(self, at: Path, inside: Path | None = None) -> Iterator[None]:
+        """Note the error, of the core's own, that ends the block, as one of what is `at` a path `inside` another."""
+        try:
+            yield
+        except MissingPackageError as error:
+            self.missing = error
+        except SoftbodyError as error:
+            argument = str(error).partition(" ")[0]
+            place = at if inside is not None else (*at, argument)
+            self.wrong.append((place, f"{_name(at if inside is None else inside)}: {error}"))
+
+
+def _name(at: Path) -> str:
+    """Return what messages call a table: soft_body[1]."""
+    return "".join(f"[{each}]" if isinstance(each, int) else f".{each}" for each in at).removeprefix(".")
+
+
+def _meant(name: object, known: Any) -> str:
+    close = get_close_matches(str(name), list(known), 1)
+    return f"; did you mean {close[0]!r}?" if close else ""

@@ -1,0 +1,236 @@
+"""Is a scene file the world that it says, and is all that is wrong in one said at once, by line?"""
+
+import sys
+
+import numpy as np
+import pytest
+
+import softbody
+from softbody import MissingPackageError, ParameterError, SceneError, World
+from softbody.scenes import from_file
+from softbody.scenes.scene_file import read_scene
+
+if sys.version_info < (3, 11):
+    pytest.importorskip("tomli")
+
+GOOD = """
+[world]
+gravity = [0.0, 0.0, -1.62]
+integrator = "symplectic_euler"
+speed_ceiling = inf
+
+[ground]
+height = -1.0
+restitution = 0.25
+
+[[soft_body]]
+shape = { name = "octahedron", radius = 0.5 }
+mass = 2
+stiffness = 10
+gas = 1.5
+damping = 0.125
+position = [1.0, 2.0, 3.0]
+orientation = { axis = [0.0, 0.0, 2.0], degrees = 90 }
+velocity = [0.0, 0.0, 1.0]
+fixed = [0]
+fixed_above = 3.4
+
+[[box]]
+size = [1.0, 2.0, 3.0]
+static = true
+friction = 0.75
+
+[[box]]
+size = [1, 1, 1]
+mass = 4
+orientation = [0.0, 1.0, 0.0, 0.0]
+angular_velocity = [0.0, 0.0, 1.0]
+
+[run]
+seconds = 2
+"""
+
+
+@pytest.fixture
+def scene(tmp_path):
+    """Write a scene file; return its path."""
+
+    def written(text):
+        path = tmp_path / "scene.toml"
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+        return path
+
+    return written
+
+
+def wrong(path):
+    """Return what a scene file is told, line by line, without its name."""
+    with pytest.raises(SceneError) as caught:
+        from_file(path)
+    return [line.removeprefix(f"{path}:") for line in str(caught.value).split("\n")]
+
+
+def test_a_scene_file_is_the_world_that_it_says(scene):
+    world = from_file(scene(GOOD))
+    np.testing.assert_array_equal(world.gravity, [0.0, 0.0, -1.62])
+    assert world.integrator == "symplectic_euler"
+    assert (world.model.ground_height, world.model.ground_restitution) == (-1.0, 0.25)
+    (ball,), (still, moving) = world.soft_bodies, world.boxes
+    # Its first corner, at x, is turned to y; that at +z, of number 4, is above 3.4 m.
+    np.testing.assert_allclose(ball.positions[0], [1.0, 2.5, 3.0], atol=1e-15)
+    assert ball.fixed.tolist() == [0, 4]
+    assert (ball.mass, ball.gas, ball.damping) == (2.0, 1.5, 0.125)
+    np.testing.assert_array_equal(ball.velocities[1], [0.0, 0.0, 1.0])
+    assert (still.mass, still.friction, moving.mass) == (None, 0.75, 4.0)
+    np.testing.assert_array_equal(moving.orientation, [0.0, 1.0, 0.0, 0.0])
+    np.testing.assert_array_equal(moving.angular_velocity, [0.0, 0.0, 1.0])
+
+
+def test_a_scene_file_fills_a_world_by_the_world_s_own_settings(scene):
+    world = World.paper()
+    assert from_file(scene(GOOD), world) is world
+    assert (world.settings.frictionless, world.integrator) == (True, "rk4_velocity")
+    with pytest.raises(ParameterError, match=r"give a softbody\.World"):
+        from_file(scene(GOOD), "world")
+    assert from_file(
+        scene("world = { paper = true, axes = 'complete' }\n" + GOOD.split("\n\n")[4])
+    ).settings.frictionless
+
+
+def test_every_error_is_told_at_once_with_its_line_and_cure(scene):
+    text = """[wrold]
+[world]
+gravity = [0.0, -9.81]
+iterations = true
+integrater = "rk4"
+[[soft_body]]
+shape = { name = "icospher" }
+mass = "1 kg"
+stiffness = -200.0
+gas = true
+fixed = [
+  1,
+  2.5,
+]
+[[soft_body]]
+shape = { name = "torus", major_radius = 0.1 }
+mass = 1.0
+stiffness = 1.0
+gas = 1.0
+[[soft_body]]
+shape = { file = "nothing.ply" }
+mass = 1.0
+stiffness = 1.0
+[[soft_body]]
+shape = { name = "octahedron" }
+mass = 1.0
+stiffness = 1.0
+gas = 1.0
+fixed_above = 7.0
+[[box]]
+size = [1.0, 1.0, 1.0]
+[run]
+secnods = 3.0
+[film]
+file = "../film.webp"
+colour = "strain"
+"""
+    pytest.importorskip("trimesh")
+    told = wrong(scene(text))
+    for line, message in (
+        (1, "there is no 'wrold'; did you mean 'world'?"),
+        (3, "world: gravity is [0.0, -9.81]; give three finite numbers"),
+        (4, "world: iterations is true; give a number"),
+        (5, "world: there is no 'integrater'; did you mean 'integrator'?"),
+        (7, "soft_body[0].shape: name is 'icospher'; give"),
+        (8, "soft_body[0]: mass is '1 kg'; give a number"),
+        (9, "soft_body[0]: stiffness is -200.0; give a finite number ≥ 0 [N/m]"),
+        (10, "soft_body[0]: gas is true; give a number"),
+        (11, "soft_body[0]: each of fixed is 2.5; give a whole number ≥ 0"),
+        (16, "soft_body[1].shape: major_radius 0.1 must exceed minor_radius 0.4"),
+        (20, "soft_body[2]: gas is missing; add it"),
+        (21, "nothing.ply cannot be read: No such file or directory"),
+        (24, "soft_body[3]: no vertex is above 7.0 m"),
+        (30, "box[0]: a box has a mass [kg], or static = true; give one of both"),
+        (32, "run: seconds is missing; add it"),
+        (33, "run: there is no 'secnods'; did you mean 'seconds'?"),
+        (35, "film: file is '../film.webp'; give a name without folders"),
+        (36, "film: colour strain needs a colour_range"),
+    ):
+        assert any(each.startswith(f"{line}: ") and message in each for each in told), (line, message, told)
+    assert len(told) == 18
+    assert [int(each.partition(":")[0]) for each in told] == sorted(int(each.partition(":")[0]) for each in told)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "there are no bodies; add [[soft_body]] or [[box]]"),
+        (b"\x00\xff\xfe\x80", "is no text in UTF-8"),
+        ("[run]".encode("utf-16"), "is no text in UTF-8"),
+        (b"a = 1\na = 2\n", "is no TOML: Cannot overwrite a value (at line 2"),
+        (b"a = " + b"[" * 9_000, "is no TOML"),
+        (b"#" * 2**21, "has more than 1048576 bytes"),
+        (b"box = { size = 1 }", "begin each with [[box]]"),
+        (b"box = [1]", "box[0] is 1; give a table"),
+        (b"run = 1\n[[box]]\nsize = [1, 1, 1]\nmass = 1", "run is 1; give a table"),
+        (b"[[soft_body]]\nshape = 1", "soft_body[0].shape is 1; give { name ="),
+        (b"[[box]]\nsize = [1, 1, 1e999]\nmass = 1", "size is [1, 1, inf]; give three finite numbers"),
+        (b"[[box]]\nsize = [1, 1, 1]\nmass = 1979-05-27", "mass is datetime.date(1979, 5, 27); give a number"),
+        (b"[[box]]\nsize = [1, 1, 1]\nmass = 1\norientation = { axis = [0, 0, 0], degrees = 1 }", "with a direction"),
+        (b"[[box]]\nsize = [1, 1, 1]\nmass = 1\norientation = [1, 1, 0, 0]", "has length 1.41421"),
+        (b"[[box]]\nsize = [1, 1, 1]\nstatic = true\nvelocity = [1, 0, 0]", "cannot have a velocity"),
+    ],
+)
+def test_whatever_is_no_scene_is_one_typed_error(scene, content, message):
+    assert any(message in line for line in wrong(scene(content)))
+
+
+def test_a_byte_order_mark_and_windows_lines_are_read(scene):
+    path = scene(b"\xef\xbb\xbf[[box]]\r\nsize = [1, 1, 1]\r\nmass = 1\r\n")
+    assert from_file(path).model.box_count == 1
+
+
+def test_what_is_no_file_is_said(tmp_path):
+    assert wrong(tmp_path) == [f"{tmp_path} cannot be read: Is a directory; give the name of a scene file"]
+    assert "No such file" in wrong(tmp_path / "none.toml")[0]
+    with pytest.raises(ParameterError, match="give the name of a file"):
+        from_file(3)
+
+
+def test_a_time_step_that_is_not_stable_is_told_before_any_work(scene):
+    body = "[[soft_body]]\nshape = { name = 'octahedron' }\nmass = 1.0\nstiffness = 1e6\ngas = 1.0\n"
+    told = wrong(scene(f"{body}[run]\nseconds = 1.0\ntime_step = 1e-2\n"))
+    assert len(told) == 1
+    assert told[0].startswith("8: run: time_step is 0.01 s, and a stable one is ")
+    assert "≤ 0.0166667 [s]" in wrong(scene(f"{body}[run]\nseconds = 1.0\ntime_step = 1.0\n"))[0]
+
+
+def test_a_mesh_file_lies_beside_the_scene_file(scene, tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    part = softbody.octahedron(1000.0)
+    trimesh.Trimesh(part.vertices, part.triangles).export(tmp_path / "part.stl")
+    body = "[[soft_body]]\nshape = { file = 'part.stl', merge = true, scale = 1e-3 }\nmass = 1\nstiffness = 1\ngas = 1"
+    assert from_file(scene(body)).soft_bodies[0].volume == pytest.approx(softbody.octahedron().volume)
+    told = wrong(scene(body.replace("merge = true, ", "")))
+    assert told[0].startswith("2: soft_body[0].shape: ")
+    assert "merge=True" in told[0]
+
+
+def test_a_library_that_is_missing_is_named(scene, monkeypatch):
+    body = "[[soft_body]]\nshape = { file = 'part.stl' }\nmass = 1\nstiffness = 1\ngas = 1"
+    monkeypatch.setitem(sys.modules, "trimesh", None)
+    with pytest.raises(MissingPackageError, match="pip install trimesh"):
+        from_file(scene(body))
+    (told,) = wrong(scene(f"{body}\ngass = 1"))  # what is wrong in the file comes first
+    assert told.startswith("6: soft_body[0]: there is no 'gass'; did you mean 'gas'?")
+    monkeypatch.setitem(sys.modules, "tomllib", None)
+    monkeypatch.setitem(sys.modules, "tomli", None)
+    with pytest.raises(MissingPackageError, match=r"needs tomli: pip install softbody\[scenes\]"):
+        from_file(scene(GOOD))
+
+
+def test_how_it_is_run_is_read(scene):
+    read = read_scene(scene(GOOD + "frames_per_second = 20\n[film]\ncolour = 'speed'\ncolour_range = [0, 2]\n"))
+    assert read.run == (2.0, 20.0, None, True)
+    assert read.film == ("film.webp", 20.0, "speed", (0.0, 2.0), (640, 480))
