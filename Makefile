@@ -16,7 +16,7 @@ test: .venv/ready  ## run the project's own tests
 	$(RUN) -m pytest -n auto --dist worksteal $(ARGS)
 
 docs: .venv/ready  ## run the examples and the claims' declarations into pages: build/docs/index.html
-	$(RUN) -m sphinx -W --keep-going -q $(ARGS) docs build/docs
+	$(RUN) -m sphinx -E -W --keep-going -q $(ARGS) docs build/docs
 
 bench: .venv/ready  ## time the pieces beside their peers, and keep the figures
 	$(RUN) -m benchmarks run $(ARGS)
