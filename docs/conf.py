@@ -20,6 +20,7 @@ extensions = ["myst_parser", "sphinx.ext.autodoc", "claims", "gallery", "mathml"
 myst_enable_extensions = ["dollarmath", "smartquotes"]
 myst_heading_anchors = 3
 autodoc_member_order = "bysource"
+autodoc_type_aliases = {"ArrayLike": "ArrayLike"}  # and not all that it stands for
 autodoc_typehints_format = "short"
 default_role = "code"
 

@@ -11,7 +11,7 @@ sphere = world.add_soft_body(ball, mass=1.0, stiffness=300.0, gas=150.0, positio
 world.run(seconds=5.0)
 
 now = world.contact_points()
-print(f"the torus carries {now.of(sphere, torus).force_on(sphere)[2]:.2f} N: the sphere weighs {9.81 * sphere.mass:.2f} N")
-weight = 9.81 * (sphere.mass + torus.mass)
-print(f"the ground carries {now.force_on(torus)[2] + now.force_on(sphere)[2]:.2f} N: both weigh {weight:.2f} N")
+on_sphere, on_torus = now.force_on(sphere)[2], now.force_on(torus)[2]
+print(f"the torus carries {on_sphere:.2f} N: the sphere weighs {9.81 * sphere.mass:.2f} N")
+print(f"the ground carries {on_sphere + on_torus:.2f} N: both weigh {9.81 * (sphere.mass + torus.mass):.2f} N")
 world.picture("resting.png", colour="strain", size=(560, 360))

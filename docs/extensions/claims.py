@@ -37,6 +37,12 @@ def found() -> dict[str, ClaimRecord]:
     return {claim.id: claim for claim in report.claims} if report else {}
 
 
+def words(text: str) -> list[nodes.Node]:
+    """Return a text whose `code` stands in backticks."""
+    parts = text.split("`")
+    return [nodes.literal("", part) if k % 2 else nodes.Text(part) for k, part in enumerate(parts) if part]
+
+
 def label(claim: Check) -> str:
     """Return the name by which pages refer to a claim."""
     return f"claim-{claim.id}"
@@ -55,23 +61,27 @@ class Families(SphinxDirective):
     def _section(self, family: str, claims: list[Check]) -> nodes.section:
         title = family[0].upper() + family[1:]
         entries = nodes.definition_list("", *[self._entry(claim) for claim in claims], classes=["claims"])
-        return nodes.section("", nodes.title("", title), entries, ids=[nodes.make_id(f"family-{family}")], names=[title])
+        return nodes.section(
+            "", nodes.title("", title), entries, ids=[nodes.make_id(f"family-{family}")], names=[title]
+        )
 
     def _entry(self, claim: Check) -> nodes.definition_list_item:
         target = nodes.make_id(label(claim))
         self.env.domains.standard_domain.note_hyperlink_target(label(claim), self.env.docname, target, claim.claim)
         facts = {
-            "Judge": [nodes.Text(f"{claim.kind}: {claim.reference}")],
-            "Tolerance": [nodes.Text(f"{number(claim.tolerance)} {claim.unit}: {claim.because}")],
+            "Judge": words(claim.reference if claim.kind in claim.reference else f"{claim.kind}: {claim.reference}"),
+            "Tolerance": words(f"{number(claim.tolerance)} {claim.unit}: {claim.because}"),
             "Piece": self._links(claim.piece),
-            "Sees": [nodes.Text(claim.detects)],
-            "Turns red at": [nodes.Text("; ".join(fault.name for fault in claim.faults))],
+            "Sees": words(claim.detects),
+            "Turns red at": words("; ".join(fault.name for fault in claim.faults)),
             "Found": self._found(claim),
             "Name": [nodes.literal("", claim.id)],
         }
         lines = [nodes.line("", "", nodes.strong("", f"{name} "), *what) for name, what in facts.items() if what]
         return nodes.definition_list_item(
-            "", nodes.term("", claim.claim, ids=[target]), nodes.definition("", nodes.line_block("", *lines))
+            "",
+            nodes.term("", "", *words(claim.claim), ids=[target]),
+            nodes.definition("", nodes.line_block("", *lines)),
         )
 
     def _links(self, pieces: str) -> list[nodes.Node]:
@@ -125,10 +135,10 @@ class Errata(SphinxDirective):
 
 
 def link(directive: SphinxDirective, claim: Check) -> nodes.Node:
-    """Return a link to a claim, by its id."""
+    """Return a link to a claim."""
     return addnodes.pending_xref(
         "",
-        nodes.literal("", claim.id),
+        nodes.inline("", "this claim"),
         refdomain="std",
         reftype="ref",
         reftarget=label(claim).lower(),

@@ -31,7 +31,9 @@ PART = "part.stl"  # the mesh file that squeeze_part takes
 def run_examples(app: Sphinx) -> None:
     """Run those examples that have not been run as they are now."""
     stale = [source for source in EXAMPLES if _kept_digest(source) != _digest(source)]
-    for source in status_iterator(stale, "running examples … ", "green", len(stale), stringify_func=lambda each: each.stem):
+    for source in status_iterator(
+        stale, "running examples … ", "green", len(stale), stringify_func=lambda each: each.stem
+    ):
         run(source)
 
 
@@ -66,19 +68,25 @@ def pictures(source: Path) -> list[str]:
     return [f"../build/gallery/{source.stem}/{path.name}" for path in found]
 
 
-class Gallery(SphinxDirective):
-    """`{gallery}`: all pictures at one look, then a section for each example."""
+class Tiles(SphinxDirective):
+    """`{tiles}`: a picture of each example that draws, to be chosen from at one look."""
 
     def run(self) -> list[nodes.Node]:
-        """Return the tiles and the sections."""
+        """Return the pictures, as links to the sections."""
         tiles = nodes.container(classes=["tiles"])
-        for source in EXAMPLES:
-            shown = [nodes.image(uri=uri, alt=source.stem) for uri in pictures(source)[:1]]
-            tiles += nodes.paragraph(
-                "", "", nodes.reference("", "", *shown, nodes.inline("", title(source)), refuri=f"#{anchor(source)}")
-            )
+        for source in (each for each in EXAMPLES if pictures(each)):
+            image, name = nodes.image(uri=pictures(source)[0], alt=""), nodes.inline("", title(source))
+            tiles += nodes.paragraph("", "", nodes.reference("", "", image, name, refuri=f"#{anchor(source)}"))
+        return [tiles]
+
+
+class Gallery(SphinxDirective):
+    """`{gallery}`: a section for each example."""
+
+    def run(self) -> list[nodes.Node]:
+        """Return the sections."""
         text = "\n\n".join(section(source) for source in EXAMPLES)
-        return [tiles, *self.parse_text_to_nodes(text, allow_section_headings=True)]
+        return self.parse_text_to_nodes(text, allow_section_headings=True)
 
 
 def anchor(source: Path) -> str:
@@ -98,11 +106,12 @@ def section(source: Path) -> str:
     parts += [f"![{title(source)}]({uri})" for uri in pictures(source)]
     printed = (RAN / source.stem / "printed.txt").read_text(encoding="utf-8").strip()
     parts += [f"It prints\n\n```text\n{printed}\n```"] if printed else []
-    return "\n\n".join([*parts, f"```{{literalinclude}} ../examples/{source.name}\n:language: python\n:lines: 2-\n```"])
+    return "\n\n".join([*parts, f"```{{literalinclude}} ../examples/{source.name}\n:language: python\n:lines: 3-\n```"])
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Run the examples before anything is read, and add the directive."""
+    """Run the examples before anything is read, and add the directives."""
     app.connect("builder-inited", run_examples)
+    app.add_directive("tiles", Tiles)
     app.add_directive("gallery", Gallery)
     return {"parallel_read_safe": True}
