@@ -1,4 +1,4 @@
-"""A ball hangs from a nail, is pulled aside, let go, and blown up until it meets a wall: who touches? Writes inflated.png."""
+"""A ball hangs from a nail, is pulled aside, let go, and blown up until it meets a wall. Writes inflated.png."""
 
 import numpy as np
 

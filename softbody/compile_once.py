@@ -123,6 +123,8 @@ class _QuickCompiler(_FunctionCompiler):
 class _Dispatcher(CPUDispatcher):
     """A dispatcher that compiles without Python's garbage collector, and sees that lean kernels keep their promise."""
 
+    _compiler: Any
+
     def __init__(self, function: Any, options: dict[str, Any], **more: Any) -> None:
         super().__init__(function, targetoptions=options, **more)
         self._is_lean = not options.get("_nrt", True)
@@ -173,7 +175,7 @@ class _Kernel(_Dispatcher):
         return _cache_of(self.py_func)
 
     @cached_property
-    def _part(self) -> _Part:
+    def _part(self) -> Any:
         bare = self.targetoptions | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
         return _Part(self.py_func, bare, pipeline_class=_PartCompiler)
 
