@@ -13,12 +13,14 @@ from typing import Any
 from sphinx.application import Sphinx
 
 MARKS = re.compile(r"([*|_\\])")  # what reStructuredText would take for marks
+ALIAS = re.compile(r"TypeAliasForwardRef\('(\w+)'\)")
 NONE_OF_ITS_OWN = "Alias for field number"  # what Python says of a field
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
     """Let autodoc read docstrings so."""
     app.connect("autodoc-process-docstring", read, priority=400)
+    app.connect("autodoc-process-signature", shorten)
     return {"parallel_read_safe": True}
 
 
@@ -30,6 +32,13 @@ def read(app: Sphinx, what: str, name: str, thing: Any, options: Any, lines: lis
     parts[::2] = [MARKS.sub(r"\\\1", part) for part in parts[::2]]
     parts[1::2] = [part.replace("\\", "\\\\") for part in parts[1::2]]
     lines[:] = "`".join(parts).split("\n")
+
+
+def shorten(
+    app: Sphinx, what: str, name: str, thing: Any, options: Any, signature: str | None, returns: str | None
+) -> tuple[str | None, str | None]:
+    """Return a signature in which aliases go by their names, also where one may be None."""
+    return signature and ALIAS.sub(r"\1", signature), returns
 
 
 def _comment(name: str) -> str:
