@@ -143,7 +143,9 @@ def main(uv: str, only: str) -> None:
                 click.echo(f"{row}failed: {error}\n{getattr(error, 'stderr', '')}")
                 failed = True
     goals = ", ".join(f"{name} ≤ {seconds:g} s" for name, seconds in GOALS.items())
-    click.echo(f"Goals: {goals}; ! is over it. Import, numba alone and first step: warm, time of the processor, medians.")
+    click.echo(
+        f"Goals: {goals}; ! is over it. Import, numba alone and first step: warm, time of the processor, medians."
+    )
     sys.exit(1 if failed else 0)
 
 
