@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+import softbody
 from tests.readme_example import python_blocks
 
 ROOT = Path(__file__).parents[1]
@@ -26,3 +27,13 @@ def test_what_a_page_shows_runs(page, tmp_path):
     )
     assert done.returncode == 0, done.stderr
     assert "Warning" not in done.stderr
+
+
+def test_every_public_name_has_its_place_in_the_reference():
+    shown = "\n".join(page.read_text(encoding="utf-8") for page in (ROOT / "docs" / "api").glob("*.md"))
+    places = {name: getattr(softbody, name).__module__ for name in softbody.__all__ if name != "scenes"}
+    missing = [
+        name for name, module in places.items() if f"softbody.{name}\n" not in shown and f" {module}\n" not in shown
+    ]
+    assert not missing
+    assert "softbody.scenes" in shown
