@@ -7,13 +7,16 @@ RUN := .venv/bin/python
 
 MINUTES ?= 2
 
-.PHONY: report test bench faults mutants fuzz matrix lint lock upgrade clean
+.PHONY: report test docs bench faults mutants fuzz matrix release-check lint lock upgrade clean
 
 report: .venv/ready  ## judge every claim, time the step, make build/report/index.html
 	$(RUN) -m validation --require-all $(ARGS)
 
 test: .venv/ready  ## run the project's own tests
 	$(RUN) -m pytest -n auto --dist worksteal $(ARGS)
+
+docs: .venv/ready  ## run the examples and the claims' declarations into pages: build/docs/index.html
+	$(RUN) -m sphinx -E -W --keep-going -q $(ARGS) docs build/docs
 
 bench: .venv/ready  ## time the pieces beside their peers, and keep the figures
 	$(RUN) -m benchmarks run $(ARGS)
@@ -29,6 +32,9 @@ mutants: .venv/ready  ## mutate the core anywhere, and count how many mutants th
 
 matrix: .venv/ready  ## the README's example and a scene's bits on every Python that is here, and on every Numba
 	$(RUN) -m tests.matrix --uv $(UV) $(ARGS)
+
+release-check: .venv/ready  ## build wheel and sdist, and be their first user on every Python that is here
+	$(RUN) -m tests.release --uv $(UV) $(ARGS)
 
 lint: .venv/ready  ## formatting, lint, types and the walls between the packages
 	.venv/bin/ruff format --check .

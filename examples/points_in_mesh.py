@@ -1,5 +1,6 @@
-"""Which of a million points are inside a mesh that moves, and how far are some from it?"""
+"""Which of a million points are inside a mesh that moves, and how far are some from it? Writes distance.png."""
 
+import matplotlib.pyplot as plt
 import numpy as np
 
 import softbody
@@ -13,3 +14,10 @@ for frame in range(3):
     inside = query.contains(points)
     print(f"frame {frame}: {inside.sum()} inside, so {27.0 * inside.mean():.3f} m³ of {mesh.volume:.3f}")
     print(f"the deepest of a thousand is {-query.signed_distance(points[:1000]).min():.4f} m inside")
+
+x, z = np.meshgrid(np.linspace(-1.7, 1.7, 170), np.linspace(-0.7, 1.1, 90))
+distance = query.signed_distance(np.column_stack([x.ravel(), np.zeros(x.size), z.ravel()])).reshape(x.shape)
+plt.contourf(x, z, distance, levels=20, cmap="RdBu")
+plt.contour(x, z, distance, levels=[0.0])
+plt.gca().set(aspect="equal", xlabel="x [m]", ylabel="z [m]", title="signed distance [m] in the plane y = 0")
+plt.savefig("distance.png")

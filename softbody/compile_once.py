@@ -10,6 +10,7 @@ from __future__ import annotations
 import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cached_property
 from typing import Any, cast
 
 import numba
@@ -122,13 +123,12 @@ class _QuickCompiler(_FunctionCompiler):
 class _Dispatcher(CPUDispatcher):
     """A dispatcher that compiles without Python's garbage collector, and sees that lean kernels keep their promise."""
 
+    _compiler: Any
+
     def __init__(self, function: Any, options: dict[str, Any], **more: Any) -> None:
         super().__init__(function, targetoptions=options, **more)
         self._is_lean = not options.get("_nrt", True)
-        compiler: Any = self._compiler
-        self._compiler: Any = _QuickCompiler(
-            function, compiler.targetdescr, compiler.targetoptions, compiler.locals, compiler.pipeline_class
-        )
+        self._compiler.__class__ = _QuickCompiler  # a new one would take the function's signature apart once more
 
     def compile(self, sig: Any) -> Any:
         """Compile for one signature, or load the machine code from the disk."""
@@ -160,13 +160,24 @@ class _Part(_Dispatcher):
 
 
 class _Kernel(_Dispatcher):
-    """A function that is compiled as a whole where Python calls it, and as a part where other kernels call it."""
+    """A function that is compiled as a whole where Python calls it, and as a part where other kernels call it.
+
+    Most kernels are neither in a process that finds its machine code on the disk: cache and part are made when they
+    are first asked for, or the import of the core would take twice as long.
+    """
 
     def __init__(self, function: Any, options: dict[str, Any]) -> None:
         super().__init__(function, options)
-        self._cache = _cache_of(function)
-        bare = options | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-        self._part = _Part(function, bare, pipeline_class=_PartCompiler)
+        del self._cache  # Numba's, which keeps nothing
+
+    @cached_property
+    def _cache(self) -> Any:
+        return _cache_of(self.py_func)
+
+    @cached_property
+    def _part(self) -> Any:
+        bare = self.targetoptions | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+        return _Part(self.py_func, bare, pipeline_class=_PartCompiler)
 
     def __reduce__(self) -> Any:
         """Pickle as a name, as functions are: Numba would pickle what its own constructor takes."""

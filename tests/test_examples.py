@@ -16,12 +16,15 @@ LINES = 25  # at most: an example is read at one look
 
 # What each prints at least, and writes.
 EXPECTED = {
+    "bowling": ("of 10 boxes were moved", ["bowling.webp"]),
     "film": ("1 soft bodies of 512 particles, 4 boxes", ["rolling.webp"]),
+    "inflate_ring": ("the two differ by", ["inflated.png", "inflating.png"]),
     "keep_and_export": ("46 frames until 1.5 s; 1 soft bodies of 512 particles, 1 boxes", ["fall.glb", "last.ply"]),
     "many_worlds": ("6400 N/m: 0.", []),
     "own_kernel": ("of 100000 pairs overlap", []),
-    "points_in_mesh": ("frame 2:", []),
-    "pull_pin_inflate": ("touch, with", []),
+    "points_in_mesh": ("frame 2:", ["distance.png"]),
+    "pull_pin_inflate": ("touch, with", ["inflated.png"]),
+    "resting": ("the ground carries", ["resting.png"]),
     "squeeze_part": ("the plate presses with", ["squeezed.png"]),
     "two_balls": ("", ["two_balls.png"]),
 }

@@ -73,7 +73,7 @@ def test_every_file_that_the_readme_names_exists() -> None:
 
 def test_every_make_target_that_the_readme_names_exists() -> None:
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    targets = set(re.findall(r"`make (\w+)|^make (\w+)", README, re.MULTILINE))
+    targets = set(re.findall(r"`make ([\w-]+)|^make ([\w-]+)", README, re.MULTILINE))
     assert targets
     for target in ("".join(pair) for pair in targets):
         assert re.search(rf"^{target}:", makefile, re.MULTILINE), target

@@ -147,8 +147,8 @@ def chains_by_scipy(run: Run) -> Comparison:
                     (_on_face(bodies[1], corner, weights), _on_box(boxes[1], -arms[2])),
                     (places[1] + 0.2, (bodies[1], 4)),
                 ]
-                for pair, number in zip(pairs, numbers):
-                    world.add_joint(*pair, *number)
+                for (a, b), number in zip(pairs, numbers):
+                    world.add_joint(a, b, *number)
                 steps = finer * int(np.ceil(40 * 0.4 / world.stable_time_step()))
                 world.step(0.4 / steps, steps)
                 found.append(np.concatenate([world.state.box_position, world.state.particle_position]))

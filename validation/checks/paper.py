@@ -381,7 +381,7 @@ def slow_boxes_snap(run: Run) -> Comparison:
     claim="In World.paper() nothing rubs, whatever friction it was given: a box on the ground and soft bodies on the"
     " ground and on a box slide on at their speeds for half a second.",
     section="3, 4",
-    piece="softbody.world.World.paper",
+    piece="softbody.World.paper",
     reference="closed form: v(t) = v(0)",
     unit="of the speed",
     kind="closed form",

@@ -1,0 +1,35 @@
+"""Which modules has a room of the core? `{room} softbody.geometry` documents all of them, so that none is forgotten."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from typing import ClassVar
+
+from docutils import nodes
+from sphinx.application import Sphinx
+from sphinx.util.docutils import SphinxDirective
+
+
+class Room(SphinxDirective):
+    """`{room} PACKAGE`: a section for each of its modules, but for those to `:leave-out:`."""
+
+    required_arguments = 1
+    option_spec: ClassVar = {"leave-out": str.split}
+
+    def run(self) -> list[nodes.Node]:
+        """Return the sections."""
+        package = importlib.import_module(self.arguments[0])
+        here = [each.name for each in pkgutil.iter_modules(package.__path__)]
+        names = [f"{package.__name__}.{name}" for name in here if name not in self.options.get("leave-out", ())]
+        text = "\n\n".join(
+            f"## {name.rpartition('.')[2]}\n\n```{{eval-rst}}\n.. automodule:: {name}\n   :members:\n```"
+            for name in names
+        )
+        return self.parse_text_to_nodes(text, allow_section_headings=True)
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Add the directive."""
+    app.add_directive("room", Room)
+    return {"parallel_read_safe": True}
