@@ -203,8 +203,8 @@ def hanging_by_hooke(run: Run) -> Comparison:
         world = World()
         box = world.add_box(rng.uniform(0.1, 0.5, 3), mass)
         critical = 2.0 * np.sqrt(stiffness * mass)
-        hang = world.add_joint((box, box.position), (0.0, 0.0, 0.1), stiffness, 0.5 * critical)
-        measured.append(_stretch(world, 40.0 * np.sqrt(mass / stiffness), [hang]) / (mass * 9.81))
+        hang = world.add_joint((box, box.position), (0.0, 0.0, 0.1), stiffness, 0.1 * critical)
+        measured.append(_stretch(world, 300.0 * np.sqrt(mass / stiffness), [hang]) / (mass * 9.81))
         kinds.append("box")
         for kind, threads in (("particle", 1), ("triangle", 1), ("three", 3)):
             world = World(integrator="rk4")
@@ -288,9 +288,9 @@ def _what_is_left(stiffness: np.ndarray, targets: np.ndarray, later: bool) -> Wo
     if later:
         extra.append(world.add_box((0.2, 0.2, 0.2), 1.0, (5.0, 0.0, 0.0)))
         extra.append(world.add_soft_body(octahedron(0.2), 1.0, 3000.0, 0.0, (5.0, 1.0, 0.0)))
-    # Of each kind there is one more behind the one that is looked at: who goes on to a wrong row finds a body there.
-    boxes = [world.add_box((0.3, 0.3, 0.3), 1.0, (0.0, 0.0, 2.0 * k)) for k in range(2)]
-    softs = [world.add_soft_body(octahedron(0.3), 1.0, 3000.0, 0.0, (0.0, 1.5, 2.0 * k)) for k in range(2)]
+    # Of each kind there is one more behind those that are joined: who goes on to a wrong row finds a body there.
+    boxes = [world.add_box((0.3, 0.3, 0.3), 1.0, (0.0, 0.0, 2.0 * k)) for k in range(3)]
+    softs = [world.add_soft_body(octahedron(0.3), 1.0, 3000.0, 0.0, (0.0, 1.5, 2.0 * k)) for k in range(3)]
     if later:
         world.add_joint((world.boxes[0], (5.0, 0.0, 0.1)), (boxes[0], (0.0, 0.0, 0.0)), 30.0)
     numbers, places = (np.ones(5), np.zeros((2, 3))) if later else (stiffness, targets)
