@@ -48,7 +48,7 @@ def advance_boxes(model: Model, state: State, h: float, gyroscopic: bool) -> Non
         if not (is_free or stirs(v, spin)):
             continue  # static
         for c in range(3):
-            state.box_position[i, c] += h * v[c]
+            state.box_position[i, c] += h * state.box_velocity[i, c]
         q = load_quaternion(state.box_orientation, i)
         if gyroscopic and is_free:
             inverse = load(model.box_inverse_inertia, i)

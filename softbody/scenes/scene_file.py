@@ -199,8 +199,11 @@ class _Reading:
         if len(self.wrong) > before:
             return
         with self._telling(at):
-            if given.pop("static", False) == ("mass" in given):
-                raise ParameterError("a box has a mass [kg], or static = true; give one of both")
+            is_static, is_kinematic = given.pop("static", False), given.pop("kinematic", False)
+            if is_static + is_kinematic + ("mass" in given) != 1:
+                raise ParameterError("a box has a mass [kg], or static = true, or kinematic = true; give one of them")
+            if is_static and any(np.any(given.get(name, 0.0)) for name in ("velocity", "angular_velocity")):
+                raise ParameterError("a static box has no velocity; say kinematic = true for it to move by it")
             world.add_box(given.pop("size"), given.pop("mass", None), **given)
 
     def _run(self, found: dict[str, Any], world: World) -> Run | None:

@@ -180,6 +180,7 @@ BOX: dict[str, Check] = {
     "size": _extent,
     "mass": _number("kg", above=0.0),
     "static": check_yes_or_no,
+    "kinematic": check_yes_or_no,
     "position": vector,
     "orientation": _orientation,
     "velocity": vector,

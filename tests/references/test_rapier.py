@@ -67,3 +67,12 @@ def test_boxes_that_pass_with_little_air_are_not_struck_by_contacts_of_before():
         np.ones((100, 3)), np.ones(100), at.reshape(100, 3), [UPRIGHT] * 100, velocity, np.zeros((100, 3)), 2e-3, 1500
     )
     assert np.array_equal(after[:, :3], velocity)
+
+
+def test_a_box_that_is_held_and_moves_keeps_its_velocities_and_pushes():
+    after = rapier.velocities_after(
+        np.ones((2, 3)), [np.inf, 1.0], [[-1.2, 0.0, 0.0], [0.0, 0.0, 0.0]], [UPRIGHT] * 2,
+        [[1.0, 0.0, 0.0], [0.0, 0.0, 0.0]], [[0.3, 0.0, 0.0], [0.0, 0.0, 0.0]], STEP, 400,
+    )  # fmt: skip
+    assert after[0] == pytest.approx([1.0, 0.0, 0.0, 0.3, 0.0, 0.0], abs=1e-6)
+    assert after[1, 0] == pytest.approx(1.0, abs=0.15)

@@ -86,6 +86,12 @@ def test_a_scene_file_is_the_world_that_it_says(scene):
     np.testing.assert_array_equal(moving.angular_velocity, [0.0, 0.0, 1.0])
 
 
+def test_a_kinematic_box_of_a_scene_file_moves_as_it_says(scene):
+    belt = from_file(scene("[[box]]\nsize = [1, 1, 1]\nkinematic = true\nvelocity = [0, 2, 0]")).boxes[0]
+    belt.world.run(0.5, 0.01)
+    np.testing.assert_allclose(belt.position, [0.0, 1.0, 0.0])
+
+
 def test_a_scene_file_fills_a_world_by_the_world_s_own_settings(scene):
     world = World.paper()
     assert from_file(scene(GOOD), world) is world
@@ -151,7 +157,7 @@ colour = "strain"
         (20, "soft_body[2]: gas is missing; add it"),
         (21, "nothing.ply cannot be read: No such file or directory"),
         (24, "soft_body[3]: no vertex is above 7.0 m"),
-        (30, "box[0]: a box has a mass [kg], or static = true; give one of both"),
+        (30, "box[0]: a box has a mass [kg], or static = true, or kinematic = true; give one of them"),
         (32, "run: seconds is missing; add it"),
         (33, "run: there is no 'secnods'; did you mean 'seconds'?"),
         (35, "film: file is '../film.webp'; give a name without folders"),
@@ -171,6 +177,7 @@ colour = "strain"
         (b"a = 1\na = 2\n", "is no TOML: Cannot overwrite a value (at line 2"),
         (b"a = " + b"[" * 9_000, "is no TOML"),
         (b"#" * 2**21, "has more than 1048576 bytes"),
+        (b"[[box]]\nsize = [1, 1, 1]\nkinematic = true\nmass = 1", "give one of them"),
         (b"box = { size = 1 }", "begin each with [[box]]"),
         (b"box = [1]", "box[0] is 1; give a table"),
         (b"run = 1\n[[box]]\nsize = [1, 1, 1]\nmass = 1", "run is 1; give a table"),
@@ -179,7 +186,10 @@ colour = "strain"
         (b"[[box]]\nsize = [1, 1, 1]\nmass = 1979-05-27", "mass is datetime.date(1979, 5, 27); give a number"),
         (b"[[box]]\nsize = [1, 1, 1]\nmass = 1\norientation = { axis = [0, 0, 0], degrees = 1 }", "with a direction"),
         (b"[[box]]\nsize = [1, 1, 1]\nmass = 1\norientation = [1, 1, 0, 0]", "has length 1.41421"),
-        (b"[[box]]\nsize = [1, 1, 1]\nstatic = true\nvelocity = [1, 0, 0]", "cannot have a velocity"),
+        (
+            b"[[box]]\nsize = [1, 1, 1]\nstatic = true\nvelocity = [1, 0, 0]",
+            "a static box has no velocity; say kinematic = true",
+        ),
     ],
 )
 def test_whatever_is_no_scene_is_one_typed_error(scene, content, message):
