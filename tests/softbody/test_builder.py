@@ -13,6 +13,7 @@ import pytest
 import softbody
 from softbody import ParameterError, World
 from softbody.builder import Parts, appended, properties_of, soft_body_alone
+from softbody.joint_forces import no_joints
 from softbody.state import Model, Property
 
 G = 9.81
@@ -98,9 +99,9 @@ def test_a_soft_body_alone_is_as_if_it_had_been_added_alone():
     for each in (world, alone):
         added(each).external_force = (1.0, 2.0, 3.0)
         each.add_ground()
-    found = soft_body_alone(Parts(world.model, world.controls, world.state, world.rings), 1)
+    found = soft_body_alone(Parts(world.model, world.controls, world.state, world.rings, world._parts.joints), 1)
     without_ground = alone.model._replace(ground_height=-np.inf)
-    expected = Parts(without_ground, alone.controls, alone.state, alone.rings)
+    expected = Parts(without_ground, alone.controls, alone.state, alone.rings, no_joints())
     for mine, yours in zip(found, expected, strict=True):
         for name in mine._fields:
             assert np.array_equal(getattr(mine, name), getattr(yours, name), equal_nan=True), name
