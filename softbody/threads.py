@@ -1,14 +1,21 @@
-"""Numba's threads, as a world uses them: as many as it asks for, and asleep while they wait."""
+"""Numba's threads, as a world uses them: as many as it asks for where they pay, and asleep while they wait."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from math import ceil
+from time import perf_counter
 
 import numba
 
 from softbody.errors import ParameterError
+
+STINT = 0.02  # [s] at least, and so many steps, before the clock says what a step takes
+STINT_STEPS = 16
+SHARE_OF_TRIALS = 0.02  # of all time may be lost by trying what was slower before
+MOST_BETWEEN_TRIALS = 60.0  # [s] though what was slower by far is tried so often: the machine may be another one by now
 
 _lost: list[int] = []  # processes that were forked off when threads had been launched, which do not live on in them
 
@@ -31,6 +38,56 @@ def team_of(threads: int) -> Iterator[None]:
         yield
     finally:
         numba.set_num_threads(before)
+
+
+class Team:
+    """All threads that a world may have, or one where that is faster just now, as the clock says.
+
+    Several threads wait for the last of them at each meeting. On a machine that others use too they may be slower than
+    one, for as long as others do. Steps have the same bits for any number: so each is tried, the faster one goes on,
+    and the other one has a turn every now and then.
+    """
+
+    def __init__(self, most: int, clock: Callable[[], float] = perf_counter) -> None:
+        self.now = self.most = most
+        self._clock = clock
+        self._is_warm = False  # a first turn may compile, and tells nothing
+        self._step_times: dict[int, float] = {}  # [s] by threads, as they were last
+        self._stints: dict[int, float] = {}  # [s] that the last took
+        self._steps, self._seconds = 0, 0.0  # of the stint that goes on
+        self._since_trial = 0.0  # [s]
+        self._begun = 0.0
+
+    def turn(self, steps: int) -> int:
+        """Begin a turn, and return how many of so many steps it should have."""
+        known = self._step_times.get(self.now)
+        self._begun = self._clock()
+        return min(steps, STINT_STEPS if known is None else max(STINT_STEPS, ceil(STINT / known)))
+
+    def note(self, steps: int) -> None:
+        """End a turn in which so many steps were done, and choose who has the next."""
+        seconds = self._clock() - self._begun
+        if not self._is_warm:
+            self._is_warm = True
+            return
+        self._steps += steps
+        self._seconds += seconds
+        self._since_trial += seconds
+        if self._steps >= STINT_STEPS and self._seconds >= STINT:
+            self._step_times[self.now], self._stints[self.now] = self._seconds / self._steps, self._seconds
+            self._steps, self._seconds = 0, 0.0
+            self.now = self._next()
+
+    def _next(self) -> int:
+        """Return how many threads go on: the faster ones, unless the others are due for a trial."""
+        if len(self._step_times) == 1:
+            return 1 if self.now == self.most else self.most
+        best, other = sorted(self._step_times, key=lambda threads: self._step_times[threads])
+        if self.now == other:
+            self._since_trial = 0.0
+        lost = self._stints[other] * (1.0 - self._step_times[best] / self._step_times[other])
+        is_due = self._since_trial >= min(lost / SHARE_OF_TRIALS, MOST_BETWEEN_TRIALS)
+        return other if is_due and self.now == best else best
 
 
 @contextmanager

@@ -8,7 +8,7 @@ import pytest
 import softbody
 from softbody.geometry import MeshQuery
 from softbody.scenes import tray
-from softbody.threads import team_of
+from softbody.threads import Team, team_of
 
 several = pytest.mark.skipif(
     numba.config.DISABLE_JIT or numba.config.NUMBA_NUM_THREADS < 2, reason="there is one thread here"
@@ -90,3 +90,55 @@ def test_more_threads_than_there_are_are_refused_with_the_number_that_there_is()
     query = MeshQuery(softbody.octahedron().vertices, softbody.octahedron().triangles)
     with pytest.raises(softbody.ParameterError, match="threads is 1000000; give a whole number from 1 to"):
         query.contains([[0.0, 0.0, 0.0]], 10**6)
+
+
+class Machine:
+    """A machine whose clock goes by what steps are said to take, with one thread and with several."""
+
+    def __init__(self) -> None:
+        self.time = 0.0
+        self.team = Team(4, lambda: self.time)
+
+    def spend(self, seconds: float, one: float, all_of_them: float) -> float:
+        """Run steps that take so long each [s], for so long; return the time it took over that of the faster ones."""
+        begun, fastest = self.time, 0.0
+        while self.time - begun < seconds:
+            steps = self.team.turn(10**9)
+            self.time += steps * (one if self.team.now == 1 else all_of_them)
+            self.team.note(steps)
+            fastest += steps * min(one, all_of_them)
+        return (self.time - begun) / fastest
+
+
+@pytest.mark.parametrize("slower", [1.0, 1.05, 1.5, 4.0, 20.0])
+@pytest.mark.parametrize("step", [2e-6, 1e-4, 5e-3])
+def test_a_team_costs_little_more_than_the_faster_number_of_threads(slower, step):
+    for one, all_of_them in ((step, slower * step), (slower * step, step)):
+        assert Machine().spend(200.0, one, all_of_them) < 1.05
+
+
+def test_a_team_notices_when_the_machine_becomes_busy_and_free_again():
+    machine = Machine()
+    assert machine.spend(20.0, 1e-3, 6e-4) < 1.05
+    assert machine.team.now == 4
+    assert machine.spend(20.0, 1e-3, 2e-2) < 1.06  # a stint was lost before it was seen
+    assert machine.team.now == 1
+    machine.spend(20.0, 1e-3, 6e-4)
+    assert machine.team.now == 4
+
+
+def test_what_a_first_turn_took_to_compile_is_no_reason():
+    machine = Machine()
+    machine.time += machine.team.turn(16) * 10.0
+    machine.team.note(16)
+    assert machine.spend(20.0, 1e-3, 6e-4) < 1.05
+
+
+def test_turns_of_a_step_a_call_are_taken_together():
+    machine = Machine()
+    for _ in range(20_000):
+        assert machine.team.turn(1) == 1
+        machine.time += 1e-4 if machine.team.now == 1 else 1e-3
+        machine.team.note(1)
+    assert machine.team.now == 1
+    assert machine.time < 1.05 * 20_000 * 1e-4 + 1.0
