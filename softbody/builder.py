@@ -195,6 +195,7 @@ def with_box(
             box_orientation=unit_quaternion(pose[1]),
             box_velocity=velocity,
             box_angular_velocity=angular_velocity,
+            box_time_left=0.0,
         ),
         rings,
         joints,

@@ -69,12 +69,15 @@ class Box(Body):
 
     @property
     def velocity(self) -> np.ndarray:
-        """Velocity of the centre (3,) [m/s]. A box without mass keeps it, whatever it meets: it is kinematic."""
+        """Velocity of the centre (3,) [m/s]. A box without mass keeps it, whatever it meets: it is kinematic.
+
+        To set it, or the angular velocity, ends what `move_to` began.
+        """
         return self.world.state.box_velocity[self._row()]
 
     @velocity.setter
     def velocity(self, value: ArrayLike) -> None:
-        self.velocity[:] = vector(value, "velocity")
+        self._go(velocity=vector(value, "velocity"))
 
     @property
     def angular_velocity(self) -> np.ndarray:
@@ -83,16 +86,16 @@ class Box(Body):
 
     @angular_velocity.setter
     def angular_velocity(self, value: ArrayLike) -> None:
-        self.angular_velocity[:] = vector(value, "angular_velocity")
+        self._go(angular_velocity=vector(value, "angular_velocity"))
 
     def move_to(
         self, position: ArrayLike | None = None, orientation: ArrayLike | None = None, *, seconds: float
     ) -> None:
-        """Give a box without mass the velocities with which it is there after `seconds` [s]; None: where it is now.
+        """Let a box without mass be there after `seconds` [s], and stop; None: where it is now.
 
-        On a straight way, by the shorter turn about one axis, both even. It pushes what it meets with these velocities,
-        and goes on when it is there: the next call, or zero velocities, end that. Raises ParameterError for a box that
-        has a mass, which forces move.
+        On a straight way, by the shorter turn about one axis, both even: it has the velocities for that from now on,
+        and pushes what it meets with them. Another call, or velocities that are set, end that. Raises ParameterError
+        for a box that has a mass, which forces move.
         """
         if self.mass is not None:
             raise ParameterError(
@@ -106,7 +109,21 @@ class Box(Body):
             turn = rotation_between(self.orientation, unit_quaternion(orientation))
         with np.errstate(over="ignore"):
             velocity, spin = vector(way / seconds, "velocity"), vector(turn / seconds, "angular_velocity")
-        assign_together((self.velocity, velocity), (self.angular_velocity, spin))
+        self._go(velocity, spin, seconds)
+
+    def _go(
+        self,
+        velocity: np.ndarray | None = None,
+        angular_velocity: np.ndarray | None = None,
+        seconds: float = 0.0,
+    ) -> None:
+        """Set velocities, if they are given, and for how long they last; 0: until others are."""
+        row, state = self._row(), self.world.state
+        assign_together(
+            (state.box_velocity[row], self.velocity if velocity is None else velocity),
+            (state.box_angular_velocity[row], self.angular_velocity if angular_velocity is None else angular_velocity),
+            (state.box_time_left[row : row + 1], seconds),
+        )
 
     def apply_force(self, force: ArrayLike, point: ArrayLike | None = None) -> None:
         """Let `force` (3,) [N] act at `point` (3,) [m] of the world, or at the centre; paper §10.13.

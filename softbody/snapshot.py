@@ -22,8 +22,9 @@ from softbody.settings import PRECISIONS, Settings, check_name, check_settings
 from softbody.snapshot_entries import Entries, Snapshot
 from softbody.state import Controls, Joints, Model, Property, Rows, State
 
-# Of snapshots and files. Format 1 has no number, and holds the vertex rings, too; before 3 there are no joints.
-FORMAT = 3
+# Of snapshots and files. Format 1 has no number, and holds the vertex rings, too; before 3 there are no joints, and
+# before 4 no times left.
+FORMAT = 4
 
 GROUND = {  # limits of each of its numbers
     "ground_height": Rows(),
@@ -81,8 +82,10 @@ def checked(snapshot: Snapshot) -> Snapped:
 
 
 def _checked(entries: Entries) -> Snapped:
-    _check_format(entries)
+    number = _format(entries)
     model, counts = _model(entries)
+    if number < 4:
+        entries.put("state.box_time_left", np.zeros(model.box_count))
     _check_surfaces(model)
     _check_masses(model)
     controls, state = _controls(entries, counts), _part(entries, "state", State, counts)
@@ -97,16 +100,17 @@ def _checked(entries: Entries) -> Snapped:
     return Snapped(model, controls, state, joints, impulses, settings, precision, steps, time)
 
 
-def _check_format(entries: Entries) -> None:
-    """Take what only tells the format, or is no part of it any more."""
+def _format(entries: Entries) -> int:
+    """Take what only tells the format, or is no part of it any more; return its number."""
     if "format" not in entries.names() and "rings.particle" in entries.names():
-        entries.leave_out("rings.")  # format 1
-        return
+        entries.leave_out("rings.")
+        return 1
     number = entries.whole("format")
     if not 2 <= number <= FORMAT:
         raise SnapshotError(
             f"format is {number}, and this softbody reads formats up to {FORMAT}: take the softbody that wrote it"
         )
+    return number
 
 
 def _model(entries: Entries) -> tuple[Model, dict[str, int]]:

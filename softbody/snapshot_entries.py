@@ -42,6 +42,10 @@ class Entries:
         """Forget entries whose names begin with `prefix`."""
         self._left = {name: value for name, value in self._left.items() if not str(name).startswith(prefix)}
 
+    def put(self, name: str, array: np.ndarray) -> None:
+        """Add an entry that older formats do not have."""
+        self._left.setdefault(name, array)
+
     def word(self, name: str) -> str:
         """Take a word."""
         return str(self._one(name, "U"))

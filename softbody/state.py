@@ -104,6 +104,7 @@ class State(NamedTuple):
     box_orientation: Annotated[np.ndarray, Rows(4)]  # (m, 4) unit quaternion (w, x, y, z), box frame to world
     box_velocity: Annotated[np.ndarray, Rows(3)]  # (m, 3) [m/s]
     box_angular_velocity: Annotated[np.ndarray, Rows(3)]  # (m, 3) [rad/s], world frame
+    box_time_left: Annotated[np.ndarray, Rows(least=0.0)]  # (m,) [s] until a kinematic box stops; 0: it does not
 
     def copy(self) -> State:
         """Return a State that shares no memory with this one."""
@@ -120,6 +121,7 @@ def copied(state: State) -> State:
         state.box_orientation.copy(),
         state.box_velocity.copy(),
         state.box_angular_velocity.copy(),
+        state.box_time_left.copy(),
     )
 
 

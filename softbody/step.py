@@ -16,7 +16,7 @@ from softbody.collision.soft_response import Bodies, resolve_contacts
 from softbody.collision.substeps import subdivision
 from softbody.collision.surface import Surfaces
 from softbody.collision.warm_start import cache_impulses, copied_cache, copy_cache
-from softbody.dynamics.rigid_boxes import box_astray, limit_boxes
+from softbody.dynamics.rigid_boxes import box_astray, limit_boxes, slow_boxes, stop_boxes
 from softbody.dynamics.soft_bodies import BARE, DIVERGED, Motion, move_soft_bodies
 from softbody.glance import begins_finite, fingerprint
 from softbody.jit import jit, jit_inlined, jit_lean
@@ -73,10 +73,11 @@ def step(
     COLLAPSED, else 0) the step must be undone, to `work.start`.
     """
     contacts.number[0] = contacts.number[1] = 0
+    copy_state(state, work.start)
+    slow_boxes(model, state, work.grounded, h)
     controls = with_joints(controls, state, work.joints, work.acting, settings, h)
     if not settings.single_contact:
         contacts = find_box_contacts(model, controls, state, work.manifold, contacts, settings, h)
-    copy_state(state, work.start)
     _, fault, body = move_soft_bodies(soft_bodies_of(model, controls, state), work.motion, settings, h, 1)
     if fault:
         return contacts, fault, body
@@ -98,6 +99,7 @@ def step(
     if stray >= 0:
         contacts.cache.number[0] = 0
         return contacts, DIVERGED, stray
+    stop_boxes(state, work.grounded)
     return contacts, 0, -1
 
 
@@ -288,5 +290,6 @@ def copy_state(start: State, state: State) -> None:
         store(state.box_position, i, load(start.box_position, i))
         store(state.box_velocity, i, load(start.box_velocity, i))
         store(state.box_angular_velocity, i, load(start.box_angular_velocity, i))
+        state.box_time_left[i] = start.box_time_left[i]
         for c in range(4):
             state.box_orientation[i, c] = start.box_orientation[i, c]

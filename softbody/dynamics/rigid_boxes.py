@@ -62,6 +62,41 @@ def advance_boxes(model: Model, state: State, h: float, gyroscopic: bool) -> Non
             state.box_orientation[i, c] = q[c]
 
 
+ON_TIME = 1e-9  # of a step: the rounding of the time left is less
+ARRIVED = -1.0  # for the time left of a box that stops at the end of the step
+
+
+@jit_lean
+def slow_boxes(model: Model, state: State, grounded: np.ndarray | None, h: float) -> None:
+    """Let a kinematic box that has less than a step of `h` [s] left go as much slower, so that it is there at its end.
+
+    `grounded` is None where there are no boxes.
+    """
+    if grounded is None:
+        return
+    for i in range(state.box_position.shape[0]):
+        left = state.box_time_left[i]
+        if left > 0.0 and model.box_inverse_mass[i] == 0.0:
+            if left > h * (1.0 + ON_TIME):
+                state.box_time_left[i] = left - h
+            else:
+                store(state.box_velocity, i, scale(left / h, load(state.box_velocity, i)))
+                store(state.box_angular_velocity, i, scale(left / h, load(state.box_angular_velocity, i)))
+                state.box_time_left[i] = ARRIVED
+
+
+@jit_lean
+def stop_boxes(state: State, grounded: np.ndarray | None) -> None:
+    """Let boxes stop that have arrived in this step, see `slow_boxes`."""
+    if grounded is None:
+        return
+    for i in range(state.box_position.shape[0]):
+        if state.box_time_left[i] < 0.0:
+            store(state.box_velocity, i, (0.0, 0.0, 0.0))
+            store(state.box_angular_velocity, i, (0.0, 0.0, 0.0))
+            state.box_time_left[i] = 0.0
+
+
 @jit_lean
 def stirs(v: Vec, spin: Vec) -> bool:
     """Tell whether a box of these velocities moves at all."""

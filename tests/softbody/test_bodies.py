@@ -245,15 +245,59 @@ def test_a_box_without_mass_is_static_until_it_is_given_a_velocity():
     assert repr(wall) == "<box 0: (1, 1, 1) m, kinematic, at (2, 0, 0) m>"
 
 
-def test_move_to_is_there_on_time_and_goes_on_until_it_is_stopped():
-    gate = World().add_box((1.0, 1.0, 1.0), None, (0.0, 0.0, 1.0))
-    half_turn = (np.sqrt(0.5), 0.0, 0.0, -np.sqrt(0.5))
-    gate.move_to((0.0, 2.0, 1.0), half_turn, seconds=0.5)
-    gate.world.run(0.5, 0.01)
-    assert gate.position == pytest.approx([0.0, 2.0, 1.0])
-    assert gate.orientation == pytest.approx(half_turn)
-    gate.move_to(seconds=1.0)
+HALF_TURN = (np.sqrt(0.5), 0.0, 0.0, -np.sqrt(0.5))
+
+
+@pytest.mark.parametrize("world", [World(), World.paper()])
+@pytest.mark.parametrize("step", [0.01, 0.03, 0.07, 0.5, 0.9])
+def test_move_to_is_there_on_time_and_stays(step, world):
+    gate = world.add_box((1.0, 1.0, 1.0), None, (0.0, 0.0, 1.0))
+    gate.move_to((0.0, 2.0, 1.0), HALF_TURN, seconds=0.5)
+    assert gate.is_kinematic
+    gate.world.run(1.8, step)
+    assert gate.position == pytest.approx([0.0, 2.0, 1.0], abs=1e-14)
+    assert gate.orientation == pytest.approx(HALF_TURN, abs=1e-14)
     assert not gate.is_kinematic
+
+
+def test_a_box_that_is_led_from_frame_to_frame_never_stops_between():
+    gate = World().add_box((1.0, 1.0, 1.0), None)
+    for k in range(1, 60):
+        gate.move_to((np.sin(0.1 * k), 0.0, 0.0), seconds=1 / 60)
+        assert gate.world.step_frame(1 / 60)
+        assert gate.position == pytest.approx([np.sin(0.1 * k), 0.0, 0.0], abs=1e-14)
+
+
+def test_velocities_that_are_set_end_a_way_and_last():
+    gate = World().add_box((1.0, 1.0, 1.0), None)
+    gate.move_to((1.0, 0.0, 0.0), seconds=1.0)
+    gate.world.run(0.5, 0.01)
+    gate.velocity = (0.0, 2.0, 0.0)
+    gate.world.run(2.0, 0.01)
+    assert gate.position == pytest.approx([0.5, 4.0, 0.0])
+
+
+def test_a_lift_that_arrives_puts_its_load_down_gently():
+    world = World()
+    lift = world.add_box((1.0, 1.0, 0.2), None, (0.0, 0.0, -0.1))
+    crate = world.add_box((0.4, 0.4, 0.4), 5.0, (0.0, 0.0, 0.2))
+    lift.move_to((0.0, 0.0, 0.4), seconds=1.0)
+    world.run(3.0, 1 / 240)
+    assert lift.position[2] == pytest.approx(0.4, abs=1e-14)
+    assert crate.position[2] == pytest.approx(0.7, abs=1e-4)
+    assert np.abs(crate.velocity).max() < 1e-9
+
+
+def test_a_way_is_saved_with_its_time_left():
+    first = World()
+    first.add_box((1.0, 1.0, 1.0), None).move_to((1.0, 0.0, 0.0), seconds=1.0)
+    first.run(0.5, 0.01)
+    second = World()
+    second.restore(first.snapshot())
+    for world in (first, second):
+        world.run(1.0, 0.03)
+        assert world.boxes[0].position == pytest.approx([1.0, 0.0, 0.0])
+    assert first.state_hash() == second.state_hash()
 
 
 @pytest.mark.parametrize(

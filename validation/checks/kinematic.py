@@ -278,7 +278,7 @@ def plates_by_rapier(run: Run) -> Comparison:
 
 @check(
     family=FAMILY,
-    claim="`move_to` leads a box on SciPy's way from pose to pose, even in place and in turn, and is there on time.",
+    claim="`move_to` leads a box evenly on SciPy's way from pose to pose, is there on time, and stays.",
     section="5.2",
     piece="softbody.Box.move_to, softbody.quaternion.rotation_between",
     reference="SciPy's Slerp; straight lines",
@@ -300,6 +300,13 @@ def plates_by_rapier(run: Run) -> Comparison:
             "np.cross(q[1:], end[1:])",
         ),
         Fault("a way in one second", rigid_box.Box.move_to, "way_ / seconds", "way"),
+        Fault("a box that goes on", rigid_boxes.slow_boxes, "state_.box_time_left[i_] = ARRIVED", "pass"),
+        Fault(
+            "a last step that is too long",
+            rigid_boxes.slow_boxes,
+            "scale(left_ / h_, load(state_.box_velocity, i_))",
+            "load(state.box_velocity, i)",
+        ),
     ),
 )
 def poses_on_time(run: Run) -> Comparison:
@@ -314,9 +321,10 @@ def poses_on_time(run: Run) -> Comparison:
         box = world.add_box(rng.uniform(0.1, 1.0, 3), None, places[0], ends[0])
         box.move_to(places[1], ends[1], seconds=seconds)
         way = Slerp([0.0, 1.0], Rotation.from_quat(np.roll(ends, -1, axis=1)))
-        for done in (steps, 2 * steps):
-            world.step(seconds / (2 * steps), steps)
-            part = done / (2 * steps)
+        step = seconds / (2 * steps)
+        late = step * rng.uniform(0.3, 1.7)  # it arrives within such a step, and stays
+        for part, h, count in ((0.5, step, steps), (1.0, late, 4 * steps)):
+            world.step(h, count)
             turned = Rotation.from_quat(np.roll(box.orientation, -1)).as_matrix()
             measured += [box.position.copy(), *turned]
             expected += [places[0] + part * (places[1] - places[0]), *way([part]).as_matrix()[0]]
