@@ -121,16 +121,19 @@ def stopped_manifold(
 ) -> int:
     """Find where two boxes that fly on without meeting will meet if something stops one of them, as `swept_manifold`.
 
-    Of boxes that fall one above the other each stops the next. `gain` is the travel [m] that the flight gains if one of
-    them is held; of it, the part counts along the axis that parts them most now. On that they must meet.
+    Of boxes that fall one above the other each stops the next, and so with boxes that touch now: where one slides on
+    another, a leaning by a hair is enough for the two to fall past each other. `gain` is the travel [m] that the flight
+    gains if one of them is held; of it, the part counts along the axis that parts them most now. On that they must meet.
     """
     separation, axis = least_overlap(boxes, pair[0], pair[1], limits, manifold.sat)
     if separation > limits.margin:
         return 0
     normal = manifold.sat.normal[0], manifold.sat.normal[1], manifold.sat.normal[2]
-    graze, open_at = grazing_depth(boxes, pair, limits.slop), flight.turn + rounding_of(boxes.size, pair[0], pair[1])
+    rounding, graze = rounding_of(boxes.size, pair[0], pair[1]), grazing_depth(boxes, pair, limits.slop)
+    open_at = flight.turn + rounding
     left = separation + dot(flight.travel, normal)  # at the end of the step
-    if left <= open_at or left + dot(gain, normal) > open_at:
+    is_apart = separation > limits.slop + rounding
+    if (is_apart and left <= open_at) or left + dot(gain, normal) > open_at:
         return 0
     travel = add(flight.travel, scale(dot(gain, normal), normal))
     sweep = Sweep(travel, flight.pull, flight.spin_a, flight.spin_b, flight.turn, flight.share)
