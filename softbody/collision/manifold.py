@@ -41,7 +41,7 @@ from softbody.collision.swept_boxes import (
     rests_on_face,
 )
 from softbody.jit import jit, jit_lean
-from softbody.vec import Vec, add, dot, load, norm, scale, store
+from softbody.vec import Vec, add, cross, dot, load, norm, scale, store, sub
 
 MOST_POINTS = 8  # of two rectangles' intersection
 
@@ -109,9 +109,8 @@ def swept_manifold(boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, limits
     if resting and rests_on_face(boxes, pair, axis, graze, manifold.sat):
         return _clip_along(boxes, pair, axis, limits, NO_SWEEP, manifold)
     if sweep.turn > graze:
-        # Where boxes that turn will meet, the sweep does not tell: taken along the axis that parts them most now.
         near = separation <= 0.0 or come_near(boxes, pair, sweep, NEAR * graze)
-        return _points_of_overlap(boxes, pair, (separation, axis), limits, manifold) if near else 0
+        return _points_of_turning(boxes, pair, (separation, axis), sweep, limits, manifold) if near else 0
     return _points_of_meeting(boxes, pair, sweep, limits, manifold)
 
 
@@ -123,26 +122,65 @@ def stopped_manifold(
 
     Of boxes that fall one above the other each stops the next, and so with boxes that touch now: where one slides on
     another, a leaning by a hair is enough for the two to fall past each other. `gain` is the travel [m] that the flight
-    gains if one of them is held; of it, the part counts along the axis that parts them most now. On that they must meet.
+    gains if one of them is held; the part along the axis that parts them most now counts. On that they must meet.
     """
     separation, axis = least_overlap(boxes, pair[0], pair[1], limits, manifold.sat)
     if separation > limits.margin:
         return 0
     normal = manifold.sat.normal[0], manifold.sat.normal[1], manifold.sat.normal[2]
-    rounding, graze = rounding_of(boxes.size, pair[0], pair[1]), grazing_depth(boxes, pair, limits.slop)
-    open_at = flight.turn + rounding
+    graze, open_at = grazing_depth(boxes, pair, limits.slop), flight.turn + rounding_of(boxes.size, pair[0], pair[1])
     left = separation + dot(flight.travel, normal)  # at the end of the step
-    is_apart = separation > limits.slop + rounding
-    if (is_apart and left <= open_at) or left + dot(gain, normal) > open_at:
+    if (separation > NEAR * graze and left <= open_at) or left + dot(gain, normal) > open_at:
         return 0
     travel = add(flight.travel, scale(dot(gain, normal), normal))
     sweep = Sweep(travel, flight.pull, flight.spin_a, flight.spin_b, flight.turn, flight.share)
     if sweep.turn > graze:
-        near = come_near(boxes, pair, sweep, NEAR * graze)
-        return _points_of_overlap(boxes, pair, (separation, axis), limits, manifold) if near else 0
+        if not come_near(boxes, pair, sweep, NEAR * graze):
+            return 0
+        found = _points_of_overlap(boxes, pair, (separation, axis), limits, manifold)
+        return 0 if _some_close(boxes, pair, flight, found, manifold) else found
     found = _points_of_meeting(boxes, pair, sweep, limits, manifold)
     axis_met = manifold.sat.normal[0], manifold.sat.normal[1], manifold.sat.normal[2]
     return found if dot(axis_met, normal) > SAME_COSINE else 0
+
+
+@jit_lean
+def _some_close(boxes: BoxFrames, pair: tuple[int, int], flight: Sweep, found: int, manifold: Manifold) -> bool:
+    """Tell whether any of so many points would close in flight if corners went straight, as the solver takes it.
+
+    Boxes that turn may pass each other all the same.
+    """
+    a, b = pair
+    normal = manifold.sat.normal[0], manifold.sat.normal[1], manifold.sat.normal[2]
+    for k in range(found):
+        point = load(manifold.point, k)
+        arm_a, arm_b = sub(point, load(boxes.position, a)), sub(point, load(boxes.position, b))
+        way = add(flight.travel, sub(cross(flight.spin_a, arm_a), cross(flight.spin_b, arm_b)))
+        if dot(way, normal) < manifold.depth[k]:
+            return True
+    return False
+
+
+@jit_lean
+def _points_of_turning(
+    boxes: BoxFrames,
+    pair: tuple[int, int],
+    overlap: tuple[float, int],
+    sweep: Sweep,
+    limits: Limits,
+    manifold: Manifold,
+) -> int:
+    """Find the points at which two boxes that turn overlap, or will meet within the step: there is one at least.
+
+    Where those that are apart will meet, the sweep does not tell that leaves their turning out: they are taken along
+    the axis that parts them most now. But from farther off than turning can matter, it is the travel that decides.
+    """
+    if overlap[0] > sweep.turn:
+        found = _points_of_meeting(boxes, pair, sweep, limits, manifold)
+        if found > 0:
+            return found
+        overlap = least_overlap(boxes, pair[0], pair[1], limits, manifold.sat)
+    return _points_of_overlap(boxes, pair, overlap, limits, manifold)
 
 
 @jit_lean
