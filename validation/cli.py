@@ -289,5 +289,5 @@ def exit_code(report: Report, required: tuple[str, ...] = (), require_all: bool 
     """Return ALL_HOLD, A_CLAIM_FAILS, or ENGINE_MISSING if a demanded engine is broken. "Not run" is no failure."""
     if any(record.verdict == "fails" for record in report.claims):
         return A_CLAIM_FAILS
-    broken = {engine for record in report.claims if record.verdict == "engine broken" for engine in record.engines}
-    return ENGINE_MISSING if broken and (require_all or broken & set(required)) else ALL_HOLD
+    broken = [set(record.engines) for record in report.claims if record.verdict == "engine broken"]
+    return ENGINE_MISSING if any(require_all or engines & set(required) for engines in broken) else ALL_HOLD

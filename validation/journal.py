@@ -16,6 +16,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Any
 
+from validation import plug_ins
 from validation.plain_text import plain
 from validation.record import ClaimRecord, finite, from_json
 
@@ -49,7 +50,7 @@ def identity(level: str, seed: int) -> dict[str, Any]:
         "level": level,
         "seed": seed,
         "core": CORE_DIGEST,
-        "claims": digest_of("validation", "references"),
+        "claims": digest_of("validation", "references", *plug_ins.packages()),
         "engines": versions(),
     }
 
@@ -59,8 +60,8 @@ def digest_of(*packages: str) -> str:
     digest = hashlib.sha256()
     for package in packages:
         spec = find_spec(package)
-        for folder in map(Path, spec.submodule_search_locations or () if spec else ()):
-            for path in sorted(folder.rglob("*.py")):
+        for folder in map(Path, spec.submodule_search_locations or [spec.origin or ""] if spec else ()):
+            for path in sorted(folder.rglob("*.py")) if folder.is_dir() else [folder]:
                 digest.update(f"{package}/{path.relative_to(folder).as_posix()}".encode())
                 digest.update(path.read_bytes())
     return digest.hexdigest()

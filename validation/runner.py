@@ -12,9 +12,8 @@ import numpy as np
 import psutil
 
 from validation.check import Check, Run, all_checks
-from validation.engines import missing
 from validation.judge import blank_record, judge
-from validation.record import FAILS, NOT_RUN, ClaimRecord, finite, from_json
+from validation.record import FAILS, ClaimRecord, finite, from_json
 from validation.worker import RAISED, Ended, Task, Worker
 
 # Seconds that one claim may take, the compilation of its kernels included, on a machine that does something else too.
@@ -41,10 +40,9 @@ def run_checks(
     """
     here = []
     for check in checks:
-        absent = missing(check.engines)
-        if absent:
+        if check.hindrance:
             record = blank_record(check, seed)
-            record.verdict, record.why = NOT_RUN, f"{', '.join(absent)} is not installed"
+            record.verdict, record.why = check.hindrance
             yield record
         else:
             here.append(check)
