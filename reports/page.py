@@ -16,7 +16,7 @@ from markupsafe import Markup
 from reports import notation, overview, plots, sensitivity, verdicts
 from reports.reading import CannotRead
 from reports.template import HERE, rendered
-from validation.record import HOLDS, Case, ClaimRecord, Report, Timing
+from validation.record import HOLDS, Case, ClaimRecord, Report, Setting, Timing
 
 NEAREST = 3  # to failing, of the claims that are named first
 MOST_ANSWERS = 12  # numbers of an answer that are shown
@@ -116,6 +116,8 @@ def page(report: Report, folder: Path | None = None) -> str:
         contents=contents_of(report),
         glance=glance_at(report, rows),
         sentence=verdicts.sentence(report.claims),
+        subject=subject_of(report),
+        settings=settings_of(report),
         overall=verdicts.overall(report.claims),
         tally=verdicts.tally(report.claims),
         kinds=verdicts.kinds(report.claims),
@@ -135,9 +137,10 @@ def contents_of(report: Report) -> list[tuple[str, str]]:
     parts = [
         ("claims", "The claims", True),
         ("sensitivity", "What they detect", report.sensitivity is not None),
-        ("errata", "Errata", True),
+        ("errata", "Errata", report.subject is None),
         ("rules", "The paper’s rules", bool(report.behaviours)),
-        ("timings", "What it costs", True),
+        ("timings", "What it costs", report.subject is None),
+        ("engines", "Fair play", bool(report.settings)),
         ("reading", "How to read this page", True),
         ("environment", "Where it ran", True),
         ("reproduce", "To reproduce", True),
@@ -189,8 +192,22 @@ def row_of(report: Report, claim: ClaimRecord, number: int, axis: overview.Axis)
 
 def command_of(report: Report) -> str:
     """Return the command that makes the report again."""
-    patterns = "".join(f" -k {shlex.quote(pattern)}" for pattern in report.patterns)
+    subject = f" --subject {shlex.quote(report.subject.name)}" if report.subject else ""
+    patterns = subject + "".join(f" -k {shlex.quote(pattern)}" for pattern in report.patterns)
     return f"python -m validation{patterns} --seed {report.seed} --level {shlex.quote(report.level)}"
+
+
+def subject_of(report: Report) -> str:
+    """Return name and version of who was judged; nothing if it is the core."""
+    return " ".join(filter(None, (report.subject.name, report.subject.version))) if report.subject else ""
+
+
+def settings_of(report: Report) -> dict[str, list[Setting]]:
+    """Return how engines were set, engine by engine."""
+    engines: dict[str, list[Setting]] = {}
+    for setting in report.settings:
+        engines.setdefault(setting.engine, []).append(setting)
+    return engines
 
 
 def worst_of(case: Case) -> Worst:

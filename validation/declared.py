@@ -20,9 +20,11 @@ class Declared:
     settings: dict[str, str] = field(default_factory=dict)  # SETTINGS: what was chosen → why
     cannot: dict[str, str] = field(default_factory=dict)  # CANNOT: a question → why the engine has no answer to it
     functions: frozenset[str] = frozenset()
+    leans_on: frozenset[str] = frozenset()  # files of references/ that it imports
+    module: str | None = None  # to import it by, if it is another package's
 
 
-def read_file(path: Path, name: str | None = None) -> Declared:
+def read_file(path: Path, name: str | None = None, module: str | None = None) -> Declared:
     """Return what a file says; raises ValueError, naming it, for what is no Python, or no table of texts."""
     try:
         body = ast.parse(path.read_text(encoding="utf-8")).body
@@ -41,7 +43,18 @@ def read_file(path: Path, name: str | None = None) -> Declared:
     if kind not in (ENGINE, LIBRARY):
         raise ValueError(f"{path}: KIND is {kind!r}; choose from {ENGINE!r} and {LIBRARY!r}")
     functions = frozenset(node.name for node in body if isinstance(node, ast.FunctionDef))
-    return Declared(name or path.stem, path, tables["PACKAGES"], kind, tables["SETTINGS"], tables["CANNOT"], functions)
+    imports = [node for node in body if isinstance(node, ast.ImportFrom) and node.module == "references"]
+    return Declared(
+        name=name or path.stem,
+        path=path,
+        packages=tables["PACKAGES"],
+        kind=kind,
+        settings=tables["SETTINGS"],
+        cannot=tables["CANNOT"],
+        functions=functions,
+        leans_on=frozenset(alias.name for node in imports for alias in node.names),
+        module=module,
+    )
 
 
 def all_in(folder: Path) -> list[Declared]:

@@ -25,7 +25,7 @@ DECLARED = declared_engines()
 
 # Import name of everything that a claim may lean on → the name under which it is installed.
 PACKAGES = {"numpy": "numpy", "numba": "numba"}
-for one in DECLARED:
+for one in [*DECLARED, *plug_ins.subjects()]:
     PACKAGES |= one.packages
 
 # Import names of what is another simulator, or a collision library, and not mathematics.
@@ -40,6 +40,11 @@ def missing(engines: tuple[str, ...]) -> list[str]:
 def versions() -> dict[str, str | None]:
     """Return the version of each package, None where it is missing."""
     return {name: _version(package) for name, package in PACKAGES.items()}
+
+
+def version_of(engine: Declared) -> str | None:
+    """Return the version of the package that a file stands on, the last that it names."""
+    return _version([*engine.packages.values()][-1]) if engine.packages else None
 
 
 def _version(package: str) -> str | None:

@@ -28,6 +28,7 @@ except ImportError:  # not on Windows: there, two runs at once in one folder are
 NAME, KEPT_NAME = "claims.jsonl", "claims.before.jsonl"
 SCHEMA = "softbody-claims/1"
 WORDS = {
+    "subject": "about {}",
     "level": "of level {}",
     "seed": "of seed {}",
     "core": "of another core ({:.12})",
@@ -40,13 +41,14 @@ class CannotRunHereError(Exception):
     """Another run is writing there, or there is nothing to go on from, or it is of another run."""
 
 
-def identity(level: str, seed: int) -> dict[str, Any]:
+def identity(level: str, seed: int, subject: str | None = None) -> dict[str, Any]:
     """Return all that decides the records of a run."""
     from softbody.core_digest import CORE_DIGEST
     from validation.engines import versions
 
     return {
         "schema": SCHEMA,
+        "subject": subject,
         "level": level,
         "seed": seed,
         "core": CORE_DIGEST,
@@ -122,7 +124,11 @@ class Journal:
         for name, words in WORDS.items():
             was = head.get(name)
             if was != run[name]:
-                told = words.format(", ".join(_others(was, run[name])) if name == "engines" else plain(was))
+                told = words.format(
+                    ", ".join(_others(was, run[name]))
+                    if name == "engines"
+                    else plain("the core" if was is None else was)
+                )
                 raise CannotRunHereError(f"{self.path} is {told}: its claims may differ; run without --resume")
         for number, line in enumerate(lines, 2):
             try:

@@ -14,6 +14,7 @@ from validation.engines import DECLARED
 from validation.one_case import case_of
 from validation.plain_text import plain
 from validation.record import BROKEN, FAILS, HOLDS, NOT_RUN, ClaimRecord, Distribution, Erratum, Group
+from validation.subject import subjects
 
 BINS = 40  # of the histogram of a claim's errors
 MOST_KINDS = 1_000  # of cases that a claim may name
@@ -48,7 +49,7 @@ def verdict_on(error: BaseException, engines: tuple[str, ...]) -> tuple[str, str
     why = f"raised {name}: {plain(error)} (in {plain(where[-1].name)}, line {where[-1].lineno})"
     if isinstance(error, ModuleNotFoundError) and error.name in engines and not _folders(error.name):
         return NOT_RUN, f"{error.name} is not installed"
-    core, judges = _folders("softbody"), [one.path for one in DECLARED]
+    core, judges = _folders("softbody"), [one.path for one in [*DECLARED, *subjects().values()]]
     theirs = judges + [folder for engine in engines for folder in _folders(engine)]
     through_core = any(_is_in(frame.filename, core) for frame in where)
     if engines and not through_core and (isinstance(error, ImportError) or _is_in(where[-1].filename, theirs)):

@@ -34,7 +34,7 @@ def engines() -> list[Declared]:
 @cache
 def subjects() -> list[Declared]:
     """Return the adapters of other packages, by the names of their entry points."""
-    return _each(SUBJECTS, lambda point: read_file(_file_of(point.module), point.name))
+    return _each(SUBJECTS, lambda point: read_file(_file_of(point.module), point.name, point.module))
 
 
 @cache

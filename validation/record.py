@@ -276,6 +276,23 @@ class Sensitivity:
 
 
 @dataclass
+class Subject:
+    """An engine that was judged in the core's stead."""
+
+    name: str
+    version: str | None
+
+
+@dataclass
+class Setting:
+    """How an engine was set, against its defaults, so that it could judge or be judged fairly."""
+
+    engine: str
+    setting: str
+    why: str
+
+
+@dataclass
 class Report:
     """A whole validation run."""
 
@@ -296,6 +313,8 @@ class Report:
     behaviours: list[Behaviour] = field(default_factory=list)
     sensitivity: Sensitivity | None = None
     patterns: list[str] = field(default_factory=list)  # given by -k; all claims were judged if there are none
+    subject: Subject | None = None  # who was judged; None: the core
+    settings: list[Setting] = field(default_factory=list)
     schema: str = SCHEMA
 
 

@@ -56,6 +56,19 @@ def volumes(run):
     return Comparison(found, hulls, hulls, inputs={"vertices": [mesh.vertices for mesh in solids]})
 '''
 
+SUBJECT = '''
+"""Qhull's Delaunay triangulation as if every mesh were convex."""
+
+from scipy.spatial import Delaunay
+
+PACKAGES = {"acme_hulls": "acme-hulls"}
+CANNOT = {"move_boxes": "hulls stand still"}
+
+
+def points_in_mesh(points, vertices, triangles):
+    return Delaunay(vertices).find_simplex(points) >= 0
+'''
+
 BROKEN = {  # module → its text, and what is said of it
     "absent": (None, "No module named 'acme_broken.absent'"),
     "raises": ("raise ValueError('no licence \\x1b[2J')", "no licence \\x1b[2J"),
@@ -84,7 +97,8 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a folder with a sound plug-in and one whose every module is broken."""
     folder = tmp_path_factory.mktemp("site")
     points = "[softbody.engines]\nhulls = acme_hulls.reference\n[softbody.claims]\nhulls = acme_hulls.claims\n"
-    install(folder, "acme_hulls", {"reference": ENGINE, "claims": CLAIMS}, points)
+    points += "[softbody.subjects]\nhulls = acme_hulls.subject\n"
+    install(folder, "acme_hulls", {"reference": ENGINE, "claims": CLAIMS, "subject": SUBJECT}, points)
     lines = [f"{name} = acme_broken.{name}" for name in BROKEN]
     points = "\n".join(["[softbody.claims]", *lines, "[softbody.engines]", "odd = acme_broken.odd", "gone = nowhere.x"])
     modules = {name: text for name, (text, _) in BROKEN.items()} | {"odd": "PACKAGES = {'a': open('b')}"}
@@ -142,4 +156,13 @@ def test_who_demands_all_engines_is_told_of_a_broken_plug_in(installed: Path, tm
 def test_an_engine_of_a_plug_in_can_be_demanded_and_replayed(installed: Path) -> None:
     done = validate(installed, "replay", "acme_hulls.claims.volumes")
     assert done.returncode == 0, done.stderr
-    assert "hulls" in validate(installed, "--list", "--require", "acme_hulls").stdout
+
+
+def test_another_package_brings_a_subject(installed: Path, tmp_path: Path) -> None:
+    options = ["--subject", "hulls", "-k", "inside.stacked", "-k", "boxes.fly", "--require", "acme_hulls"]
+    assert validate(installed, *options, "--out", str(tmp_path)).returncode == 1
+    report = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))
+    assert report["subject"] == {"name": "hulls", "version": "1.2"}
+    fate = {claim["id"]: (claim["verdict"], claim["why"]) for claim in report["claims"]}
+    assert fate["hulls:boxes.fly"] == ("not run", "hulls stand still")
+    assert fate["hulls:inside.stacked"][0] == "fails", "a torus is not convex"
