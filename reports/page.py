@@ -13,10 +13,10 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from reports import notation, overview, plots, sensitivity, verdicts
+from reports import ledger, notation, overview, plots, sensitivity, verdicts
 from reports.reading import CannotRead
 from reports.template import HERE, rendered
-from validation.record import HOLDS, Case, ClaimRecord, Report, Setting, Timing
+from validation.record import HOLDS, Arbitration, Case, ClaimRecord, Report, Timing
 
 NEAREST = 3  # to failing, of the claims that are named first
 MOST_ANSWERS = 12  # numbers of an answer that are shown
@@ -53,6 +53,15 @@ class Worst:
     inputs: list[tuple[str, str]]  # names and values
     answers: list[tuple[str, str, str]]  # place in the answer, measured, expected; the places that differ most
     more: int  # numbers of the answers that are not shown
+
+
+@dataclass
+class Dispute:
+    """A question that several answered, with what each was wrong about."""
+
+    row: Row  # of the claim that asked it
+    arbitration: Arbitration
+    examples: list[tuple[str, Worst]]  # who was wrong, and the worst case of it
 
 
 @dataclass
@@ -117,7 +126,9 @@ def page(report: Report, folder: Path | None = None) -> str:
         glance=glance_at(report, rows),
         sentence=verdicts.sentence(report.claims),
         subject=subject_of(report),
-        settings=settings_of(report),
+        settings=ledger.settings_of(report),
+        answerers=ledger.answerers_of(report),
+        disputes=disputes_of(rows),
         overall=verdicts.overall(report.claims),
         tally=verdicts.tally(report.claims),
         kinds=verdicts.kinds(report.claims),
@@ -137,9 +148,10 @@ def contents_of(report: Report) -> list[tuple[str, str]]:
     parts = [
         ("claims", "The claims", True),
         ("sensitivity", "What they detect", report.sensitivity is not None),
-        ("errata", "Errata", report.subject is None),
+        ("errata", "Errata", report.subject is None or any(claim.erratum for claim in report.claims)),
         ("rules", "The paper’s rules", bool(report.behaviours)),
-        ("timings", "What it costs", report.subject is None),
+        ("timings", "What it costs", report.subject is None or bool(report.timings)),
+        ("right", "Who was right", any(claim.arbitrations for claim in report.claims)),
         ("engines", "Fair play", bool(report.settings)),
         ("reading", "How to read this page", True),
         ("environment", "Where it ran", True),
@@ -202,12 +214,14 @@ def subject_of(report: Report) -> str:
     return " ".join(filter(None, (report.subject.name, report.subject.version))) if report.subject else ""
 
 
-def settings_of(report: Report) -> dict[str, list[Setting]]:
-    """Return how engines were set, engine by engine."""
-    engines: dict[str, list[Setting]] = {}
-    for setting in report.settings:
-        engines.setdefault(setting.engine, []).append(setting)
-    return engines
+def disputes_of(rows: list[Row]) -> list[Dispute]:
+    """Return all questions that several answered, those that most were wrong about first."""
+    found = [
+        Dispute(row, one, [(who.who, worst_of(who.case)) for who in one.standings if who.case])
+        for row in rows
+        for one in row.claim.arbitrations
+    ]
+    return sorted(found, key=lambda dispute: -sum(who.wrong for who in dispute.arbitration.standings))
 
 
 def worst_of(case: Case) -> Worst:

@@ -16,7 +16,7 @@ import numpy as np
 from validation import plug_ins
 from validation.engines import ENGINES, PACKAGES, missing
 from validation.fault import Fault
-from validation.record import BROKEN, ENGINE, KINDS, LIBRARY, NOT_RUN
+from validation.record import BROKEN, ENGINE, KINDS, LIBRARY, NOT_RUN, Arbitration
 
 CLAIMS = "validation.checks"  # where they are declared
 LEVELS = ("quick", "standard", "full")
@@ -35,6 +35,7 @@ class Comparison:
     (n,) names the kind of each case. `printed` holds what the paper's printed form answers, for an erratum: finite.
     No two of them may share memory: what is compared with itself agrees. `inputs` (name → (n, …)) say what each case
     asks, as far as that is a few numbers: those of the worst case are kept, and `replay` shows those of any.
+    `arbitrations` say who was right where answers differ (`validation.arbitration`): they judge nothing.
     """
 
     measured: Any
@@ -44,6 +45,7 @@ class Comparison:
     printed: Any = None
     notes: list[str] = field(default_factory=list)
     inputs: Mapping[str, Any] = field(default_factory=dict)
+    arbitrations: list[Arbitration] = field(default_factory=list)
 
 
 @dataclass(frozen=True)

@@ -100,6 +100,7 @@ def weigh(check: Check, comparison: Comparison, record: ClaimRecord) -> None:
     errors = errors_of(comparison.measured, comparison.expected, comparison.scale)
     record.n = len(errors)
     record.notes = notes_of(comparison.notes)
+    record.arbitrations = list(comparison.arbitrations)
     if len(errors) < check.least:
         few = f"compared {len(errors)} cases, and is to compare {check.least} at least"
         record.verdict, record.why = FAILS, few if len(errors) else "compared nothing"
