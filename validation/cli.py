@@ -280,7 +280,7 @@ def try_folder(folder: Path) -> None:
         raise CannotWrite(
             f"cannot write to {folder}: {error.strerror}; make room there, or choose another folder with --out"
         ) from error
-    for name in ("index.html", "report.json", "junit.xml", "claims.jsonl"):
+    for name in ("index.html", "badge.svg", "report.json", "junit.xml", "claims.jsonl"):
         if (folder / name).is_dir():
             raise CannotWrite(f"{folder / name} is a folder; choose another one with --out")
 
