@@ -7,7 +7,7 @@ from reports.template import rendered
 from validation.record import BROKEN, FAILS, HOLDS, NOT_RUN, Report
 
 COLOURS = {HOLDS: "#00704a", FAILS: "#b3261e", BROKEN: "#8a5a00", NOT_RUN: "#8a5a00"}  # white on them has 4.5 : 1
-ADVANCE, MARGIN = 6.6, 8.0  # [px] of a character of 11 px, on the average; beside the text
+ADVANCE, MARGIN = 6.0, 8.0  # [px] of a character of 11 px, on the average; beside the text
 
 
 def badge(report: Report) -> str:

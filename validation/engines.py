@@ -43,8 +43,8 @@ def versions() -> dict[str, str | None]:
 
 
 def version_of(engine: Declared) -> str | None:
-    """Return the version of the package that a file stands on, the last that it names."""
-    return _version([*engine.packages.values()][-1]) if engine.packages else None
+    """Return the version of the package that a file stands on, the first that it names; None if it names none."""
+    return _version(next(iter(engine.packages.values()))) if engine.packages else None
 
 
 def _version(package: str) -> str | None:

@@ -123,7 +123,7 @@ class Journal:
             raise CannotRunHereError(f"{self.path} is no journal of a run; run without --resume")
         for name, words in WORDS.items():
             was = head.get(name)
-            if was != run[name]:
+            if was != run.get(name):
                 told = words.format(
                     ", ".join(_others(was, run[name]))
                     if name == "engines"

@@ -10,7 +10,6 @@ from softbody.geometry import points_in_mesh as ask_points
 from validation.cases import BoxPairs
 from validation.subject import Boxes, GasBody, Motion, moving, swells_again
 
-PACKAGES = {"numba": "numba"}  # import name, and the name to install it by
 SETTINGS = {  # what was chosen against the defaults, and why
     "gyroscopic torque on": "a body that turns freely is asked whether it keeps its angular momentum",
     "integrator rk4 for gas": "the default is the paper's; rest and breath are asked about, not its order",
