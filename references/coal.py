@@ -1,8 +1,6 @@
 """Do two boxes or convex meshes overlap, and how deep? Asked of coal (once hpp-fcl; Mirabel, Montaut and others).
 
-Defaults that are not used, and why: GJK stops within 1e-6 m, so that shapes nearer than that count as touching: the
-tolerances of GJK and EPA are set to 1e-10 m, which still leaves a margin. Signed distance is asked for, which EPA
-answers; its normal points from the first to the second shape.
+The normal of its signed distance points from the first to the second shape.
 """
 
 from __future__ import annotations
@@ -11,6 +9,11 @@ import coal
 import numpy as np
 
 PACKAGES = {"coal": "coal"}  # import name, and the name to install it by
+KIND = "third-party engine"  # of judge
+SETTINGS = {  # what was chosen against the defaults, and why
+    "tolerances of GJK and EPA 1e-10 m (1e-6)": "shapes nearer than that count as touching; even so a margin is left",
+    "signed distance": "depths are answered too, by EPA",
+}
 
 # [m], absolute, at sizes near 1 m. Shapes whose separation is smaller may be judged either way. Leave them out.
 MARGIN = 1e-6

@@ -1,16 +1,5 @@
 """What do boxes make of Coulomb friction, on a static ground and on each other, step by step? (DART, dartpy 6.20.0.)
 
-Chosen against the defaults:
-
-- the solver `NsgsFrictionSolver` with the law `Coulomb`, the cone itself, instead of Dantzig's boxed LCP, whose pyramid
-  has its axes along x and y of the world and lets a box that slides between them have up to √2 of the friction. It is
-  told to go on to 1e-7 (default 1e-5): a box that slides or spins then follows the closed forms to 5e-7 of its speed.
-  More is not to be had, by smaller tolerances or more sweeps than 100, where four corners share one weight;
-- sleep off: boxes slower than 0.01 m/s would stop;
-- FCL's box–box contacts (up to four points) by primitives; its meshes give each point several times, and DART's own
-  detector a pressure that is not the same at all corners;
-- split impulses, so that depths (a hundredth of which is undone a step, at no more than 1 mm/s) add no speed.
-
 What cannot be switched off from Python: the diagonal of the problem is 1 + 1e-5 times itself (CFM), so that impulses
 are 1e-5 too small, and bodies that touch sink by less than 1e-6 m/s; a bounce needs 0.1 m/s. Contacts are found where
 boxes overlap, and not ahead: a box that is to stand from the first step on is placed 1e-9 m or so inside what it stands
@@ -27,6 +16,23 @@ from numpy.typing import ArrayLike
 from references.analytic import rotation_matrix
 
 PACKAGES = {"dartpy": "dartpy"}  # import name, and the name to install it by
+KIND = "third-party engine"  # of judge
+SETTINGS = {  # what was chosen against the defaults, and why
+    "solver NsgsFrictionSolver with the law Coulomb (Dantzig)": (
+        "the cone itself: the pyramid of Dantzig's boxed LCP has its axes along x and y of the world, and lets a "
+        "box that slides between them have up to √2 of the friction"
+    ),
+    "tolerance 1e-7 (1e-5), 100 sweeps": (
+        "a box that slides or spins then follows the closed forms to 5e-7 of its speed; more is not to be had where "
+        "four corners share one weight"
+    ),
+    "sleep off": "boxes slower than 0.01 m/s would stop",
+    "FCL's box–box contacts, by primitives": (
+        "its meshes give each point several times, and DART's own detector a pressure that is not the same at all "
+        "corners"
+    ),
+    "split impulses": "so that depths, a hundredth of which is undone a step at no more than 1 mm/s, add no speed",
+}
 
 GROUND = (200.0, 200.0, 2.0)  # [m]
 

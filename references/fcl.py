@@ -1,13 +1,4 @@
-"""Do two boxes overlap, and how far are they apart? Asked of FCL (Pan, Chitta and Manocha 2012).
-
-Defaults that are not used, and why:
-- contacts (`enable_contact=True`) are left off for the yes-or-no question: with them FCL takes another path,
-  which misses boxes that touch at exactly an edge or a corner;
-- a CollisionResult is never used twice: it accumulates, and keeps saying "collision";
-- depth is never taken from `collide`, whose box–box code (from ODE, with a factor 1.05 in favour of faces) reports up
-  to 1.05 times the true depth, but from `distance` with `enable_signed_distance=True`: unsigned, it answers −1 for
-  every overlap.
-"""
+"""Do two boxes overlap, and how far are they apart? Asked of FCL (Pan, Chitta and Manocha 2012)."""
 
 from __future__ import annotations
 
@@ -17,6 +8,20 @@ import fcl
 import numpy as np
 
 PACKAGES = {"fcl": "python-fcl"}  # import name, and the name to install it by
+KIND = "third-party engine"  # of judge
+SETTINGS = {  # what was chosen against the defaults, and why
+    "no contacts for the yes-or-no question": (
+        "with enable_contact=True FCL takes another path, which misses boxes that touch at exactly an edge or a corner"
+    ),
+    "a new CollisionResult for every pair": "one that is used twice accumulates, and keeps saying “collision”",
+    "depths by distance with enable_signed_distance=True": (
+        "collide's box–box code (from ODE, with a factor 1.05 in favour of faces) reports up to 1.05 times the true "
+        "depth; unsigned, distance answers −1 for every overlap"
+    ),
+    "convex meshes by libccd, as yes or no only": (
+        "FCL's other solver misses overlaps, and libccd's depth is wrong in a third of them"
+    ),
+}
 
 # Part of the size [m/m]. Boxes whose true separation is smaller than this times their size may be judged either way:
 # at a gap of 1e-14 FCL calls 2.4 % of pairs colliding, at 1e-12 none of a million. Leave such pairs out.

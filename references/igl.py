@@ -2,8 +2,7 @@
 
 Three ways to tell inside from outside that have nothing in common: the exact winding number, the sign of the distance
 along the pseudonormal of the closest feature (Baerentzen and Aanaes 2005), and the fast winding number (Barill and
-others 2018), which is an approximation. Defaults that are not used, and why: the sign of `signed_distance` is by
-default chosen by the kind of mesh; it is named here.
+others 2018), which is an approximation.
 
 Pairs of triangles that meet are found with CGAL's exact predicates; libigl leaves out neighbours that are folded onto
 each other along a common edge, and triangles of the same three vertices. Vertices are the same if their numbers are.
@@ -16,6 +15,9 @@ import igl.copyleft.cgal
 import numpy as np
 
 PACKAGES = {"igl": "libigl"}  # import name, and the name to install it by
+SETTINGS = {  # what was chosen against the defaults, and why
+    "the sign of signed_distance is named": "by default it is chosen by the kind of mesh",
+}
 
 # Part of the size [m/m]. Points nearer to the surface may be judged either way by the first two. Leave them out.
 MARGIN = 1e-12

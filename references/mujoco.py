@@ -1,8 +1,7 @@
 """What do MuJoCo's mass matrix and Jacobian make of an impact, and how does it turn a free box?
 
 Its own contact is a soft constraint, and so is not asked. Inertia of the boxes, orientation, the frames of the
-velocities and the Jacobian of a point are all MuJoCo's; Newton's law is one line of algebra on top. Defaults that are
-changed: gravity 0, contacts off, integrator RK4 for the rotation (the default is of first order).
+velocities and the Jacobian of a point are all MuJoCo's; Newton's law is one line of algebra on top.
 """
 
 from __future__ import annotations
@@ -14,6 +13,11 @@ from numpy.typing import ArrayLike
 from references.analytic import Velocities, rotation_matrix
 
 PACKAGES = {"mujoco": "mujoco"}  # import name, and the name to install it by
+KIND = "third-party engine"  # of judge
+SETTINGS = {  # what was chosen against the defaults, and why
+    "gravity 0, contacts off": "an impact is asked about alone",
+    "integrator RK4 for the rotation (Euler)": "the default is of first order",
+}
 
 
 def box_impact(*case: ArrayLike) -> Velocities:

@@ -2,14 +2,20 @@
 
 A flex whose elements are the edges of a mesh is the soft body of the paper without its gas. MuJoCo knows no gas: the
 force P ∂V/∂x is written here in numpy, and added where MuJoCo adds forces of the user (mjcb_passive). Integrators are
-MuJoCo's: Euler, which is symplectic, and RK4, the classical one. Defaults that are changed: contacts and constraints
-off, and no implicit treatment of damping (eulerdamp).
+MuJoCo's: Euler, which is symplectic, and RK4, the classical one.
 """
 
 from __future__ import annotations
 
 import mujoco
 import numpy as np
+
+PACKAGES = {"mujoco": "mujoco"}  # import name, and the name to install it by
+KIND = "third-party engine"  # of judge
+SETTINGS = {  # what was chosen against the defaults, and why
+    "contacts and constraints off": "springs and gas are asked about alone",
+    "no implicit treatment of damping (eulerdamp)": "it would be another scheme than the one it is named after",
+}
 
 INTEGRATORS = {"symplectic_euler": "Euler", "rk4": "RK4"}
 

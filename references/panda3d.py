@@ -1,17 +1,10 @@
 """Where does Bullet's soft body with gas come to rest, and how fast does it breathe? (Bullet 2.84 in Panda3D, float32.)
 
 Panda3D opens the pressure of Bullet's soft body, which pybullet keeps shut. Nothing damps, drags or collides by
-default. Where Bullet has another law than springs and an ideal gas, seen in its source and in `force_of_gas`:
-- the gas pushes a node along its normal with kPR/V × the mean |(b−a)×(c−a)| of its triangles *at rest*: a third of
-  their area where six meet, 6/5 and 3/2 of it where five and four do, and it does not grow with the body. So kPR is
-  set anew each step, such that the gas does the work of nRT on a body that swells evenly. That makes regular solids
-  exact; on a sphere its twelve vertices of five triangles keep a fifth too much;
-- a link pulls with k l (l² − r²)/(l² + r²). Its r and k are chosen to have the tension and the stiffness of
-  k (l − l0) at the length of rest that the closed form of regular solids gives;
-- links move the positions that the gas has moved already: an error of (ωh)², here extrapolated from two steps, and a
-  loss of (ωh)²/2 of the amplitude a step, which is why one period is all that is timed.
-
-A velocity is a difference of float32 positions over h: steps below ωh = 0.05 make every answer worse.
+default. Bullet has another law than springs and an ideal gas, seen in its source and in `force_of_gas`; what is chosen
+so that both mean the same is in SETTINGS. That makes regular solids exact; on a sphere its twelve vertices of five
+triangles keep a fifth too much gas. A velocity is a difference of float32 positions over h: steps below ωh = 0.05 make
+every answer worse.
 """
 
 from __future__ import annotations
@@ -23,6 +16,19 @@ from panda3d.core import LVecBase3, PTA_int, PTA_LVecBase3, Vec3
 from references.analytic import breathing_frequency, equilibrium_scale
 
 PACKAGES = {"panda3d": "panda3d"}  # import name, and the name to install it by
+KIND = "third-party engine"  # of judge
+SETTINGS = {  # what was chosen against the defaults, and why
+    "kPR set anew each step, such that the gas does the work of nRT on a body that swells evenly": (
+        "Bullet pushes a node along its normal with kPR/V × the mean |(b−a)×(c−a)| of its triangles at rest: a "
+        "third of their area where six meet, 6/5 and 3/2 of it where five and four do, and it does not grow with "
+        "the body"
+    ),
+    "tension and stiffness of the links those of k (l − l0) at the length of rest of the closed form": (
+        "a link pulls with k l (l² − r²)/(l² + r²): its r and k are chosen for that"
+    ),
+    "extrapolated from two steps": "links move the positions that the gas has moved already: an error of (ωh)²",
+    "one period only is timed": "each step loses (ωh)²/2 of the amplitude",
+}
 
 SETTLE = 60.0  # [rad] of breathing, near the critical damping: the motion that is left is below float32
 SAMPLES = 20  # volumes at rest to take the mean of: the last digit of float32 flickers

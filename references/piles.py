@@ -1,8 +1,7 @@
 """Where do the boxes of a pile end, and how fast are they then? By Bullet, MuJoCo and Rapier, as their users have them.
 
 Defaults are kept: MuJoCo's soft contacts (`solref`, `solimp`, pyramidal cones, Newton's method, 100 iterations) and
-Rapier's (4 iterations); but nobody sleeps, for a pile that sleeps does not say whether it rests, and friction is the
-pair's: MuJoCo takes the larger of two, Rapier the mean. Bullet: see `pybullet_world`. The ground is a box, or a plane.
+Rapier's (4 iterations). Bullet: see `pybullet_world`. The ground is a box, or a plane.
 """
 
 from __future__ import annotations
@@ -16,6 +15,11 @@ import rapier3d
 from references.pybullet_world import BulletWorld
 
 PACKAGES = {"mujoco": "mujoco", "pybullet": "pybullet", "rapier3d": "rapier3d"}  # import name, and the name to install
+KIND = "third-party engine"  # of judge
+SETTINGS = {  # what was chosen against the defaults, and why
+    "nobody sleeps": "a pile that sleeps does not say whether it rests",
+    "the same friction on both bodies of a pair": "MuJoCo takes the larger of two, Rapier the mean",
+}
 
 Boxes = list[tuple[np.ndarray, ...]]  # full size [m], place [m], orientation; 1 kg a m³
 Ended = tuple[np.ndarray, np.ndarray]  # places [m] and velocities [m/s], (m, 3)

@@ -1,18 +1,7 @@
 """What does Bullet make of one impact of two boxes? (pybullet 3.2.7, double precision.)
 
 The boxes are created at the contact pose, given their velocities, and stepped once. Played normally (defaults, 1/240 s)
-the same impacts differ by a quarter of their speed. Defaults that are switched off or chosen, and why:
-- time step 1e-13 s: Bullet always adds the gyroscopic torque, an error of |ω|² × step; at 1e-16 s it answers NaN;
-- gravity 0: it would act within the step;
-- contactERP, erp, contactSlop 0: they push bodies apart at a speed of depth / step, which here would be 1e10 m/s;
-- restitutionVelocityThreshold 0: below 0.2 m/s Bullet drops the restitution;
-- solverResidualThreshold 0, numSolverIterations 2000: the default stops the solver at a squared residual of 1e-7;
-- useSplitImpulse 0, numSubSteps 0, globalCFM 0, enableConeFriction 0: nothing but the one plain solve;
-- deterministicOverlappingPairs 1: the same bits twice;
-- linearDamping, angularDamping 0 (0.04 by default); lateral, rolling, spinning friction 0 (0.5 lateral by default);
-- restitution e on a and 1 on b: Bullet multiplies them, and its default is 0;
-- collisionMargin 0: no effect was seen on these contacts; maxJointVelocity 1e9: the default clamps to ±100;
-- bodies are created anew for every trial, at their pose: one that is moved keeps its old world inertia until it steps.
+the same impacts differ by a quarter of their speed.
 
 An overlap of depth 0 mostly gives no contact: ask for 1e-12 m or more. The *depth* of an edge across an edge is not to
 be trusted, nor is it used by the impact: the box–box code, which is ODE's, adds 1e-5 to every cosine, and so overstates
@@ -31,6 +20,29 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 PACKAGES = {"pybullet": "pybullet"}  # import name, and the name to install it by
+KIND = "third-party engine"  # of judge
+SETTINGS = {  # what was chosen against the defaults, and why
+    "time step 1e-13 s": (
+        "Bullet always adds the gyroscopic torque, an error of |ω|² × step; at 1e-16 s it answers NaN"
+    ),
+    "gravity 0": "it would act within the step",
+    "contactERP, erp, contactSlop 0": (
+        "they push bodies apart at a speed of depth / step, which here would be 1e10 m/s"
+    ),
+    "restitutionVelocityThreshold 0": "below 0.2 m/s Bullet drops the restitution",
+    "solverResidualThreshold 0, numSolverIterations 2000": (
+        "the default stops the solver at a squared residual of 1e-7"
+    ),
+    "useSplitImpulse 0, numSubSteps 0, globalCFM 0, enableConeFriction 0": "nothing but the one plain solve",
+    "deterministicOverlappingPairs 1": "the same bits twice",
+    "linearDamping, angularDamping 0 (0.04), friction of all kinds 0 (0.5 lateral)": (
+        "a free impact loses nothing to them"
+    ),
+    "restitution e on a and 1 on b": "Bullet multiplies them, and its default is 0",
+    "collisionMargin 0": "no effect was seen on these contacts",
+    "maxJointVelocity 1e9": "the default clamps to ±100",
+    "bodies are created anew for every trial": "one that is moved keeps its old world inertia until it steps",
+}
 
 
 def _import_silently() -> None:

@@ -1,11 +1,4 @@
-"""What does Bullet make of many boxes under gravity, step by step? And how near are two boxes? (pybullet 3.2.7.)
-
-Chosen against the defaults: no damping, the solver runs all its iterations unless a `residual` is given (1e-7 is the
-default), restitution and
-friction of the pair are put on one body and 1 on the other (Bullet multiplies), no restitution threshold, no sleeping,
-`useMaximalCoordinates` (plain rigid bodies; also the faster path). The ground is a big static box: Bullet's plane gives
-one contact a step only.
-"""
+"""What does Bullet make of many boxes under gravity, step by step? And how near are two boxes? (pybullet 3.2.7.)"""
 
 from __future__ import annotations
 
@@ -13,6 +6,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from references.pybullet import pybullet
+
+PACKAGES = {"pybullet": "pybullet"}  # import name, and the name to install it by
+KIND = "third-party engine"  # of judge
+SETTINGS = {  # what was chosen against the defaults, and why
+    "no damping": "boxes would stop by themselves",
+    "the solver runs all its iterations (residual 1e-7)": (
+        "unless a `residual` is given: what is left differs from step to step else"
+    ),
+    "restitution and friction of the pair on one body, 1 on the other": "Bullet multiplies them",
+    "no restitution threshold, no sleeping": "slow impacts and slow boxes are asked about as well",
+    "useMaximalCoordinates": "plain rigid bodies; also the faster path",
+    "the ground is a big static box": "Bullet's plane gives one contact a step only",
+}
 
 GROUND = 0  # Bullet's number of the first body
 

@@ -1,13 +1,5 @@
 """What does Rapier make of boxes that fly past each other, or into each other? (rapier3d 0.36, single precision.)
 
-Chosen against the defaults, and why:
-- `contact_recycling` off: Rapier keeps the contacts of a pair, and their normals, until it has moved by 5 cm; of boxes
-  that pass with 1 mm to 1 cm of air, 2 mm a step, it strikes three of ten so;
-- `normalized_prediction_distance` 0 (2 cm): a contact that is made before boxes touch acts along the normal of that
-  moment, and strikes some that would pass; without it boxes touch when they overlap at the beginning of a step;
-- no sleep: a box that waits for the other to come would fall asleep, and one that sleeps is not asked;
-- one thread: worlds of some hundred boxes gain nothing from more.
-
 Kept: `ccd_enabled` off (the caller's steps are so short that nothing is jumped over, and where boxes are decides, not
 another algorithm), contact skin 0, gravity 0, damping 0. A free box keeps I ω, and so ω only about an axis of its own.
 
@@ -23,6 +15,19 @@ import rapier3d
 from numpy.typing import ArrayLike
 
 PACKAGES = {"rapier3d": "rapier3d"}  # import name, and the name to install it by
+KIND = "third-party engine"  # of judge
+SETTINGS = {  # what was chosen against the defaults, and why
+    "contact_recycling off": (
+        "Rapier keeps the contacts of a pair, and their normals, until it has moved by 5 cm; of boxes that pass "
+        "with 1 mm to 1 cm of air, 2 mm a step, it strikes three of ten so"
+    ),
+    "normalized_prediction_distance 0 (2 cm)": (
+        "a contact that is made before boxes touch acts along the normal of that moment, and strikes some that "
+        "would pass; without it boxes touch when they overlap at the beginning of a step"
+    ),
+    "no sleep": "a box that waits for the other to come would fall asleep, and one that sleeps is not asked",
+    "one thread": "worlds of some hundred boxes gain nothing from more",
+}
 
 
 def velocities_after(

@@ -1,9 +1,6 @@
 """Where does a soft body come to rest, and how does a symmetric one breathe? Asked of SciPy.
 
-Energy, gradient and Hessian of springs and gas are written here once more, in numpy. Defaults that are replaced, and
-why: L-BFGS-B's ftol 2e-9 and gtol 1e-5 stop far too early for a judge, so it runs until it finds no better point, and
-Newton's method finishes; DOP853's rtol 1e-3 becomes 1e-13, and every requested time is the end of a step, because
-SciPy's interpolation between steps is of lower order than the steps.
+Energy, gradient and Hessian of springs and gas are written here once more, in numpy.
 """
 
 from __future__ import annotations
@@ -17,6 +14,15 @@ import scipy.optimize
 import scipy.spatial
 
 PACKAGES = {"scipy": "scipy"}  # import name, and the name to install it by
+SETTINGS = {  # what was chosen against the defaults, and why
+    "L-BFGS-B runs until it finds no better point, and Newton's method finishes": (
+        "its ftol 2e-9 and gtol 1e-5 stop far too early for a judge"
+    ),
+    "DOP853 with rtol 1e-13 (1e-3)": "a judge is to be more precise than the judged",
+    "every requested time is the end of a step": (
+        "SciPy's interpolation between steps is of lower order than the steps"
+    ),
+}
 
 RTOL = 1e-13  # of DOP853; SciPy allows no less than 2.2e-14
 ATOL = 1e-15  # of DOP853, on λ near 1

@@ -1,14 +1,4 @@
-"""What are the volume, area, centroid and inertia of a mesh, is a point in it, and what does a file hold?
-
-Asked of trimesh. Defaults that are not used, and why:
-- `process=True` merges and drops vertices on construction: a mesh would no longer be the one that was asked about;
-- `Trimesh.contains` switches silently to embree, which is float32, when embreex is installed: the rtree-based
-  intersector is named explicitly;
-- integrals are taken about the mesh's own mean vertex, not the origin: far from it trimesh loses digits as any sum of
-  signed tetrahedra does, and would judge a better core wrong;
-- `merge_vertices` rounds to 1e-8 m: here vertices are merged only where they are equal;
-- directions of second rays are random: they are seeded, so that answers are the same every time.
-"""
+"""What are volume, area, centroid and inertia of a mesh, is a point in it, and what does a file hold? By trimesh."""
 
 from __future__ import annotations
 
@@ -22,6 +12,20 @@ from trimesh.ray.ray_triangle import RayMeshIntersector
 
 # Import name, and the name to install it by; `contains` needs rtree, and takes embreex by itself where it is installed.
 PACKAGES = {"trimesh": "trimesh", "rtree": "rtree", "embreex": "embreex"}
+SETTINGS = {  # what was chosen against the defaults, and why
+    "process=False": (
+        "it merges and drops vertices on construction: a mesh would no longer be the one that was asked about"
+    ),
+    "the rtree-based intersector is named": (
+        "Trimesh.contains switches silently to embree, which is float32, when embreex is installed"
+    ),
+    "integrals about the mesh's own mean vertex": (
+        "far from the origin trimesh loses digits as any sum of signed tetrahedra does, and would judge a better "
+        "core wrong"
+    ),
+    "vertices are merged only where they are equal": "merge_vertices rounds to 1e-8 m",
+    "directions of second rays are seeded": "they are random: answers are to be the same every time",
+}
 
 # [m], absolute, at mesh sizes near 1 m. Points nearer to the surface may be judged either way. Leave them out.
 MARGIN = 1e-5

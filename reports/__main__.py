@@ -1,4 +1,4 @@
-"""How is a page made from the shell, and how are two told apart? `python -m reports FOLDER`, `… diff BEFORE NOW`."""
+"""How is a page made, printed, told from another? `python -m reports FOLDER`, `… pdf FOLDER`, `… diff BEFORE NOW`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from reports import compare
+from reports import compare, pdf
 from reports.reading import read, write
 
 
@@ -25,16 +25,16 @@ class PageUnlessNamed(click.Group):
 @click.group(
     cls=PageUnlessNamed,
     context_settings={"help_option_names": ["-h", "--help"]},
-    subcommand_metavar="FOLDER | diff BEFORE NOW",
+    subcommand_metavar="FOLDER | diff BEFORE NOW | pdf FOLDER",
 )
 def main() -> None:
-    """Make FOLDER/index.html from FOLDER/report.json, or tell two reports apart."""
+    """Make FOLDER/index.html from FOLDER/report.json, tell two reports apart, or print a page."""
 
 
 @main.command(name="page")
 @click.argument("folder", type=click.Path(exists=True, file_okay=False, path_type=Path))
 def make_page(folder: Path) -> None:
-    """Make FOLDER/index.html, one self-contained page, from FOLDER/report.json; `page` need not be said.
+    """Make FOLDER/index.html, one self-contained page, and badge.svg, from FOLDER/report.json; `page` need not be said.
 
     Exit code: 0 the page is written, 2 there is no record that could be read, 4 the page cannot be written.
     """
@@ -42,14 +42,17 @@ def make_page(folder: Path) -> None:
 
     report = read(folder / "report.json", read_report, f"run `python -m validation --out {folder}`")
 
+    from reports.badge import badge
     from reports.page import page
 
     target = folder / "index.html"
+    write(folder / "badge.svg", badge(report))
     write(target, page(report, folder))
     click.echo(target)
 
 
 main.add_command(compare.main, "diff")
+main.add_command(pdf.main, "pdf")
 
 if __name__ == "__main__":
     main(prog_name="python -m reports")

@@ -56,6 +56,9 @@ def main(before: Path, now: Path) -> None:
 
 def refuse_other_cases(before: Path, now: Path, a: Report, b: Report) -> None:
     """Raise CannotRead if the two reports are of other cases."""
+    judged = [report.subject.name if report.subject else "softbody" for report in (a, b)]
+    if judged[0] != judged[1]:
+        raise CannotRead(f"{before} judges {judged[0]}, {now} {judged[1]}; give two runs about the same engine")
     if (a.level, a.seed) != (b.level, b.seed):
         raise CannotRead(
             f"{before} is of level {a.level} and seed {a.seed}, {now} of level {b.level} and seed {b.seed}: "

@@ -13,10 +13,10 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from reports import notation, overview, plots, sensitivity, verdicts
+from reports import ledger, notation, overview, plots, sensitivity, verdicts
 from reports.reading import CannotRead
 from reports.template import HERE, rendered
-from validation.record import HOLDS, Case, ClaimRecord, Report, Timing
+from validation.record import HOLDS, Arbitration, Case, ClaimRecord, Report, Timing
 
 NEAREST = 3  # to failing, of the claims that are named first
 MOST_ANSWERS = 12  # numbers of an answer that are shown
@@ -53,6 +53,15 @@ class Worst:
     inputs: list[tuple[str, str]]  # names and values
     answers: list[tuple[str, str, str]]  # place in the answer, measured, expected; the places that differ most
     more: int  # numbers of the answers that are not shown
+
+
+@dataclass
+class Dispute:
+    """A question that several answered, with what each was wrong about."""
+
+    row: Row  # of the claim that asked it
+    arbitration: Arbitration
+    examples: list[tuple[str, Worst]]  # who was wrong, and the worst case of it
 
 
 @dataclass
@@ -116,6 +125,10 @@ def page(report: Report, folder: Path | None = None) -> str:
         contents=contents_of(report),
         glance=glance_at(report, rows),
         sentence=verdicts.sentence(report.claims),
+        subject=subject_of(report),
+        settings=ledger.settings_of(report),
+        answerers=ledger.answerers_of(report),
+        disputes=disputes_of(rows),
         overall=verdicts.overall(report.claims),
         tally=verdicts.tally(report.claims),
         kinds=verdicts.kinds(report.claims),
@@ -135,9 +148,11 @@ def contents_of(report: Report) -> list[tuple[str, str]]:
     parts = [
         ("claims", "The claims", True),
         ("sensitivity", "What they detect", report.sensitivity is not None),
-        ("errata", "Errata", True),
+        ("errata", "Errata", report.subject is None or any(claim.erratum for claim in report.claims)),
         ("rules", "The paper’s rules", bool(report.behaviours)),
-        ("timings", "What it costs", True),
+        ("timings", "What it costs", report.subject is None or bool(report.timings)),
+        ("right", "Who was right", any(claim.arbitrations for claim in report.claims)),
+        ("engines", "Fair play", bool(report.settings)),
         ("reading", "How to read this page", True),
         ("environment", "Where it ran", True),
         ("reproduce", "To reproduce", True),
@@ -189,8 +204,24 @@ def row_of(report: Report, claim: ClaimRecord, number: int, axis: overview.Axis)
 
 def command_of(report: Report) -> str:
     """Return the command that makes the report again."""
-    patterns = "".join(f" -k {shlex.quote(pattern)}" for pattern in report.patterns)
+    subject = f" --subject {shlex.quote(report.subject.name)}" if report.subject else ""
+    patterns = subject + "".join(f" -k {shlex.quote(pattern)}" for pattern in report.patterns)
     return f"python -m validation{patterns} --seed {report.seed} --level {shlex.quote(report.level)}"
+
+
+def subject_of(report: Report) -> str:
+    """Return name and version of who was judged; nothing if it is the core."""
+    return " ".join(filter(None, (report.subject.name, report.subject.version))) if report.subject else ""
+
+
+def disputes_of(rows: list[Row]) -> list[Dispute]:
+    """Return all questions that several answered, those that most were wrong about first."""
+    found = [
+        Dispute(row, one, [(who.who, worst_of(who.case)) for who in one.standings if who.case])
+        for row in rows
+        for one in row.claim.arbitrations
+    ]
+    return sorted(found, key=lambda dispute: -sum(who.wrong for who in dispute.arbitration.standings))
 
 
 def worst_of(case: Case) -> Worst:

@@ -13,16 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from validation.engines import PACKAGES
+from validation import plug_ins
+from validation.engines import ENGINES, PACKAGES, missing
 from validation.fault import Fault
-from validation.record import ENGINE, KINDS, LIBRARY
+from validation.record import BROKEN, ENGINE, KINDS, LIBRARY, NOT_RUN, Arbitration
 
+CLAIMS = "validation.checks"  # where they are declared
 LEVELS = ("quick", "standard", "full")
 
 DISAGREEMENTS = "disagreements"
-
-# Import names of what is another simulator, or a collision library, and not mathematics.
-ENGINES = frozenset({"pybullet", "panda3d", "mujoco", "dartpy", "rapier3d", "fcl", "coal"})
 
 LEAST = 6  # cases that a claim compares, if it does not say that there are fewer
 
@@ -36,6 +35,7 @@ class Comparison:
     (n,) names the kind of each case. `printed` holds what the paper's printed form answers, for an erratum: finite.
     No two of them may share memory: what is compared with itself agrees. `inputs` (name → (n, …)) say what each case
     asks, as far as that is a few numbers: those of the worst case are kept, and `replay` shows those of any.
+    `arbitrations` say who was right where answers differ (`validation.arbitration`): they judge nothing.
     """
 
     measured: Any
@@ -45,6 +45,7 @@ class Comparison:
     printed: Any = None
     notes: list[str] = field(default_factory=list)
     inputs: Mapping[str, Any] = field(default_factory=dict)
+    arbitrations: list[Arbitration] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -99,6 +100,13 @@ class Check:
     faults: tuple[Fault, ...] = ()  # that turn it red
     least: int = 1  # cases that it must compare
     kind: str = "closed form"  # of judge: one of KINDS
+    never: tuple[str, str] | None = None  # the verdict of what cannot be run, wherever it is, and why
+
+    @property
+    def hindrance(self) -> tuple[str, str] | None:
+        """The verdict without a run, and why: it can never be run, or not where its engines are missing."""
+        absent = missing(self.engines)
+        return self.never or ((NOT_RUN, f"{', '.join(absent)} is not installed") if absent else None)
 
     @property
     def lane(self) -> str:
@@ -128,6 +136,8 @@ def check(
 ) -> Callable[[Callable[[Run], Comparison]], Callable[[Run], Comparison]]:
     """Declare a check; its id is the module's and the function's name, such as `volume.closed_forms`.
 
+    That of a plug-in has its package before it, such as `acme_hulls.claims.volumes`.
+
     `least`: how many cases it must compare at every level; where they are fewer than LEAST, it says so itself. `kind`
     of judge, one of KINDS: with engines and without one it is ENGINE or LIBRARY.
 
@@ -136,13 +146,13 @@ def check(
     """
 
     def register(compare: Callable[[Run], Comparison]) -> Callable[[Run], Comparison]:
-        name = f"{compare.__module__.rsplit('.', 1)[-1]}.{compare.__name__}"
+        name = f"{compare.__module__.removeprefix(f'{CLAIMS}.')}.{compare.__name__}"
         if name in CHECKS:
             raise ValueError(f"two checks are called {name}; rename one")
         unknown = [engine for engine in engines if engine not in PACKAGES]
         if unknown:
             raise ValueError(
-                f"{name} leans on {unknown[0]!r}, which no file of references/ declares: say there "
+                f"{name} leans on {unknown[0]!r}, which no file of references/ declares, and no plug-in: say there "
                 f'PACKAGES = {{"{unknown[0]}": "the name to install it by"}}'
             )
         judge = kind or _kind_of(engines)
@@ -185,8 +195,38 @@ def _kind_of(engines: tuple[str, ...]) -> str | None:
 
 
 def all_checks() -> dict[str, Check]:
-    """Return every check of `validation.checks`, in order of file and declaration."""
-    package = importlib.import_module("validation.checks")
+    """Return every check of `validation.checks`, in order of file and declaration, then those of plug-ins.
+
+    A plug-in that is broken has a check of its own, which is never run and says why.
+    """
+    package = importlib.import_module(CLAIMS)
     for module in sorted(info.name for info in pkgutil.iter_modules(package.__path__)):
-        importlib.import_module(f"validation.checks.{module}")
+        importlib.import_module(f"{CLAIMS}.{module}")
+    plug_ins.load_claims()
+    for name, why in plug_ins.BROKEN.items():
+        CHECKS[name] = _broken(name, why)
     return CHECKS
+
+
+def _broken(name: str, why: str) -> Check:
+    """Return what stands for all claims of a plug-in that is broken."""
+
+    def compare(run: Run) -> Comparison:
+        raise RuntimeError(why)
+
+    return Check(
+        id=name,
+        family="plug-ins",
+        claim="A plug-in brings its engines and claims.",
+        section="",
+        piece="",
+        reference="whoever installed it",
+        engines=(),
+        unit=DISAGREEMENTS,
+        tolerance=0.0,
+        because="",
+        detects="a package that cannot be used",
+        compare=compare,
+        kind="specification",
+        never=(BROKEN, why),
+    )

@@ -14,6 +14,7 @@ from click.core import ParameterSource
 
 if TYPE_CHECKING:
     from validation.check import Check
+    from validation.declared import Declared
     from validation.record import Report
 
 ALL_HOLD, A_CLAIM_FAILS, WRONG_USAGE, ENGINE_MISSING, CANNOT_WRITE, INTERRUPTED = 0, 1, 2, 3, 4, 130
@@ -78,11 +79,13 @@ class Commands(click.Group):
     metavar="PATTERN",
     help="Only claims whose id or family contains or matches PATTERN.",
 )
+@click.option("--subject", metavar="ENGINE", help="Judge ENGINE instead of the core; --list names its claims.")
 @click.option("--list", "list_only", is_flag=True, help="List the claims and stop.")
 @click.option(
     "--out",
     type=click.Path(file_okay=False, path_type=Path),
-    help=f"Folder for index.html, report.json and junit.xml.  [default: {OUT}, with -k {OUT_OF_SOME}]",
+    help=f"Folder for index.html, report.json and junit.xml.  [default: {OUT}, with -k {OUT_OF_SOME}; of a subject "
+    f"{OUT}-ENGINE]",
 )
 @click.option("--resume", is_flag=True, help="Go on with the run that was cut short in the output folder.")
 @click.option(
@@ -107,6 +110,7 @@ def main(
     level: str,
     seed: int,
     patterns: tuple[str, ...],
+    subject: str | None,
     list_only: bool,
     out: Path | None,
     resume: bool,
@@ -124,25 +128,29 @@ def main(
     if ctx.invoked_subcommand:
         pass_on(ctx, level, seed)
         return
-    checks = chosen(patterns)
+    judged = None if subject is None else subject_called(subject)
+    if judged is not None and (timings or pictures):
+        raise click.UsageError("--timings and --pictures are of the core; --subject goes without them")
+    checks = chosen(patterns, subject)
     if list_only:
         for check in checks:
             click.echo(f"{check.id:44} {check.claim}")
         return
+    required = (*required, *(judged.packages if judged else ()))  # who is judged must be there
     refuse_missing_engines(checks, required, require_all)
-    out = out or (OUT_OF_SOME if patterns else OUT)
+    out = out or (Path(f"{OUT}-{subject}") if subject else OUT_OF_SOME if patterns else OUT)
     try_folder(out)
 
     from validation.journal import CannotRunHereError, Journal, identity
     from validation.run import Plan, run_all
     from validation.terminal import Terminal
 
-    timings = not patterns if timings is None else timings
+    timings = not (patterns or subject) if timings is None else timings
     pictures = timings if pictures is None else pictures
-    plan = Plan(checks, level, seed, jobs, out, timings, pictures, list(patterns))
+    plan = Plan(checks, level, seed, jobs, out, timings, pictures, list(patterns), judged)
     terminal = Terminal(quiet)
     try:
-        journal = Journal(out, identity(level, seed), resume, terminal.say)
+        journal = Journal(out, identity(level, seed, subject), resume, terminal.say)
     except CannotRunHereError as error:
         raise click.UsageError(str(error)) from error
     with journal:
@@ -203,8 +211,12 @@ def explain(claim: str) -> None:
 def the_claim(name: str) -> Check:
     """Return the check of an id; wrong usage, with the nearest ones, if there is none."""
     from validation.check import all_checks
+    from validation.subject import MARK, checks_of
 
-    checks = all_checks()
+    subject, mark, _ = name.partition(MARK)
+    if mark:
+        subject_called(subject)
+    checks = checks_of(subject) if mark else all_checks()
     if name not in checks:
         near = [*dict.fromkeys([*(one for one in checks if name in one), *get_close_matches(name, checks)])][:5]
         cure = f"did you mean {', '.join(near)}?" if near else "`python -m validation --list` shows them all"
@@ -212,11 +224,22 @@ def the_claim(name: str) -> Check:
     return checks[name]
 
 
-def chosen(patterns: tuple[str, ...]) -> list[Check]:
+def subject_called(name: str) -> Declared:
+    """Return who is to be judged; wrong usage, with the nearest name and all of them, if there is no such subject."""
+    from validation.subject import UnknownSubjectError, the_subject
+
+    try:
+        return the_subject(name)
+    except UnknownSubjectError as error:
+        raise click.UsageError(str(error)) from None
+
+
+def chosen(patterns: tuple[str, ...], subject: str | None = None) -> list[Check]:
     """Return the checks that match any of the patterns, or all if there are none; wrong usage if one finds nothing."""
     from validation.check import all_checks
+    from validation.subject import checks_of
 
-    checks = list(all_checks().values())
+    checks = list((checks_of(subject) if subject else all_checks()).values())
     for pattern in patterns:
         if not any(matches(check, pattern) for check in checks):
             raise click.UsageError(f"no claim matches {pattern!r}; --list shows them all")
@@ -257,7 +280,7 @@ def try_folder(folder: Path) -> None:
         raise CannotWrite(
             f"cannot write to {folder}: {error.strerror}; make room there, or choose another folder with --out"
         ) from error
-    for name in ("index.html", "report.json", "junit.xml", "claims.jsonl"):
+    for name in ("index.html", "badge.svg", "report.json", "junit.xml", "claims.jsonl"):
         if (folder / name).is_dir():
             raise CannotWrite(f"{folder / name} is a folder; choose another one with --out")
 
@@ -289,5 +312,5 @@ def exit_code(report: Report, required: tuple[str, ...] = (), require_all: bool 
     """Return ALL_HOLD, A_CLAIM_FAILS, or ENGINE_MISSING if a demanded engine is broken. "Not run" is no failure."""
     if any(record.verdict == "fails" for record in report.claims):
         return A_CLAIM_FAILS
-    broken = {engine for record in report.claims if record.verdict == "engine broken" for engine in record.engines}
-    return ENGINE_MISSING if broken and (require_all or broken & set(required)) else ALL_HOLD
+    broken = [set(record.engines) for record in report.claims if record.verdict == "engine broken"]
+    return ENGINE_MISSING if any(require_all or engines & set(required) for engines in broken) else ALL_HOLD

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import importlib.util
 import os
 import platform
@@ -10,21 +9,27 @@ import subprocess
 from importlib import metadata
 from pathlib import Path
 
+from validation import plug_ins
+from validation.declared import Declared, all_in
+from validation.record import ENGINE
 
-def declared_packages() -> dict[str, str]:
-    """Return what the files of references/ say, as PACKAGES, that they stand on; nothing is imported for that."""
-    packages: dict[str, str] = {}
+
+def declared_engines() -> list[Declared]:
+    """Return what the files of references/, and those of plug-ins, say; nothing is imported for that."""
     spec = importlib.util.find_spec("references")
     folders = spec.submodule_search_locations if spec else None
-    for path in sorted(path for folder in folders or () for path in Path(folder).glob("*.py")):
-        for node in ast.parse(path.read_text(encoding="utf-8")).body:
-            if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "PACKAGES":
-                packages |= ast.literal_eval(node.value)
-    return packages
+    return [one for folder in folders or () for one in all_in(Path(folder))] + plug_ins.engines()
 
+
+DECLARED = declared_engines()
 
 # Import name of everything that a claim may lean on → the name under which it is installed.
-PACKAGES = {"numpy": "numpy", "numba": "numba"} | declared_packages()
+PACKAGES = {"numpy": "numpy", "numba": "numba"}
+for one in [*DECLARED, *plug_ins.subjects()]:
+    PACKAGES |= one.packages
+
+# Import names of what is another simulator, or a collision library, and not mathematics.
+ENGINES = frozenset(name for one in DECLARED if one.kind == ENGINE for name in one.packages)
 
 
 def missing(engines: tuple[str, ...]) -> list[str]:
@@ -35,6 +40,11 @@ def missing(engines: tuple[str, ...]) -> list[str]:
 def versions() -> dict[str, str | None]:
     """Return the version of each package, None where it is missing."""
     return {name: _version(package) for name, package in PACKAGES.items()}
+
+
+def version_of(engine: Declared) -> str | None:
+    """Return the version of the package that a file stands on, the first that it names; None if it names none."""
+    return _version(next(iter(engine.packages.values()))) if engine.packages else None
 
 
 def _version(package: str) -> str | None:

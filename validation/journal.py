@@ -16,6 +16,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Any
 
+from validation import plug_ins
 from validation.plain_text import plain
 from validation.record import ClaimRecord, finite, from_json
 
@@ -27,6 +28,7 @@ except ImportError:  # not on Windows: there, two runs at once in one folder are
 NAME, KEPT_NAME = "claims.jsonl", "claims.before.jsonl"
 SCHEMA = "softbody-claims/1"
 WORDS = {
+    "subject": "about {}",
     "level": "of level {}",
     "seed": "of seed {}",
     "core": "of another core ({:.12})",
@@ -39,17 +41,18 @@ class CannotRunHereError(Exception):
     """Another run is writing there, or there is nothing to go on from, or it is of another run."""
 
 
-def identity(level: str, seed: int) -> dict[str, Any]:
+def identity(level: str, seed: int, subject: str | None = None) -> dict[str, Any]:
     """Return all that decides the records of a run."""
     from softbody.core_digest import CORE_DIGEST
     from validation.engines import versions
 
     return {
         "schema": SCHEMA,
+        "subject": subject,
         "level": level,
         "seed": seed,
         "core": CORE_DIGEST,
-        "claims": digest_of("validation", "references"),
+        "claims": digest_of("validation", "references", *plug_ins.packages()),
         "engines": versions(),
     }
 
@@ -59,8 +62,8 @@ def digest_of(*packages: str) -> str:
     digest = hashlib.sha256()
     for package in packages:
         spec = find_spec(package)
-        for folder in map(Path, spec.submodule_search_locations or () if spec else ()):
-            for path in sorted(folder.rglob("*.py")):
+        for folder in map(Path, spec.submodule_search_locations or [spec.origin or ""] if spec else ()):
+            for path in sorted(folder.rglob("*.py")) if folder.is_dir() else [folder]:
                 digest.update(f"{package}/{path.relative_to(folder).as_posix()}".encode())
                 digest.update(path.read_bytes())
     return digest.hexdigest()
@@ -120,8 +123,12 @@ class Journal:
             raise CannotRunHereError(f"{self.path} is no journal of a run; run without --resume")
         for name, words in WORDS.items():
             was = head.get(name)
-            if was != run[name]:
-                told = words.format(", ".join(_others(was, run[name])) if name == "engines" else plain(was))
+            if was != run.get(name):
+                told = words.format(
+                    ", ".join(_others(was, run[name]))
+                    if name == "engines"
+                    else plain("the core" if was is None else was)
+                )
                 raise CannotRunHereError(f"{self.path} is {told}: its claims may differ; run without --resume")
         for number, line in enumerate(lines, 2):
             try:

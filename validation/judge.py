@@ -10,9 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from validation.check import DISAGREEMENTS, Check, Comparison, Run
+from validation.engines import DECLARED
 from validation.one_case import case_of
 from validation.plain_text import plain
 from validation.record import BROKEN, FAILS, HOLDS, NOT_RUN, ClaimRecord, Distribution, Erratum, Group
+from validation.subject import subjects
 
 BINS = 40  # of the histogram of a claim's errors
 MOST_KINDS = 1_000  # of cases that a claim may name
@@ -47,7 +49,7 @@ def verdict_on(error: BaseException, engines: tuple[str, ...]) -> tuple[str, str
     why = f"raised {name}: {plain(error)} (in {plain(where[-1].name)}, line {where[-1].lineno})"
     if isinstance(error, ModuleNotFoundError) and error.name in engines and not _folders(error.name):
         return NOT_RUN, f"{error.name} is not installed"
-    core, judges = _folders("softbody"), _folders("references")
+    core, judges = _folders("softbody"), [one.path for one in [*DECLARED, *subjects().values()]]
     theirs = judges + [folder for engine in engines for folder in _folders(engine)]
     through_core = any(_is_in(frame.filename, core) for frame in where)
     if engines and not through_core and (isinstance(error, ImportError) or _is_in(where[-1].filename, theirs)):
@@ -98,6 +100,7 @@ def weigh(check: Check, comparison: Comparison, record: ClaimRecord) -> None:
     errors = errors_of(comparison.measured, comparison.expected, comparison.scale)
     record.n = len(errors)
     record.notes = notes_of(comparison.notes)
+    record.arbitrations = list(comparison.arbitrations)
     if len(errors) < check.least:
         few = f"compared {len(errors)} cases, and is to compare {check.least} at least"
         record.verdict, record.why = FAILS, few if len(errors) else "compared nothing"

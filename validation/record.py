@@ -94,6 +94,32 @@ class Case:
 
 
 @dataclass
+class Standing:
+    """How somebody, the core included, stood before an arbiter."""
+
+    who: str
+    n: int  # answers
+    wrong: int  # of them
+    worst: float | None  # the largest error
+    case: Case | None = None  # in which it was made, if one is wrong; `expected` is the truth
+
+    def __post_init__(self) -> None:
+        """Raise ValueError for more wrong answers than answers."""
+        if not 0 <= self.wrong <= self.n:
+            raise ValueError(f"{self.wrong} of {self.n} answers are wrong: it cannot be")
+
+
+@dataclass
+class Arbitration:
+    """Who was right, of several that were asked the same."""
+
+    by: str  # what knows the truth, such as "exact arithmetic"
+    disputed: int  # cases in which some were right, and some wrong
+    tolerance: float  # beyond which an answer is wrong; 0 for yes-or-no
+    standings: list[Standing]
+
+
+@dataclass
 class Erratum:
     """What a formula as printed in the paper would have done on the same cases."""
 
@@ -132,6 +158,7 @@ class ClaimRecord:
     erratum: Erratum | None = None
     kind: str = ""  # of judge, such as "third-party engine"; "" in records that do not know
     worst: Case | None = None  # the case with the largest error, also of a claim that holds
+    arbitrations: list[Arbitration] = field(default_factory=list)  # who was right, where answers differ
 
     def __post_init__(self) -> None:
         """Raise ValueError for numbers that contradict each other."""
@@ -276,6 +303,23 @@ class Sensitivity:
 
 
 @dataclass
+class Subject:
+    """An engine that was judged in the core's stead."""
+
+    name: str
+    version: str | None
+
+
+@dataclass
+class Setting:
+    """How an engine was set, against its defaults, so that it could judge or be judged fairly."""
+
+    engine: str
+    setting: str
+    why: str
+
+
+@dataclass
 class Report:
     """A whole validation run."""
 
@@ -296,6 +340,8 @@ class Report:
     behaviours: list[Behaviour] = field(default_factory=list)
     sensitivity: Sensitivity | None = None
     patterns: list[str] = field(default_factory=list)  # given by -k; all claims were judged if there are none
+    subject: Subject | None = None  # who was judged; None: the core
+    settings: list[Setting] = field(default_factory=list)
     schema: str = SCHEMA
 
 

@@ -11,11 +11,10 @@ from rich.console import Console
 from rich.table import Table
 
 from validation.check import DISAGREEMENTS, Check, Run
-from validation.engines import missing
 from validation.judge import errors_of, verdict_on
 from validation.one_case import case_of
 from validation.plain_text import plain
-from validation.record import FAILS, HOLDS, NOT_RUN, Case
+from validation.record import FAILS, HOLDS, Case
 from validation.terminal import wide_enough
 
 SHOWN = 24  # numbers of an answer: those that differ most
@@ -27,10 +26,10 @@ def replay_case(check: Check, run: Run, number: int | None) -> str:
     Raises IndexError for a number that no case has.
     """
     console = wide_enough()
-    absent = missing(check.engines)
-    if absent:
-        console.print(f"{check.id}: {NOT_RUN}, {', '.join(absent)} is not installed", markup=False)
-        return NOT_RUN
+    if check.hindrance:
+        verdict, why = check.hindrance
+        console.print(f"{check.id}: {verdict}, {why}", markup=False)
+        return verdict
     try:
         with Console(stderr=True).status(f"running {check.id}, level {run.level}, seed {run.seed}"):
             run.seed_engines()

@@ -13,13 +13,15 @@ from typing import Any
 
 import softbody
 from validation.check import Check
-from validation.engines import environment, revision, versions
+from validation.declared import Declared
+from validation.engines import environment, revision, version_of, versions
 from validation.journal import Journal
 from validation.judge import blank_record
 from validation.plain_text import plain
-from validation.record import Report
+from validation.record import Report, Setting, Subject
 from validation.runner import LIMITS, run_checks, run_tasks
 from validation.sensitivity import sensitivity
+from validation.subject import settings_of
 from validation.terminal import Terminal
 from validation.worker import Task
 
@@ -38,6 +40,7 @@ class Plan:
     timings: bool
     pictures: bool
     patterns: list[str]
+    subject: Declared | None = None  # who is judged; None: the core
 
 
 @dataclass
@@ -96,7 +99,9 @@ def blank_report(plan: Plan) -> Report:
         claims=[],
         timings_why="not asked for (--timings)",
         patterns=plan.patterns,
-        sensitivity=sensitivity(TRIED),
+        sensitivity=None if plan.subject else sensitivity(TRIED),
+        subject=Subject(plan.subject.name, version_of(plan.subject)) if plan.subject else None,
+        settings=[Setting(*map(plain, row)) for row in settings_of(plan.subject)],
     )
 
 

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import psutil
 
-from validation.check import Check, Run, all_checks
-from validation.engines import missing
+from validation.check import Check, Run
 from validation.judge import blank_record, judge
-from validation.record import FAILS, NOT_RUN, ClaimRecord, finite, from_json
+from validation.record import FAILS, ClaimRecord, finite, from_json
+from validation.subject import find_check
 from validation.worker import RAISED, Ended, Task, Worker
 
 # Seconds that one claim may take, the compilation of its kernels included, on a machine that does something else too.
@@ -41,10 +41,9 @@ def run_checks(
     """
     here = []
     for check in checks:
-        absent = missing(check.engines)
-        if absent:
+        if check.hindrance:
             record = blank_record(check, seed)
-            record.verdict, record.why = NOT_RUN, f"{', '.join(absent)} is not installed"
+            record.verdict, record.why = check.hindrance
             yield record
         else:
             here.append(check)
@@ -65,14 +64,14 @@ def run_checks(
 def judged(check_id: str, level: str, seed: int) -> dict[str, Any]:
     """Return the record of a check, as JSON would hold it."""
     with np.errstate():  # what an engine makes of NumPy's warnings is gone with it
-        record = judge(all_checks()[check_id], Run(level, seed, check_id))
+        record = judge(find_check(check_id), Run(level, seed, check_id))
     data: dict[str, Any] = finite(asdict(record))
     return data
 
 
 def record_of(ended: Ended, seed: int) -> ClaimRecord:
     """Return what became of a check, whatever became of its process."""
-    record = blank_record(all_checks()[ended.task.name], seed)
+    record = blank_record(find_check(ended.task.name), seed)
     why = ended.why
     if ended.how is None:
         try:

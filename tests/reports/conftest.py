@@ -11,12 +11,16 @@ from validation.record import (
     FAILS,
     HOLDS,
     NOT_RUN,
+    Arbitration,
     Behaviour,
+    Case,
     ClaimRecord,
     Distribution,
     Erratum,
     Group,
     Report,
+    Setting,
+    Standing,
     Timing,
 )
 
@@ -119,6 +123,12 @@ def make_report(n: int = 40) -> Report:
             )
         if i in MISPRINTS and claims[-1].errors:
             claims[-1].erratum = Erratum(*MISPRINTS[i], 2.4, 0.031, 0.107)
+    wrong = Case(7, 1.0, 1.0, [True], [False], "next to edges", {"point": [0.1, 0.2, 0.30000000000000004]}, 1)
+    claims[4].arbitrations = [
+        Arbitration(
+            "exact arithmetic", 12, 0.0, [Standing("softbody", 60, 0, 0.0), Standing("FCL", 60, 12, 1.0, wrong)]
+        )
+    ]
     claims.sort(key=lambda claim: list(FAMILIES).index(claim.family))
     sizes = (642, 2562, 10242, 40962, 163842)
     timings = [
@@ -140,6 +150,7 @@ def make_report(n: int = 40) -> Report:
         environment={"Python": "CPython 3.11.9", "system": "Linux x86_64", "processor": "AMD EPYC 9654", "cores": "2"},
         engines={"numpy": "2.1.0", "numba": "0.60.0", "pybullet": None, "fcl": "0.7.0.8", "trimesh": "4.4.1"},
         claims=claims,
+        settings=[Setting("fcl", "no contacts", "with them it misses what just touches")],
         timings=[*timings, Timing("A scene", "ours", 648, "particles", "simulated second", 1.6e8, 1.5e8, 1.7e8, 40)],
         behaviours=[
             Behaviour("2: rolling torus", "defaults", 3.0, 0.0, 0.0001, 0.007, 1.0, 12.0),

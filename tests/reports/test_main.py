@@ -17,7 +17,7 @@ def test_the_page_is_written_beside_the_record(tmp_path, report):
     assert done.exit_code == 0, done.output
     assert done.output.strip().endswith("index.html")
     assert "claims FAIL" in (tmp_path / "index.html").read_text(encoding="utf-8")
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["index.html", "report.json"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["badge.svg", "index.html", "report.json"]
 
 
 def test_a_missing_record_is_named(tmp_path):

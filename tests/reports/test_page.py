@@ -9,7 +9,7 @@ import pytest
 from reports.page import growth_of, page
 from reports.trend_plots import sparkline
 from tests.reports.parsed import Parsed
-from validation.record import FAILS, NOT_RUN, Case, Erratum, Figure, Group, Trend, TrendStep
+from validation.record import FAILS, NOT_RUN, Case, Erratum, Figure, Group, Subject, Trend, TrendStep
 
 EVIL = "<script>alert(1)</script>\"' onload=x {{ 7*7 }}"
 
@@ -311,6 +311,28 @@ def test_claims_whose_ids_differ_in_odd_characters_have_their_own_anchors(report
     report.claims = [claim_of(0, np.array([1e-15]), id=name) for name in ("a b", "a-b", "a<b")]
     ids = [name for name in Parsed(page(report)).all("id") if name.startswith("claim-")]
     assert len(ids) == len(set(ids)) == 3
+
+
+def test_the_ledger_says_who_was_right_with_an_example_and_how_engines_were_set(parsed):
+    text = parsed.text
+    assert re.search(r"FCL ?1 ?60 ?12 ?20", text), "claims, answers, wrong, share"
+    assert re.search(r"softbody ?1 ?60 ?0 ?none", text)
+    assert "Decided by exact arithmetic" in text
+    assert "0.1, 0.2, 0.30000000000000004" in text
+    assert re.search("no contacts ?with them it misses what just touches", text)
+
+
+def test_another_engine_has_a_page_in_its_name_without_what_is_of_the_core(report):
+    report.subject, report.timings, report.behaviours = Subject("rapier3d", "0.36.1"), [], []
+    for claim in report.claims:
+        claim.erratum = None
+    parsed = Parsed(page(report))
+    assert parsed.broken == []
+    assert "rapier3d 0.36.1 · judged by the claims of softbody" in parsed.text
+    assert "Who is judged here is rapier3d 0.36.1, not softbody" in parsed.text
+    assert "python -m validation --subject rapier3d --seed" in parsed.text
+    assert {"errata", "timings"}.isdisjoint(parsed.all("id"))
+    assert {link[1:] for link in parsed.all("href") if link.startswith("#")} <= set(parsed.all("id"))
 
 
 def test_a_look_tells_what_is_nearest_to_failing_and_who_judges(report, parsed):

@@ -38,7 +38,7 @@ def declared(**changes):
         return Comparison([], [])
 
     compare(some_claim)
-    return CHECKS.pop(f"{__name__.rpartition('.')[2]}.some_claim")
+    return CHECKS.pop(f"{__name__}.some_claim")
 
 
 @pytest.mark.parametrize("tolerance", [-1.0, math.inf, math.nan])

@@ -39,7 +39,7 @@ def test_claims_that_hold_end_with_0_and_leave_page_record_and_junit(tmp_path: P
     done = validate("-k", "rigid.", "--out", str(tmp_path))
     assert done.returncode == 0, done.stderr
     assert "2 holds, 0 fails, 0 not run" in done.stdout
-    assert {path.name for path in tmp_path.iterdir()} == {"index.html", "report.json", "junit.xml"}
+    assert {path.name for path in tmp_path.iterdir()} == {"index.html", "badge.svg", "report.json", "junit.xml"}
     assert str(tmp_path / "index.html") in done.stdout
     assert [claim.verdict for claim in read_report(tmp_path / "report.json").claims] == ["holds", "holds"]
 

@@ -141,7 +141,8 @@ def run(tmp_path_factory):
 def test_the_run_ends_with_all_its_outputs_and_no_flood(run):
     folder, done, _ = run
     assert done.returncode == 1, done.stderr.decode(errors="replace")[-2_000:]
-    assert {path.name for path in (folder / "out").iterdir()} == {"index.html", "report.json", "junit.xml"}
+    written = {"index.html", "badge.svg", "report.json", "junit.xml"}
+    assert {path.name for path in (folder / "out").iterdir()} == written
     assert len(done.stdout) + len(done.stderr) < 60_000
     for said in (done.stdout, done.stderr):
         assert not set(said.decode()) & {"\0", "\x1b", "\x07", "\x08"}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable
 
 import numpy as np
@@ -11,6 +10,7 @@ import softbody
 from softbody import Mesh
 from softbody.geometry import closest_on_mesh, parity_grid, points_in_mesh, polyhedron, tetrahedron, triangle
 from softbody.vec import load
+from validation.arbitration import US, arbitrate
 from validation.cases import (
     dented_sphere,
     edge_points,
@@ -353,7 +353,7 @@ def special_points_by_exact_arithmetic(run: Run) -> Comparison:
     }
     if not missing(("embreex",)):
         judges["trimesh with embree"] = trimesh.points_in_mesh_by_embree
-    wrong: Counter[str] = Counter()
+    said: dict[str, list[np.ndarray]] = {name: [] for name in judges}
     measured, expected, kinds, shapes, asked = [], [], [], [], []
     straight = {"stacked spheres": softbody.icosphere(1), "stacked tori": softbody.torus(1.0, 0.4, 16, 8)}
     for kind, mesh in (straight | varied_meshes(rng, 2)).items():
@@ -370,22 +370,19 @@ def special_points_by_exact_arithmetic(run: Run) -> Comparison:
             if doubtful.any():
                 truth[doubtful] = exact.points_in_mesh(rows[doubtful], mesh.vertices, mesh.triangles)
             off = truth != 0
-            for name, answer in {"the core": ours, **answers}.items():
-                wrong[name] += int((answer[off] != (truth[off] > 0)).sum())
+            for name, answer in answers.items():
+                said[name].append(answer[off])
             measured.append(ours[off])
             expected.append(truth[off] > 0)
             kinds += [place] * int(off.sum())
             shapes += [kind] * int(off.sum())
             asked.append(rows[off])
-    total = sum(map(len, measured))
-    counts = ", ".join(f"{name} {count}" for name, count in wrong.items())
-    return Comparison(
-        np.concatenate(measured),
-        np.concatenate(expected),
-        groups=kinds,
-        notes=[f"wrong about these {total} points, by exact arithmetic: {counts}"],
-        inputs={"mesh": shapes, "point": np.concatenate(asked)},
-    )
+    inputs = {"mesh": shapes, "point": np.concatenate(asked)}
+    comparison = Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds, inputs=inputs)
+    found = {US: comparison.measured} | {name: np.concatenate(answer) for name, answer in said.items()}
+    by = "exact arithmetic where they differ"
+    comparison.arbitrations = [arbitrate(by, comparison.expected, found, groups=kinds, inputs=inputs)]
+    return comparison
 
 
 @check(

@@ -13,6 +13,7 @@ from softbody.geometry import box
 from softbody.geometry.box import box_inertia
 from softbody.law import Material
 from softbody.state import RigidBodies
+from validation.arbitration import US, arbitrate
 from validation.cases import BoxPairs, box_separations, random_box_pairs, rotation_matrix
 from validation.check import Comparison, Misprint, Run, check
 from validation.fault import Fault
@@ -161,7 +162,7 @@ def mass_ratio(impacts: Impacts) -> np.ndarray:
     ),
 )
 def one_impact_by_bullet(run: Run) -> Comparison:
-    from references import pybullet
+    from references import analytic, pybullet
 
     impacts = random_impacts(run.fresh_rng(), run.count(400, 4_000, 40_000))
     judged = pybullet.one_impact(*impacts.bodies(), restitution=impacts.restitution)
@@ -170,14 +171,18 @@ def one_impact_by_bullet(run: Run) -> Comparison:
         [judged.velocity_a, judged.angular_velocity_a, judged.velocity_b, judged.angular_velocity_b], axis=1
     )[single]
     impacts = impacts.select(single)
-    measured = core_velocities(impacts, judged.point[single], judged.normal[single])
+    contact = judged.point[single], judged.normal[single]
+    measured, inputs = core_velocities(impacts, *contact), impacts.inputs(*contact)
+    truth = np.concatenate(analytic.box_impact(*impacts.bodies(), *contact, impacts.restitution), axis=1)
+    found = {US: measured, "pybullet": expected}
     return Comparison(
         measured,
         expected,
         speeds(impacts),
         impacts.kinds,
         notes=[f"{int((~single).sum())} of {len(single)} trials had no or several contacts: passed over here"],
-        inputs=impacts.inputs(judged.point[single], judged.normal[single]),
+        inputs=inputs,
+        arbitrations=[arbitrate("closed form", truth, found, tolerance=1e-11, scale=speeds(impacts), inputs=inputs)],
     )
 
 

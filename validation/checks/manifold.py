@@ -15,6 +15,7 @@ from softbody.collision.solver_row import prepare_contacts
 from softbody.geometry.box import box_inertia
 from softbody.law import Material
 from softbody.state import RigidBodies
+from validation.arbitration import US, arbitrate
 from validation.cases import (
     BoxPairs,
     box_separations,
@@ -392,6 +393,7 @@ def depth_and_normal_by_bullet(run: Run) -> Comparison:
     rows = np.flatnonzero(count > 0)
     pairs, normal, depth = pairs.select(rows), normal[rows], depth[rows]
     distance, theirs = pybullet_world.closest(*pairs)
+    truth, said = -depth, {US: -depth, "pybullet": distance.copy()}
     differ = np.linalg.norm(normal - theirs, axis=1) > 1e-9
     # A tie is one only if the core's own normal undoes the overlap by as little, or is a face's, which the core prefers
     # to edges whose axis is within 1e-3 rad of it: the points of faces are what meets there.
@@ -402,6 +404,7 @@ def depth_and_normal_by_bullet(run: Run) -> Comparison:
     wrong = np.flatnonzero(~(np.abs(distance + depth) < 1e-9 * pairs.extent))
     if len(wrong):
         exactly = exact.box_separation(*pairs.select(wrong))
+        truth[wrong] = exactly
         errs = ~(np.abs(distance[wrong] - exactly) < 1e-9 * pairs.extent[wrong])
         wrong, exactly = wrong[errs], exactly[errs]
         distance[wrong], theirs[wrong] = exactly, np.where(honest[wrong, None], normal[wrong], np.nan)
@@ -412,7 +415,9 @@ def depth_and_normal_by_bullet(run: Run) -> Comparison:
         f"{int(tie.sum())} ties of two axes passed over",
         f"{len(wrong)} times exact arithmetic says that Bullet errs: its depth is used there, and no normal judged",
     ]
-    return Comparison(measured, expected, 1.0, kinds, notes=notes)
+    by, scale = "exact arithmetic where they differ", pairs.extent
+    found = arbitrate(by, truth, said, tolerance=1e-9, scale=scale, inputs=pairs._asdict())
+    return Comparison(measured, expected, 1.0, kinds, notes=notes, arbitrations=[found])
 
 
 @check(

@@ -12,6 +12,7 @@ import numpy as np
 from softbody import World
 from softbody.collision import box_contacts, manifold, sat_boxes, swept_boxes
 from softbody.geometry.box import box_corners
+from validation.arbitration import US, arbitrate
 from validation.cases import random_orientations
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault
@@ -194,6 +195,7 @@ def beside_engines(cases: list[Passing], rng: np.random.Generator, clear: np.nda
     from references import pybullet_world, rapier
 
     ours = flown(cases, rng)[clear]
+    truth = (overlap_of(cases) > 0.0)[clear]
     engines = {"Bullet": pybullet_world, "Rapier": rapier}
     theirs = {name: touched(engine, cases)[clear] for name, engine in engines.items()}
     counts = ", ".join(f"{name} {struck.sum()}" for name, struck in theirs.items())
@@ -202,6 +204,17 @@ def beside_engines(cases: list[Passing], rng: np.random.Generator, clear: np.nda
         np.concatenate(list(theirs.values())),
         groups=np.repeat(list(theirs), len(ours)),
         notes=[f"{ours.sum()} of {len(ours)} pairs are struck; {counts}"],
+        arbitrations=[
+            arbitrate(
+                "closed form",
+                truth,
+                {US: ours, "pybullet": theirs["Bullet"], "rapier3d": theirs["Rapier"]},
+                inputs={
+                    name: np.array([getattr(case, name) for case in cases])[clear]
+                    for name in ("size", "orientation", "offset", "way", "spin")
+                },
+            )
+        ],
     )
 
 

@@ -90,11 +90,11 @@ def spinning_box(run: Run) -> Comparison:
         box = world.add_box((1.0, 0.6, 0.3), 2.0, orientation=start, angular_velocity=spin)
         world.step(h, steps)
         measured.append(rotation_matrix(box.orientation).ravel())
-        expected.append((_turn(spin * h * steps) @ rotation_matrix(start)).ravel())
+        expected.append((turned_by(spin * h * steps) @ rotation_matrix(start)).ravel())
     return Comparison(np.array(measured), np.array(expected))
 
 
-def _turn(rotation: np.ndarray) -> np.ndarray:
+def turned_by(rotation: np.ndarray) -> np.ndarray:
     """Return the matrix of the turn by |rotation| [rad] about it (Rodrigues 1840)."""
     angle = np.linalg.norm(rotation)
     x, y, z = rotation / angle

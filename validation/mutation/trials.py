@@ -17,7 +17,6 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from validation.check import Check
-from validation.engines import missing
 from validation.mutation.bench import CRASHED, GREEN, HUNG, MEASURED, Bench, Seen, limit_of
 from validation.mutation.core import mutants_at
 from validation.mutation.results import CRASHED as HAS_CRASHED
@@ -47,7 +46,7 @@ class Trials:
     """What judges mutants, and keeps what becomes of them."""
 
     def __init__(self, checks: Sequence[Check], seed: int, jobs: int, ledger: Ledger, console: Console) -> None:
-        self._checks = {each.id: each for each in checks if each.id not in TIMED and not missing(each.engines)}
+        self._checks = {each.id: each for each in checks if each.id not in TIMED and not each.hindrance}
         self._seed, self._jobs, self._ledger, self._console = seed, jobs, ledger, console
         self._files = {id: digest_of(sys.modules[one.compare.__module__]) for id, one in self._checks.items()}
         self._killers: dict[tuple[str, str], list[str]] = {}  # claims that have seen mutants of a function

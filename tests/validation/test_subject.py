@@ -1,0 +1,139 @@
+"""Another engine is judged as the core is, by the same cases and tolerances; a wrong answer turns each claim red."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from validation import subject
+from validation.check import Run
+from validation.judge import judge
+from validation.record import FAILS, HOLDS
+from validation.subject import Motion, checks_of, find_check, subjects
+
+ROOT = Path(__file__).parents[2]
+
+
+def validate(*options: str) -> subprocess.CompletedProcess[str]:
+    """Run `python -m validation`."""
+    variables = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "200"}
+    command = [sys.executable, "-m", "validation", "--level", "quick", *options]
+    return subprocess.run(command, env=variables, cwd=ROOT, capture_output=True, text=True, timeout=300)
+
+
+def test_an_engine_has_its_own_record_page_and_exit_code(tmp_path: Path) -> None:
+    pytest.importorskip("rapier3d")
+    claims = ["boxes.slide", "boxes.fly", "gas.rest"]
+    done = validate("--subject", "rapier3d", *(f"-k{name}" for name in claims), "--out", str(tmp_path))
+    assert done.returncode == 1, done.stderr
+    report = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))
+    assert report["subject"]["name"] == "rapier3d"
+    fate = {claim["id"].partition(":")[2]: claim for claim in report["claims"]}
+    assert {name: fate[name]["verdict"] for name in claims} == dict(zip(claims, ("holds", "fails", "not run")))
+    assert 1e-8 < fate["boxes.fly"]["value"] < 1e-3, "single precision"
+    assert "no gas" in fate["gas.rest"]["why"]
+    page = (tmp_path / "index.html").read_text(encoding="utf-8")
+    assert f"rapier3d {report['subject']['version']}: 1 of 3 claims FAILS" in page
+    assert "not softbody" in page
+    assert "one thread" in page, "settings are on the page"
+    assert 'id="errata"' not in page
+
+
+def test_the_same_cases_are_asked_of_everybody() -> None:
+    checks = {name: set(one.partition(":")[2] for one in checks_of(name)) for name in subjects()}
+    assert len({frozenset(ids) for ids in checks.values()}) == 1
+    seen = []
+    name = "inside.anywhere"
+    claim = subject.CLAIMS[name]
+
+    def ask(points: np.ndarray, *_: np.ndarray) -> np.ndarray:
+        seen.append(points)
+        return np.zeros(len(points), bool)
+
+    for who in ("softbody", "igl"):
+        run = Run("quick", 1, f"{who}:{name}")
+        claim.compare(replace(run, check_id=claim.check.id), ask)
+    half = len(seen) // 2
+    assert all(np.array_equal(a, b) for a, b in zip(seen[:half], seen[half:]))
+
+
+def frozen(answer: Callable) -> Callable:
+    """Return an engine that leaves everything where it is."""
+
+    def ask(*arguments):
+        boxes, _, steps, every = arguments
+        frames = [[getattr(boxes, name)] * (steps // every) for name in Motion._fields]
+        return Motion(*(np.array(rows) for rows in frames))
+
+    return ask
+
+
+def exaggerating(answer: Callable) -> Callable:
+    """Return an engine whose boxes do a fiftieth more, whose numbers are a thousandth too large, and who lies once."""
+
+    def ask(*arguments):
+        said = answer(*arguments)
+        if isinstance(said, Motion):
+            return said._replace(position=1.02 * said.position, velocity=1.02 * said.velocity, spin=1.02 * said.spin)
+        return np.append(~said[:1], said[1:]) if isinstance(said, np.ndarray) else 1.001 * said
+
+    return ask
+
+
+FAIR = {"inside": "igl", "overlap": "fcl", "gas": "softbody", "boxes": "softbody"}
+
+
+@pytest.mark.parametrize("name", sorted(one.partition(":")[2] for one in checks_of("softbody")))
+def test_each_claim_holds_for_a_good_engine_and_sees_a_bad_one(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    who = FAIR[name.partition(".")[0]]
+    check = find_check(f"{who}:{name}")
+    if check.hindrance:
+        pytest.skip(check.hindrance[1])
+    run = Run("quick", 3, check.id)
+    record = judge(check, run)
+    assert record.verdict == HOLDS, record.why
+    claim = subject.CLAIMS[name]
+    module = __import__(f"validation.subjects.{who}", fromlist=["x"])
+    answer = getattr(module, claim.question)
+    verdicts = []
+    for damage in (exaggerating, frozen)[: 2 if claim.question == "move_boxes" else 1]:
+        monkeypatch.setattr(module, claim.question, damage(answer))
+        verdicts.append(judge(check, run).verdict)
+    assert FAILS in verdicts
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--subject", "rapier"], "did you mean rapier3d?"),
+        (["--subject", "nobody at all"], "Subjects are"),
+        (["--subject", "igl", "--timings"], "of the core"),
+        (["replay", "igl:inside.anywere"], "did you mean igl:inside.anywhere"),
+    ],
+)
+def test_wrong_usage_is_said_before_anything_runs(options: list[str], said: str) -> None:
+    done = validate(*options)
+    assert done.returncode == 2
+    assert said in done.stderr
+
+
+def test_an_engine_that_is_missing_is_named_with_its_cure(tmp_path: Path) -> None:
+    (tmp_path / "sitecustomize.py").write_text(
+        "from importlib.machinery import PathFinder\n"
+        "find = PathFinder.find_spec\n"
+        "PathFinder.find_spec = classmethod(lambda c, name, *rest: None if name == 'fcl' else find(name, *rest))\n"
+    )
+    variables = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(ROOT)])}
+    command = [sys.executable, "-m", "validation", "--subject", "fcl", "--out", str(tmp_path / "out")]
+    done = subprocess.run(command, env=variables, cwd=ROOT, capture_output=True, text=True, timeout=100)
+    assert done.returncode == 3
+    assert "fcl (install python-fcl)" in done.stderr
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,1 @@
+"""Engines that are judged themselves, one adapter a file: functions named in `validation.subject.QUESTIONS`."""

@@ -1,0 +1,20 @@
+"""Coal's boxes: do they overlap?"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from references import coal
+
+PACKAGES = {"coal": "coal"}  # import name, and the name to install it by
+CANNOT = {  # question → why it has no answer
+    "move_boxes": "it finds collisions, and moves nothing",
+    "gas_volume": "it finds collisions, and has no soft bodies",
+    "gas_period": "it finds collisions, and has no soft bodies",
+    "points_in_mesh": "its meshes are surfaces, and have no inside",
+}
+
+
+def boxes_overlap(*pairs: np.ndarray) -> np.ndarray:
+    """Tell whether boxes overlap."""
+    return coal.boxes_overlap(*pairs)
