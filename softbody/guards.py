@@ -25,8 +25,8 @@ TINY = np.finfo(float).tiny
 DEEP = 0.1  # of the thickness of the thinner of two bodies, from which an overlap at the start is worth a warning
 
 
-def check_finite(model: Model, controls: Controls, state: State) -> None:
-    """Raise ParameterError for the first body of which a position, velocity or force is not finite."""
+def check_finite(model: Model, controls: Controls, state: State, joints: Joints) -> None:
+    """Raise ParameterError for the first body, or joint, of which a position, velocity or force is not finite."""
     for name, kind, rows in (
         ("position", "soft body", state.particle_position),
         ("velocity", "soft body", state.particle_velocity),
@@ -37,6 +37,7 @@ def check_finite(model: Model, controls: Controls, state: State) -> None:
         ("angular_velocity", "box", state.box_angular_velocity),
         ("force", "box", controls.box_force),
         ("torque", "box", controls.box_torque),
+        ("target", "joint", joints.joint_place),
     ):
         # A sum is quicker than a look at every number; it is finite only if they are.
         if len(rows) and not isfinite(np.add.reduce(rows, None)) and not np.isfinite(rows).all():
@@ -57,9 +58,15 @@ def stable_time_step(model: Model, controls: Controls, state: State, settings: S
     shortest, unstable = shortest_stable_step(model, controls, state.particle_position, limit)
     if unstable >= 0:
         raise ParameterError(f"no time step is stable: {_unstable(model, controls, state, unstable)}")
-    # A joint and what it is on swing no faster than √(ω² of both).
     of_joints = longest_step_of_joints(model, joints)
-    return float(1.0 / np.hypot(1.0 / shortest, 1.0 / of_joints)) if of_joints < inf else float(shortest)
+    if not of_joints > 0.0:
+        raise ParameterError(
+            "no time step is stable: joints are too stiff, damp too much, or are too far out on boxes, for what they "
+            "hold; make them softer, or what they hold heavier"
+        )
+    # A joint and what it is on swing no faster than √(ω² of both).
+    shorter, longer = sorted((float(shortest), of_joints))
+    return shorter / hypot(1.0, shorter / longer) if longer < inf else shorter
 
 
 def longest_step_of_joints(model: Model, joints: Joints) -> float:
@@ -282,7 +289,7 @@ def fault_of(
     if part > stable > 0.0:
         cure = f"a stable time step here is {stable:.3g} s, not {part:.3g} s"
     elif body >= model.soft_count:
-        cure = "it meets something far too heavy or too fast for it; make masses, speeds or forces less unlike"
+        cure = "it meets, or a joint ties it to, something far too heavy, fast or far; make those less unlike"
     elif fault == COLLAPSED:
         cure = "its gas is too weak or its load too strong for its springs; raise gas or stiffness"
     else:
