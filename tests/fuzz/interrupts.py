@@ -14,6 +14,8 @@ import numpy as np
 import softbody
 from softbody import World
 
+GOAL = 1_000
+
 SOON = 0.2  # [s] of the processor's time
 BALLS = [softbody.icosphere(k, 0.5) for k in range(5)]
 _durations: dict[tuple[object, ...], float] = {}
