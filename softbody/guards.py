@@ -161,8 +161,8 @@ def helpful_step(
 ) -> tuple[float, str]:
     """Return a time step [s] that helps a body that has diverged, as it was before, or 0 and why none does.
 
-    It is stable for all soft bodies, and no particle of any crosses half of its body, as seen from its middle. A box
-    that has diverged moves by no more than its size, and turns by no more than a radian.
+    It is stable for all soft bodies, and no particle of any crosses half of its body, as seen from its middle. No box
+    moves by more than its size, or turns by more than a radian: or another one would diverge next.
     """
     try:
         stable = stable_time_step(model, controls, state, settings, joints)
@@ -175,15 +175,13 @@ def helpful_step(
         with np.errstate(all="ignore"):
             speed = float(np.abs(velocity - velocity.mean(axis=0)).max())
         stable = min(stable, 0.5 * extent / speed if speed > 0.0 else inf)
-    if body < model.soft_count:
-        return stable, ""
-    box = body - model.soft_count
-    size, inverse_mass = float(model.box_size[box].min()), model.box_inverse_mass[box]
-    speed, spin = np.abs(state.box_velocity[box]).max(), np.abs(state.box_angular_velocity[box]).max()
-    push = np.abs(controls.gravity + inverse_mass * controls.box_force[box]).max()
-    twist = model.box_inverse_inertia[box].max() * np.abs(controls.box_torque[box]).max()
+    size = model.box_size.min(axis=1)
     with np.errstate(all="ignore"):
-        longest = float(min(stable, size / speed, np.sqrt(size / push), 1.0 / spin, np.sqrt(1.0 / twist)))
+        push = np.abs(controls.gravity + model.box_inverse_mass[:, None] * controls.box_force).max(axis=1)
+        twist = model.box_inverse_inertia.max(axis=1) * np.abs(controls.box_torque).max(axis=1)
+        speed, spin = (np.abs(rows).max(axis=1) for rows in (state.box_velocity, state.box_angular_velocity))
+        each = np.array([size / speed, np.sqrt(size / push), 1.0 / spin, np.sqrt(1.0 / twist)])
+    longest = float(np.fmin.reduce(each, axis=None, initial=stable))
     return longest if 0.0 < longest < inf else 0.0, ""
 
 
