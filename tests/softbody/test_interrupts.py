@@ -13,6 +13,7 @@ import pytest
 
 import softbody
 from softbody import BusyError, Trajectory, TrajectoryWriter, World
+from softbody.dynamics.vertex_rings import one_rings
 from softbody.interrupts import SILENT, assign_together, listening, set_together
 
 compiled = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="Python handles signals anywhere in its own code")
@@ -297,3 +298,29 @@ def test_four_threads_that_step_one_world_take_turns_or_are_told():
         other.step(1e-4, 10)
     assert same(world, other)
     assert len(told) + len(done) == 160
+
+
+@posix
+@compiled
+def test_what_a_handler_raises_while_a_kernel_makes_arrays_leaves_as_itself():
+    mesh = softbody.icosphere(4)
+    triangles = mesh.triangles.copy()
+    one_rings(len(mesh.vertices), triangles)  # compiled
+
+    def ring(*_):
+        raise StopError
+
+    before, heard = signal.signal(signal.SIGALRM, ring), 0
+    try:
+        for k in range(300):
+            try:
+                signal.setitimer(signal.ITIMER_REAL, 1e-5 * (1 + k % 100))
+                for _ in range(100):
+                    one_rings(len(mesh.vertices), triangles)
+            except StopError:
+                heard += 1
+            finally:
+                signal.setitimer(signal.ITIMER_REAL, 0.0)
+    finally:
+        signal.signal(signal.SIGALRM, before)
+    assert heard > 200
