@@ -24,7 +24,7 @@ from tests.fuzz import kept
 from tests.fuzz._worlds import snapshots
 from tests.fuzz.bytes import cut, entries, flipped, packed, spliced, written_over
 
-TRIES = 100  # files an attempt
+TRIES = 40  # files an attempt
 GOAL = 20_000
 WATCHED = "/softbody/", "/trimesh/", "/zipfile", "/tomllib/", "/json/", "/numpy/lib/"
 
