@@ -95,6 +95,7 @@ def costs(rounds: int = 100, names: str = "") -> Iterator[Cost]:
             continue
         h = _step_of(build())
         many = _steps_in(build, h, ROUND)
+        yield cost(name, "nothing, which tells the noise", build, (deaf, deaf), (max(many, LONG), 1), rounds)
         yield cost(name, "guards in a run", build, (deaf, guarded), (max(many, LONG), 1), rounds)
         yield cost(name, "guards of steps one by one", build, (deaf, guarded), (1, max(2, min(many, 300))), rounds)
         listened = max(1, softbody.world.WORTH_LISTENING // _work_of(build()))

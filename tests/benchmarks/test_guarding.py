@@ -14,6 +14,7 @@ def test_the_command_tells_what_each_costs_in_a_world():
     assert done.exit_code == 0
     lines = done.output.splitlines()
     assert [line.split(":")[0].partition(", ")[2] for line in lines] == [
+        "nothing, which tells the noise",
         "guards in a run",
         "guards of steps one by one",
         "listening, in the shortest run worth it",
