@@ -24,8 +24,9 @@ bench: .venv/ready  ## time the pieces beside their peers, and keep the figures
 faults: .venv/ready  ## damage the core under every claim, and see that it turns red
 	$(RUN) -m validation.faults $(ARGS)
 
-fuzz: .venv/ready  ## try to break the core for MINUTES, in processes of their own
-	$(RUN) -m tests.fuzz --minutes $(MINUTES) $(ARGS)
+fuzz: .venv/ready  ## try to break the core for MINUTES, in processes of their own; totals go to build/fuzz.json
+	mkdir -p build
+	$(RUN) -m tests.fuzz --minutes $(MINUTES) --out build/fuzz.json $(ARGS)
 
 mutants: .venv/ready  ## mutate the core anywhere, and count how many mutants the claims see
 	$(RUN) -m validation.mutants $(ARGS)

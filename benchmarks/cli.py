@@ -145,6 +145,17 @@ def compare(
 
 
 @main.command()
+@click.option("-k", "pattern", default="", metavar="PATTERN", help="Only worlds whose name contains it.")
+@click.option("--rounds", type=click.IntRange(min=2), default=100, show_default=True, help="Of both sides in turns.")
+def guards(pattern: str, rounds: int) -> None:
+    """Say what guards, and listening for interrupts, cost steps and runs: in percent, the median, and the quartiles."""
+    from benchmarks.guarding import costs
+
+    for cost in costs(rounds, pattern):
+        click.echo(str(cost))
+
+
+@main.command()
 @HISTORY
 @click.option("--budget", type=Duration(), default="20m", show_default=True, help="For measuring, after compiling.")
 def calibrate(history_path: Path, budget: float) -> None:

@@ -95,11 +95,16 @@ class BodyProperty:
 
     def __set__(self, body: Body, value: float) -> None:
         """Set it, from the next step on; raises ParameterError if it is out of its range."""
-        set_row(body, self.field, checked_property(self.field, value))
+        value = checked_property(self.field, value)
+        with body.world._my_turn():
+            set_row(body, self.field, value)
 
 
 def set_row(body: Body, field: str, value: Any, rows: slice | None = None) -> None:
-    """Put `value` into the body's row, or into `rows`, of an array of the Model: in a new Model."""
+    """Put `value` into the body's row, or into `rows`, of an array of the Model: in a new Model.
+
+    It must be the caller's turn: a Model of other bodies, which another thread has put there meanwhile, would be lost.
+    """
     world, at = body.world, body._row() if rows is None else rows
     array = getattr(world.model, field).copy()
     array[at] = value

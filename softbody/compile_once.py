@@ -179,6 +179,17 @@ class _Kernel(_Dispatcher):
         bare = self.targetoptions | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
         return _Part(self.py_func, bare, pipeline_class=_PartCompiler)
 
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
+        """Run, from Python; what a handler of signals raises leaves as itself.
+
+        Numba makes Python's arrays of what a kernel returns by functions of Python, in which a signal that came
+        meanwhile is handled, and goes on without what they would have returned: to a SystemError, of that cause.
+        """
+        try:
+            return CPUDispatcher.__call__(self, *arguments, **named)
+        except SystemError as error:
+            raise _first_cause(error) from None
+
     def __reduce__(self) -> Any:
         """Pickle as a name, as functions are: Numba would pickle what its own constructor takes."""
         return self.py_func.__qualname__
@@ -204,6 +215,13 @@ def _without_garbage_collector() -> Iterator[None]:
     finally:
         if was_on:
             gc.enable()
+
+
+def _first_cause(error: BaseException) -> BaseException:
+    """Return what has led to an error, and to those that it has led to."""
+    while isinstance(error, SystemError) and error.__cause__ is not None:
+        error = error.__cause__
+    return error
 
 
 def _without_value(one: types.Type) -> types.Type:

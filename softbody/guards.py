@@ -25,8 +25,8 @@ TINY = np.finfo(float).tiny
 DEEP = 0.1  # of the thickness of the thinner of two bodies, from which an overlap at the start is worth a warning
 
 
-def check_finite(model: Model, controls: Controls, state: State) -> None:
-    """Raise ParameterError for the first body of which a position, velocity or force is not finite."""
+def check_finite(model: Model, controls: Controls, state: State, joints: Joints) -> None:
+    """Raise ParameterError for the first body, or joint, of which a position, velocity or force is not finite."""
     for name, kind, rows in (
         ("position", "soft body", state.particle_position),
         ("velocity", "soft body", state.particle_velocity),
@@ -37,6 +37,7 @@ def check_finite(model: Model, controls: Controls, state: State) -> None:
         ("angular_velocity", "box", state.box_angular_velocity),
         ("force", "box", controls.box_force),
         ("torque", "box", controls.box_torque),
+        ("target", "joint", joints.joint_place),
     ):
         # A sum is quicker than a look at every number; it is finite only if they are.
         if len(rows) and not isfinite(np.add.reduce(rows, None)) and not np.isfinite(rows).all():
@@ -57,9 +58,15 @@ def stable_time_step(model: Model, controls: Controls, state: State, settings: S
     shortest, unstable = shortest_stable_step(model, controls, state.particle_position, limit)
     if unstable >= 0:
         raise ParameterError(f"no time step is stable: {_unstable(model, controls, state, unstable)}")
-    # A joint and what it is on swing no faster than √(ω² of both).
     of_joints = longest_step_of_joints(model, joints)
-    return float(1.0 / np.hypot(1.0 / shortest, 1.0 / of_joints)) if of_joints < inf else float(shortest)
+    if not of_joints > 0.0:
+        raise ParameterError(
+            "no time step is stable: joints are too stiff, damp too much, or are too far out on boxes, for what they "
+            "hold; make them softer, or what they hold heavier"
+        )
+    # A joint and what it is on swing no faster than √(ω² of both).
+    shorter, longer = sorted((float(shortest), of_joints))
+    return shorter / hypot(1.0, shorter / longer) if longer < inf else shorter
 
 
 def longest_step_of_joints(model: Model, joints: Joints) -> float:
@@ -154,8 +161,8 @@ def helpful_step(
 ) -> tuple[float, str]:
     """Return a time step [s] that helps a body that has diverged, as it was before, or 0 and why none does.
 
-    It is stable for all soft bodies, and no particle of any crosses half of its body, as seen from its middle. A box
-    that has diverged moves by no more than its size, and turns by no more than a radian.
+    It is stable for all soft bodies, and no particle of any crosses half of its body, as seen from its middle. No box
+    moves by more than its size, or turns by more than a radian: or another one would diverge next.
     """
     try:
         stable = stable_time_step(model, controls, state, settings, joints)
@@ -168,15 +175,13 @@ def helpful_step(
         with np.errstate(all="ignore"):
             speed = float(np.abs(velocity - velocity.mean(axis=0)).max())
         stable = min(stable, 0.5 * extent / speed if speed > 0.0 else inf)
-    if body < model.soft_count:
-        return stable, ""
-    box = body - model.soft_count
-    size, inverse_mass = float(model.box_size[box].min()), model.box_inverse_mass[box]
-    speed, spin = np.abs(state.box_velocity[box]).max(), np.abs(state.box_angular_velocity[box]).max()
-    push = np.abs(controls.gravity + inverse_mass * controls.box_force[box]).max()
-    twist = model.box_inverse_inertia[box].max() * np.abs(controls.box_torque[box]).max()
+    size = model.box_size.min(axis=1)
     with np.errstate(all="ignore"):
-        longest = float(min(stable, size / speed, np.sqrt(size / push), 1.0 / spin, np.sqrt(1.0 / twist)))
+        push = np.abs(controls.gravity + model.box_inverse_mass[:, None] * controls.box_force).max(axis=1)
+        twist = model.box_inverse_inertia.max(axis=1) * np.abs(controls.box_torque).max(axis=1)
+        speed, spin = (np.abs(rows).max(axis=1) for rows in (state.box_velocity, state.box_angular_velocity))
+        each = np.array([size / speed, np.sqrt(size / push), 1.0 / spin, np.sqrt(1.0 / twist)])
+    longest = float(np.fmin.reduce(each, axis=None, initial=stable))
     return longest if 0.0 < longest < inf else 0.0, ""
 
 
@@ -282,7 +287,7 @@ def fault_of(
     if part > stable > 0.0:
         cure = f"a stable time step here is {stable:.3g} s, not {part:.3g} s"
     elif body >= model.soft_count:
-        cure = "it meets something far too heavy or too fast for it; make masses, speeds or forces less unlike"
+        cure = "it meets, or a joint ties it to, something far too heavy, fast or far; make those less unlike"
     elif fault == COLLAPSED:
         cure = "its gas is too weak or its load too strong for its springs; raise gas or stiffness"
     else:

@@ -38,10 +38,11 @@ class JointNumber:
 
     def __set__(self, joint: Joint, value: float) -> None:
         """Set it, from the next step on; raises ParameterError if it is less than 0 or not finite."""
-        field, row = f"joint_{self._name}", joint._row()
-        array = getattr(joint._arrays(), field).copy()
-        array[row] = check_range(value, self._name, self._unit, least=0.0)
-        joint.world.replace(joints=joint._arrays()._replace(**{field: array}))
+        value = check_range(value, self._name, self._unit, least=0.0)
+        with joint.world._my_turn():
+            array = getattr(joint._arrays(), f"joint_{self._name}").copy()
+            array[joint._row()] = value
+            joint.world.replace(joints=joint._arrays()._replace(**{f"joint_{self._name}": array}))
 
 
 class Joint(Body):
@@ -70,9 +71,9 @@ class Joint(Body):
     @property
     def ends(self) -> np.ndarray:
         """Where its two ends are now (2, 3) [m]."""
-        row = self._row()
-        one = Joints(*(array[row : row + 1] for array in self._arrays()))
-        return np.asarray(joint_ends(one, self.world.state)[0])
+        parts, row = self.world._parts, self._row()
+        one = Joints(*(array[row : row + 1] for array in parts.joints))
+        return np.asarray(joint_ends(one, parts.state)[0])
 
     @property
     def length(self) -> float:
@@ -83,17 +84,17 @@ class Joint(Body):
     @property
     def target(self) -> np.ndarray:
         """The place (3,) [m] of the end that is in the world; may be assigned. ParameterError if both are on bodies."""
-        return self._arrays().joint_place[self._row(), self._columns_of_target()]
+        return self._place_of_target()
 
     @target.setter
     def target(self, value: ArrayLike) -> None:
         self.target[:] = vector(value, "target")
 
-    def _columns_of_target(self) -> slice:
+    def _place_of_target(self) -> np.ndarray:
         joints, row = self._arrays(), self._row()
         for end in (1, 0):
             if joints.joint_box[row, end] == NOBODY and joints.joint_particles[row, 3 * end] == NOBODY:
-                return slice(3 * end, 3 * end + 3)
+                return joints.joint_place[row, 3 * end : 3 * end + 3]
         raise ParameterError(f"joint {row} is between two bodies; it has no target to move")
 
 
@@ -119,7 +120,7 @@ def _end(world: World, end: Any, name: str) -> dict[str, ArrayLike]:
         away = vector(where, f"place of {name}") - body.position
         return end_on_box(body._row(), rotation_matrix(body.orientation).T @ away)
     first = int(world.model.soft_particle_start[body._row()])
-    if np.ndim(where) == 0:
+    if np.isscalar(where) or getattr(where, "ndim", None) == 0:
         particle = check_whole(where, f"particle of {name}", 0)
         if particle >= len(body.positions):
             raise ParameterError(

@@ -157,17 +157,22 @@ def joint_rates(joints: Joints, model: Model) -> tuple[float, float]:
     first_box = len(model.particle_inverse_mass)
     count = len(joints.joint_stiffness)
     particles, weights = joints.joint_particles.reshape(count, 2, 3), joints.joint_weights.reshape(count, 2, 3)
-    for row, rate in enumerate((joints.joint_stiffness, joints.joint_damping)):
-        for end in range(2):
-            on_soft = particles[:, end, 0] != NOBODY
-            np.add.at(sums[row], particles[on_soft, end], rate[on_soft, None] * weights[on_soft, end])
-            on_box = joints.joint_box[:, end] != NOBODY
-            box = joints.joint_box[on_box, end]
-            arm = joints.joint_place.reshape(count, 2, 3)[on_box, end]
-            mobility = model.box_inverse_mass[box] + (arm**2).sum(axis=1) * model.box_inverse_inertia[box].max(
-                axis=1, initial=0.0
-            )
-            np.add.at(sums[row], first_box + box, rate[on_box] * mobility)
-    sums[:, :first_box] *= model.particle_inverse_mass
-    most = 2.0 * sums.max(axis=1, initial=0.0)
+    with np.errstate(over="ignore", invalid="ignore"):  # what is too much is inf
+        for row, rate in enumerate((joints.joint_stiffness, joints.joint_damping)):
+            for end in range(2):
+                on_soft = particles[:, end, 0] != NOBODY
+                np.add.at(sums[row], particles[on_soft, end], rate[on_soft, None] * weights[on_soft, end])
+                on_box = joints.joint_box[:, end] != NOBODY
+                box = joints.joint_box[on_box, end]
+                arm = joints.joint_place.reshape(count, 2, 3)[on_box, end]
+                turning = _times((arm**2).sum(axis=1), model.box_inverse_inertia[box].max(axis=1, initial=0.0))
+                mobility = model.box_inverse_mass[box] + turning
+                np.add.at(sums[row], first_box + box, _times(rate[on_box], mobility))
+        sums[:, :first_box] = _times(sums[:, :first_box], model.particle_inverse_mass)
+        most = 2.0 * sums.max(axis=1, initial=0.0)
     return float(np.sqrt(most[0])), float(most[1])
+
+
+def _times(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return a · b, where nothing times what is too much is nothing."""
+    return np.nan_to_num(a * b, nan=0.0, posinf=np.inf)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import stat
 from typing import Any
 
 from numpy.typing import ArrayLike
@@ -22,6 +23,9 @@ def read_triangles(path: str | os.PathLike[str]) -> tuple[ArrayLike, ArrayLike]:
         raise MissingPackageError(
             "reading mesh files takes trimesh: pip install trimesh (with softbody, its extra: softbody[files])"
         ) from error
+    mode = os.stat(path).st_mode
+    if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):  # nobody may ever write to a pipe, and a device may have no end
+        raise MeshError("it is no file; save it as one")
     with open(path, "rb"):  # a file that is not there is no damaged one
         pass
     try:

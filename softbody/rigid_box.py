@@ -144,5 +144,5 @@ class Box(Body):
 
     def clear_forces(self) -> None:
         """Let nothing but gravity act on the box."""
-        self.world.controls.box_force[self._row()] = 0.0
-        self.world.controls.box_torque[self._row()] = 0.0
+        controls, row = self.world.controls, self._row()
+        assign_together((controls.box_force[row], 0.0), (controls.box_torque[row], 0.0))

@@ -98,8 +98,11 @@ class Entries:
     def _take(self, name: str) -> np.ndarray:
         if name not in self._left:
             raise SnapshotError(f"{name!r} is missing: this is not {self._what}, or one of another version of softbody")
+        value = self._left.pop(name)
+        if isinstance(value, np.ndarray):
+            return np.asarray(value)  # not below: what a handler of signals raises there would be taken for damage
         try:
-            return np.asarray(self._left.pop(name))
+            return np.asarray(value)
         except Exception as error:  # whatever an object that is asked to be an array may raise
             raise SnapshotError(f"{name} is no array") from error
 

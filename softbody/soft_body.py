@@ -95,17 +95,18 @@ class SoftBody(Body):
 
     def set_springs(self, stiffness: ArrayLike | None = None, rest_length: ArrayLike | None = None) -> None:
         """Change `stiffness` [N/m] or `rest_length` [m] of all springs: one number, or (e,) as in add_soft_body."""
-        model, rings, edges = self.world.model, self.world.rings, self._edge_rows()
-        count = edges.stop - edges.start
-        stiffnesses, lengths = model.edge_stiffness.copy(), model.edge_rest_length.copy()
-        if stiffness is not None:
-            stiffnesses[edges] = stiffness_of(stiffness, count)
-        if rest_length is not None:
-            lengths[edges] = rest_length_of(rest_length, count)
-        self.world.replace(
-            model=model._replace(edge_stiffness=stiffnesses, edge_rest_length=lengths),
-            rings=with_springs(rings, lengths, stiffnesses, model.soft_edge_start),
-        )
+        with self.world._my_turn():
+            model, rings, edges = self.world.model, self.world.rings, self._edge_rows()
+            count = edges.stop - edges.start
+            stiffnesses, lengths = model.edge_stiffness.copy(), model.edge_rest_length.copy()
+            if stiffness is not None:
+                stiffnesses[edges] = stiffness_of(stiffness, count)
+            if rest_length is not None:
+                lengths[edges] = rest_length_of(rest_length, count)
+            self.world.replace(
+                model=model._replace(edge_stiffness=stiffnesses, edge_rest_length=lengths),
+                rings=with_springs(rings, lengths, stiffnesses, model.soft_edge_start),
+            )
 
     @property
     def fixed(self) -> np.ndarray:
@@ -118,12 +119,13 @@ class SoftBody(Body):
 
     def _pin(self, value: ArrayLike) -> None:
         """Fix these particles, and let go of all others."""
-        rows = self._rows()
-        inverse_mass = np.full(rows.stop - rows.start, self.world.model.particle_inverse_mass[rows].max())
-        still = fixed_particles_of(value, len(inverse_mass))
-        inverse_mass[still] = 0.0
-        set_row(self, "particle_inverse_mass", inverse_mass, rows)
-        self.velocities[still] = 0.0
+        with self.world._my_turn():
+            rows = self._rows()
+            inverse_mass = np.full(rows.stop - rows.start, self.world.model.particle_inverse_mass[rows].max())
+            still = fixed_particles_of(value, len(inverse_mass))
+            inverse_mass[still] = 0.0
+            self.velocities[still] = 0.0  # first: nothing that is fixed moves, be there an interrupt
+            set_row(self, "particle_inverse_mass", inverse_mass, rows)
 
     # Where it is.
 
@@ -187,10 +189,12 @@ class SoftBody(Body):
     @external_force.setter
     def external_force(self, value: ArrayLike) -> None:
         force = _each(value, "external_force", "N", self.positions.shape)
-        controls = self.world.controls
-        if not len(controls.particle_force):
-            self.world.controls = controls._replace(particle_force=np.zeros_like(self.world.state.particle_position))
-        self.world.controls.particle_force[self._rows()] = force
+        with self.world._my_turn():
+            controls = self.world.controls
+            if not len(controls.particle_force):
+                none = np.zeros_like(self.world.state.particle_position)
+                self.world.controls = controls._replace(particle_force=none)
+            self.world.controls.particle_force[self._rows()] = force
 
 
 def _each(value: ArrayLike, name: str, unit: str, shape: tuple[int, ...]) -> np.ndarray:

@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import os
 import secrets
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from io import BufferedWriter
 from pathlib import Path
 
-from softbody.errors import ParameterError
+from softbody.errors import OutputError, ParameterError
 from softbody.parameters import shown
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
 
 
 def path_of(path: str | os.PathLike[str]) -> Path:
@@ -44,6 +50,42 @@ def whole_file(path: Path) -> Iterator[BufferedWriter]:
             raise error.__context__ from None
         raise
     _flush_folder(path.parent)
+
+
+@contextmanager
+def alone_in(folder: Path) -> Iterator[None]:
+    """Let nobody else be in such a block for the same folder, in this process or another; wait a while for them.
+
+    Raises OutputError if they are in it still. Systems and disks that have no locks let all in, and so does a folder
+    that is gone.
+    """
+    if fcntl is None or not folder.is_dir():
+        yield
+        return
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        end = time.monotonic() + PATIENCE
+        while not _locked(descriptor):
+            if time.monotonic() > end:
+                raise OutputError(f"{folder} is being written to by somebody else; give the name of another folder")
+            time.sleep(0.01)
+        yield
+    finally:
+        os.close(descriptor)
+
+
+PATIENCE = 10.0  # [s]
+
+
+def _locked(descriptor: int) -> bool:
+    """Lock what is open, until it is closed; return False if somebody else has locked it."""
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:  # this disk has no locks
+        return True
+    return True
 
 
 def _flush_folder(folder: Path) -> None:

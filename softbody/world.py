@@ -460,7 +460,7 @@ class World(StrictNames):
         if is_known and steps > first == 0:
             fault, body = self._run(h, steps, settings, begun, is_seen=False)
         if fault == UNSEEN:
-            check_finite(model, controls, state)
+            check_finite(model, controls, state, joints)
             if not allow_unstable:
                 self._stable_step.check(h, model, controls, state, settings, joints, begun[0])
             fault, body = self._first_step(h, settings, begun) if first else (0, -1)
@@ -469,6 +469,7 @@ class World(StrictNames):
         self._time_step = h
         if fault:
             self._bodies.ground_impulse[:] = 0.0
+            check_finite(model, controls, state, joints)  # a target that was written over
             if body >= model.soft_count and self.steps == begun[0]:
                 check_pace(model, state, h, body - model.soft_count)
             advice = helpful_step(model, controls, state, settings, joints, body)

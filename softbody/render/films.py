@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import io
 import os
+import secrets
 from abc import ABC, abstractmethod
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import cast
 
@@ -88,7 +89,7 @@ class Mp4File(Film):
         if size[0] % 2 or size[1] % 2:
             raise ParameterError(f"size is {size}; an MP4 film needs even numbers of pixels")
         _probe(path)
-        self._path, self._part = path, path.with_name(f".{path.stem}.{os.getpid()}.part")
+        self._path, self._part = path, path.with_name(f".{secrets.token_hex(8)}.part")
         self._frame_time = 1000.0 / frames_per_second
         self._picture: np.ndarray | None = None
         self._writer = ffmpeg.write_frames(
@@ -171,11 +172,12 @@ def _probe(path: Path) -> None:
         raise OutputError(f"{path} is a folder; give the name of a file")
     if not path.parent.is_dir():
         raise OutputError(f"{path} cannot be written: there is no folder {path.parent}; make it first")
-    part = path.with_name(f".{os.getpid()}.probe")
-    try:
-        with part.open("wb") as file:
-            file.write(b"\0" * PROBE)
-            file.flush()
-            os.fsync(file.fileno())
-    finally:
-        part.unlink(missing_ok=True)
+    with suppress(_HadRoomError), whole_file(path) as file:
+        file.write(b"\0" * PROBE)
+        file.flush()
+        os.fsync(file.fileno())
+        raise _HadRoomError  # so that what stands at the path stays
+
+
+class _HadRoomError(Exception):
+    """What ends a probe that went well."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from difflib import get_close_matches
@@ -23,6 +24,7 @@ from softbody.whole_file import path_of
 from softbody.world import World, world_to_fill
 
 MOST_BYTES = 2**20  # that a scene file may have: some ten thousand bodies
+MOST_PARTS = 200  # that a key may have: for each pair of them, Python's parser makes a list of all before
 
 TABLES, LISTS = ("world", "ground", "run", "film"), ("soft_body", "box")
 
@@ -72,9 +74,12 @@ def read_scene(path: str | os.PathLike[str], world: World | None = None) -> Scen
     parser = _parser()
     try:
         text = content.decode("utf-8-sig")
-        found = parser.loads(text)
     except UnicodeDecodeError as error:
         raise SceneError(f"{place} is no text in UTF-8; save it as such") from error
+    if any(len(re.findall(r"[\w\"'-][ \t]*\.", part)) > MOST_PARTS for part in re.split(r"[^\w.\"' \t-]", text)):
+        raise SceneError(f"{place} has a key of more than {MOST_PARTS} parts; keys of a scene have one or two")
+    try:
+        found = parser.loads(text)
     except (ValueError, RecursionError) as error:
         raise SceneError(f"{place} is no TOML: {error}") from error
     reading = _Reading(place.parent)

@@ -8,6 +8,7 @@ from typing import Any
 Path = tuple[Any, ...]  # names of keys, and numbers of what is in lists
 
 CLOSING = set("]}\"'")  # what a line must have for a statement of several lines to end there
+MOST_PARSED = 2**24  # characters in all, a second: a file can be made for which it would take for ever
 
 
 def line_of(path: Path, lines: dict[Path, int]) -> int:
@@ -16,7 +17,10 @@ def line_of(path: Path, lines: dict[Path, int]) -> int:
 
 
 def lines_of(text: str, parse: Callable[[str], dict[str, Any]]) -> dict[Path, int]:
-    """Return the line, from 1 on, of every key and table of a TOML file that `parse` has read."""
+    """Return the line, from 1 on, of the keys and tables of a TOML file that `parse` has read.
+
+    All of them, unless statements go over so many lines that there would be too much to parse.
+    """
     found: dict[Path, int] = {}
     counts: dict[Path, int] = {}  # tables so far in each list of tables
     table: Path = ()
@@ -34,21 +38,23 @@ def lines_of(text: str, parse: Callable[[str], dict[str, Any]]) -> dict[Path, in
 def _statements(text: str, parse: Callable[[str], dict[str, Any]]) -> Iterator[tuple[int, tuple[str, dict[str, Any]]]]:
     """Yield the first line, the text and the meaning of each statement: the fewest lines that can be parsed alone."""
     lines = text.replace("\r\n", "\n").split("\n")
-    first = 0
-    while first < len(lines):
-        end = first + 1
-        while (meaning := _meaning(lines, first, end, parse)) is None and end < len(lines):
+    first = parsed = 0
+    while first < len(lines) and parsed < MOST_PARSED:
+        end, size, meaning = first, 0, None
+        while meaning is None and end < len(lines) and parsed < MOST_PARSED:
+            size += len(lines[end]) + 1
             end += 1
+            if end == first + 1 or CLOSING & set(lines[end - 1]):
+                parsed += size
+                meaning = _meaning(lines[first:end], parse)
         if meaning:
             yield first + 1, (lines[first].strip(), meaning)
         first = end
 
 
-def _meaning(lines: list[str], first: int, end: int, parse: Callable[[str], dict[str, Any]]) -> dict[str, Any] | None:
-    if end > first + 1 and not CLOSING & set(lines[end - 1]):
-        return None
+def _meaning(lines: list[str], parse: Callable[[str], dict[str, Any]]) -> dict[str, Any] | None:
     try:
-        return parse("\n".join(lines[first:end]) + "\n")
+        return parse("\n".join(lines) + "\n")
     except ValueError:
         return None
 

@@ -70,6 +70,8 @@ def read_manifest(folder: Path) -> Manifest:
     """Return what a folder says it holds; raises TrajectoryError, which names the entry and the cure."""
     path = folder / NAME
     try:
+        if path.exists() and not path.is_file():  # nor opened: nobody may ever write to a pipe
+            raise TrajectoryError("it is no file")
         with path.open("rb") as file:
             raw = file.read(MOST_BYTES + 1)
         if len(raw) > MOST_BYTES:

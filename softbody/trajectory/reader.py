@@ -158,8 +158,8 @@ class Trajectory:
                     state.box_angular_velocity,
                     0.0 if frame.box_angular_velocities is None else frame.box_angular_velocities,
                 ),
+                (world._clock.time, frame.time),
             )
-            world.time = frame.time
 
     def export(self, path: str | os.PathLike[str], kind: str | None = None, *, every: int = 1) -> None:
         """Write all frames, or `every` so many, as meshes for other programs; needs trimesh: softbody[files].

@@ -18,7 +18,7 @@ from softbody.snapshot import digest, named_arrays
 from softbody.snapshot_entries import Entries, Snapshot
 from softbody.trajectory.entries import BODIES, checked_frames, frame_of, read_chunk, read_shapes
 from softbody.trajectory.manifest import NAME, Chunk, Manifest, read_manifest, write_manifest
-from softbody.whole_file import path_of, whole_file
+from softbody.whole_file import alone_in, path_of, whole_file
 from softbody.world_file import MOST_BYTES
 
 if TYPE_CHECKING:
@@ -142,7 +142,8 @@ class TrajectoryWriter:
         else has changed the folder.
         """
         try:
-            self._flush()
+            with alone_in(self._folder):
+                self._flush()
         except OSError as error:
             if isinstance(error, OutputError):
                 raise
@@ -179,15 +180,16 @@ class TrajectoryWriter:
     def _new(self, manifest: Manifest) -> _Held:
         """Begin a trajectory: in this way it shows at once whether the disk can be written to."""
         self._folder.mkdir(parents=True, exist_ok=True)
-        if os.path.lexists(self._folder / NAME):
-            raise OutputError(
-                f"{self._folder} holds a trajectory; resume=True goes on with it, or give the name of a new folder"
-            )
-        if any(not name.startswith(".") and name != BODIES for name in os.listdir(self._folder)):
-            raise OutputError(f"{self._folder} holds other things than a trajectory; give the name of a new folder")
-        with whole_file(self._folder / BODIES) as file:
-            np.savez(file, **self._shapes._asdict())
-        write_manifest(self._folder, manifest)
+        with alone_in(self._folder):
+            if os.path.lexists(self._folder / NAME):
+                raise OutputError(
+                    f"{self._folder} holds a trajectory; resume=True goes on with it, or give the name of a new folder"
+                )
+            if any(not name.startswith(".") and name != BODIES for name in os.listdir(self._folder)):
+                raise OutputError(f"{self._folder} holds other things than a trajectory; give the name of a new folder")
+            with whole_file(self._folder / BODIES) as file:
+                np.savez(file, **self._shapes._asdict())
+            write_manifest(self._folder, manifest)
         return _Held(manifest, manifest, [])
 
     def _found(self, bodies: str) -> _Held:

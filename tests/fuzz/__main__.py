@@ -1,10 +1,11 @@
 """Does anything break the core? `make fuzz MINUTES=n` tries for n minutes, as Murphy would.
 
 A campaign is a module of this package, found by listing it: the first line of its docstring is the promise, and
-`attempt(seed)` tries once to break it and returns None, or what broke in a sentence. Attempts are made in processes of
-their own: a crash, an exception of any kind that leaves the attempt, and one that does not end count as broken. One
-that takes too long is made again, with ten times the time, for it may have compiled. Modules whose names begin with an
-underscore are no campaigns. The same seed tries the same thing:
+`attempt(seed)` tries to break it, once or as often as its TRIES say, and returns None, or what broke in a sentence;
+its GOAL is the number of tries after which the promise is believed. Attempts are made in processes of their own: a
+crash, an exception of any kind that leaves the attempt, and one that does not end count as broken. One that takes too
+long is made again, with ten times the time, for it may have compiled. Modules whose names begin with an underscore are
+no campaigns. The same seed tries the same thing:
 
     python -m tests.fuzz --campaign files --seed 123
 """
@@ -82,7 +83,8 @@ def main(
             interrupted = True
     for campaign in campaigns:
         mark = "✗" if campaign.bad else "✓" if campaign.attempts else "–"
-        click.echo(f"{mark} {campaign.name}: {campaign.bad} bad of {campaign.attempts}. {campaign.promise}")
+        goal = f" (goal {campaign.goal})" if campaign.goal else ""
+        click.echo(f"{mark} {campaign.name}: {campaign.bad} bad of {campaign.tries}{goal}. {campaign.promise}")
     if interrupted:
         click.echo("interrupted: what had ended by then is counted")
     if out:
@@ -98,6 +100,8 @@ def totals(campaigns: list[Campaign], seed: int, seconds: float) -> dict[str, An
         "campaigns": {
             one.name: {
                 "promise": one.promise,
+                "goal": one.goal,
+                "tries": one.tries,
                 "attempts": one.attempts,
                 "bad": one.bad,
                 "slow": one.slow,

@@ -22,11 +22,18 @@ class Campaign:
     module: str
     promise: str  # first line of the module's docstring
     next_seed: int
+    tries_each: int = 1  # that an attempt makes
+    goal: int = 0  # tries in all that are to be made before a promise is believed
     attempts: int = 0  # that have ended
     bad: int = 0
     slow: int = 0  # that had to be made again, with more time
     seconds: float = 0.0  # that they took
     examples: list[Outcome] = field(default_factory=list)
+
+    @property
+    def tries(self) -> int:
+        """How many were made."""
+        return self.attempts * self.tries_each
 
     @property
     def name(self) -> str:
@@ -48,7 +55,17 @@ def campaigns_in(package: str, seed: int = 0) -> list[Campaign]:
     """Return the campaigns of a package: its modules whose names do not begin with an underscore."""
     names = [found.name for found in pkgutil.iter_modules(import_module(package).__path__)]
     modules = [f"{package}.{name}" for name in sorted(names) if not name.startswith("_")]
-    return [Campaign(name, str(import_module(name).__doc__).splitlines()[0], seed) for name in modules]
+    found = [import_module(name) for name in modules]
+    return [
+        Campaign(
+            each.__name__,
+            str(each.__doc__).splitlines()[0],
+            seed,
+            getattr(each, "TRIES", 1),
+            getattr(each, "GOAL", 0),
+        )
+        for each in found
+    ]
 
 
 def play(

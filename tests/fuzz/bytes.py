@@ -16,6 +16,8 @@ import numpy as np
 from softbody import SnapshotError, World
 from tests.fuzz._worlds import lived, snapshots
 
+GOAL = 20_000
+
 Rng = np.random.Generator
 
 MOST_BYTES = 2**20  # that World.load is allowed

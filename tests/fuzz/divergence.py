@@ -3,35 +3,58 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 import softbody
-from softbody import MeshError, ParameterError, SimulationError, World
+from softbody import MeshError, ParameterError, SimulationError, SoftBody, World
 
+GOAL = 1_000  # worlds that diverge: each attempt ends with one
+
+MOST_WORLDS = 100  # of which none diverges: then it is enough
 MESHES = [softbody.tetrahedron(), softbody.octahedron(), softbody.icosphere(1), softbody.box((1.0, 0.5, 2.0), 2)]
 HUGE = 1e5  # times its size at rest, swollen by its gas, to which no body may have grown
 FAR = 2.0**50  # times its size, at which a box may be
 
 
 def attempt(seed: int) -> str | None:
-    """Make a world, step it, and look what became of it."""
+    """Make worlds, step them, and look what became of them, until one has diverged."""
     rng = np.random.default_rng(seed)
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore")
-        try:
-            world = _made(rng)
-        except (MeshError, ParameterError):
-            return None
-        for _ in range(int(rng.integers(1, 4))):
-            h = (
-                float(10.0 ** rng.uniform(-4.0, 0.5))
-                if rng.random() < 0.8
-                else float(10.0 ** rng.uniform(-300.0, 300.0))
-            )
-            broken = _stepped(world, h, int(rng.integers(1, 100)), bool(rng.random() < 0.9))
-            if broken:
+        for _ in range(MOST_WORLDS):
+            broken, has_diverged = _lived(rng)
+            if broken or has_diverged:
                 return broken
+    return None
+
+
+def _lived(rng: np.random.Generator) -> tuple[str | None, bool]:
+    """Make a world and step it; return what is wrong with what came of it, and whether it has diverged."""
+    try:
+        world = _made(rng)
+    except (MeshError, ParameterError):
+        return None, False
+    for _ in range(int(rng.integers(1, 4))):
+        h = float(10.0 ** rng.uniform(-4.0, 0.5)) if rng.random() < 0.8 else float(10.0 ** rng.uniform(-300.0, 300.0))
+        broken, has_diverged = _stepped(world, h, int(rng.integers(1, 100)), bool(rng.random() < 0.9))
+        if broken or has_diverged:
+            return broken, has_diverged
+    return _refuses_what_is_stable(world), False
+
+
+def _refuses_what_is_stable(world: World) -> str | None:
+    """Take nine tenths of the step that is called stable; return what is wrong if it is refused as too long."""
+    try:
+        h = 0.9 * min(world.stable_time_step(), 1e-3)
+        world.step(h)
+    except SimulationError:
+        return None
+    except ParameterError as error:
+        if "a stable time step here" in str(error) or "joints allow" in str(error):
+            return f"nine tenths of the stable step are refused: {error}"
     return None
 
 
@@ -68,28 +91,48 @@ def _made(rng: np.random.Generator) -> World:
             box.orientation[:] = rng.choice([0.0, 1e160, 1e-160, 0.7])
         if rng.random() < 0.1 * extreme:
             box.angular_velocity[:] = number(1.0)
+    if rng.random() < 0.3:
+        moved = world.add_box(np.abs(vector(1.0)), None, vector(1.0), velocity=vector(1.0))
+        moved.move_to(vector(1.0), seconds=number(1.0))
+    bodies = [*world.soft_bodies, *world.boxes]
+    for _ in range(int(rng.integers(0, 4)) if bodies and rng.random() < 0.5 else 0):
+        ends: list[Any] = [
+            (body, _place_on(body, rng, vector)) for body in rng.permutation(np.array(bodies, object))[:2]
+        ]
+        ends = [*ends, vector(1.0)][:2]
+        joint = world.add_joint(ends[0], ends[1], number(100.0), number(0.1), rng.choice([0.0, number(1.0)]))
+        if rng.random() < 0.2 * extreme:
+            joint.stiffness = number(1e6)
     return world
 
 
-def _stepped(world: World, h: float, steps: int, unstable: bool) -> str | None:
-    """Step the world; return what is wrong with what came of it."""
+def _place_on(body: Any, rng: np.random.Generator, vector: Callable[[float], np.ndarray]) -> Any:
+    """Return where a joint holds a body."""
+    if isinstance(body, SoftBody) and rng.random() < 0.5:
+        return int(rng.integers(len(body.positions)))
+    return body.positions[0] if isinstance(body, SoftBody) else body.position + vector(0.3)
+
+
+def _stepped(world: World, h: float, steps: int, unstable: bool) -> tuple[str | None, bool]:
+    """Step the world; return what is wrong with what came of it, and whether it has diverged."""
     before, done = world.state_hash(), world.steps
     good_before = _flaw(world) is None
     try:
         world.step(h, steps, allow_unstable=unstable)
     except ParameterError:
-        return None if (world.state_hash(), world.steps) == (before, done) else "a step was refused, and begun"
+        is_as_before = (world.state_hash(), world.steps) == (before, done)
+        return None if is_as_before else "a step was refused, and begun", False
     except SimulationError as error:
         if world.steps != error.step or not done <= error.step < done + steps:
-            return f"an error in step {error.step}, after {world.steps} of {done} + {steps}"
+            return f"an error in step {error.step}, after {world.steps} of {done} + {steps}", True
         if error.body not in str(error) or not np.isfinite(error.stable_time_step) or error.stable_time_step < 0.0:
-            return f"a message that helps nobody: {error}; {error.stable_time_step}"
+            return f"a message that helps nobody: {error}; {error.stable_time_step}", True
         flaw = _flaw(world) if good_before else None
         if flaw:
-            return f"the last good state has {flaw}; {error}"
-        return _recovers(world, error)
+            return f"the last good state has {flaw}; {error}", True
+        return _recovers(world, error), True
     flaw = _flaw(world) if good_before else None
-    return f"silent: {flaw} after {world.steps - done} steps of {h:.3g} s" if flaw else None
+    return (f"silent: {flaw} after {world.steps - done} steps of {h:.3g} s" if flaw else None), False
 
 
 def _recovers(world: World, error: SimulationError) -> str | None:

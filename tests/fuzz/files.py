@@ -19,6 +19,8 @@ from softbody import SnapshotError, World
 from softbody.snapshot_entries import Snapshot
 from tests.fuzz._worlds import lived, snapshots
 
+GOAL = 20_000
+
 Rng = np.random.Generator
 
 NUMBERS = (

@@ -14,6 +14,8 @@ import numpy as np
 import softbody
 from softbody import World
 
+GOAL = 1_000
+
 SOON = 0.2  # [s] of the processor's time
 BALLS = [softbody.icosphere(k, 0.5) for k in range(5)]
 _durations: dict[tuple[object, ...], float] = {}
@@ -35,7 +37,7 @@ def attempt(seed: int) -> str | None:
 
 def _step(rng: np.random.Generator, kind: str) -> str | None:
     """Interrupt steps; compare the world with one that has made as many, to the bit, then and some steps later."""
-    scene, integrator = int(rng.integers(6)), str(rng.choice(["rk4_velocity", "symplectic_euler"]))
+    scene, integrator = int(rng.integers(7)), str(rng.choice(["rk4_velocity", "symplectic_euler"]))
     substeps = int(rng.choice([1, 1, 3]))
     world, h, steps = made(scene, integrator)
     h *= substeps
@@ -68,21 +70,24 @@ def _step(rng: np.random.Generator, kind: str) -> str | None:
 
 def _add(rng: np.random.Generator, _: str) -> str | None:
     """Interrupt the adding of bodies; the world must be one with some of them, and go on as such a one."""
-    order = rng.integers(0, 6, 6).tolist()
+    order = rng.integers(0, 7, 6).tolist()
 
     def add(world: World, number: int) -> None:
         for k, body in enumerate(order[:number]):
             if body < 4:
                 world.add_soft_body(BALLS[body], 1.0, 100.0, 10.0, (3.0 * k, 0.0, 1.0))
-            else:
+            elif body < 6 or k == 0:
                 world.add_box((1.0, 1.0, 1.0), 1.0, (3.0 * k, 0.0, 1.0))
+            else:
+                held = [*world.soft_bodies, *world.boxes][-1]
+                world.add_joint((held, (3.0 * k, 0.0, 2.0)), (3.0 * k, 0.0, 3.0), 20.0)
 
     world = World()
     world.add_ground()
     late = _interrupted(rng, lambda: add(world, len(order)), 0.03)
     if late:
         return late
-    other, number = World(), world.model.soft_count + world.model.box_count
+    other, number = World(), world.model.soft_count + world.model.box_count + len(world.joints)
     other.add_ground()
     add(other, number)
     for then in ("", " and three steps"):
@@ -123,7 +128,7 @@ def _equilibrium(rng: np.random.Generator, _: str) -> str | None:
 
 def _restore(rng: np.random.Generator, _: str) -> str | None:
     """Interrupt a world that becomes now one, now another: it is one of the two, and goes on as that one."""
-    wholes = [made(int(scene), "rk4_velocity")[:2] for scene in rng.choice([0, 1, 3, 4, 5], 2, replace=False)]
+    wholes = [made(int(scene), "rk4_velocity")[:2] for scene in rng.choice([0, 1, 3, 4, 5, 6], 2, replace=False)]
     for whole, h in wholes:
         whole.step(h, int(rng.integers(1, 5)))
     snapshots = [whole.snapshot() for whole, _ in wholes]
@@ -160,11 +165,18 @@ def made(scene: int, integrator: str) -> tuple[World, float, int]:
     elif scene == 4:
         for k in range(5):
             world.add_box((1.0, 0.9, 0.5), 1.0, (0.05 * k, 0.0, 0.25 + 0.51 * k), angular_velocity=(0.0, 0.1, 0.3))
-    else:
+    elif scene == 5:
         world.add_box((1.0, 1.0, 0.5), 1.0, (0.0, 0.0, 0.25))
         world.add_box((0.5, 0.5, 0.5), 1.0, (0.1, 0.0, 0.76))
         world.add_soft_body(BALLS[2], 1.0, 200.0, 30.0, (0.0, 0.0, 1.55))
-    return world, 0.3 * min(world.stable_time_step(), 0.01), (4_000, 1_000, 100, 200, 1_000, 200)[scene]
+    else:
+        lift = world.add_box((2.0, 2.0, 0.2), None, (0.0, 0.0, 0.1))
+        lift.move_to((0.0, 0.0, 1.0), seconds=1.0)
+        box = world.add_box((0.5, 0.5, 0.5), 1.0, (0.0, 0.0, 2.0))
+        ball = world.add_soft_body(BALLS[2], 1.0, 200.0, 30.0, (0.0, 0.0, 0.8))
+        world.add_joint((ball, 0), (box, box.position), 20.0, 0.1, 0.5)
+        world.add_joint((box, box.position), (0.0, 0.0, 2.5), 20.0)
+    return world, 0.3 * min(world.stable_time_step(), 0.01), (4_000, 1_000, 100, 200, 1_000, 200, 200)[scene]
 
 
 def _in_one_go(scene: int, integrator: str, h: float, steps: int, substeps: int) -> None:

@@ -15,6 +15,8 @@ from softbody import SceneError, SoftbodyError, Trajectory, TrajectoryError, Tra
 from tests.fuzz.bytes import cut, flipped, spliced, written_over
 from tests.fuzz.files import a_row, bits, mixed, nearby, one_number, other_kind, several, shuffled
 
+GOAL = 20_000
+
 Rng = np.random.Generator
 
 WAYS = (flipped, written_over, cut, spliced)

@@ -341,3 +341,15 @@ def test_after_a_fault_a_world_goes_on_as_one_that_has_made_as_many_steps():
         world.step(1e-4, 20)
     assert failing.time == good.time
     assert failing.state_hash() == good.state_hash()
+
+
+def test_the_step_that_helps_helps_all_bodies():
+    world = World(gravity=(0.0, 0.0, 0.0))
+    world.add_soft_body(softbody.octahedron(), 1.0, 1e4, 1.0)
+    world.add_box(
+        (1e-3, 1e-3, 1e-3), 1.0, (5.0, 0.0, 0.0), velocity=(100.0, 0.0, 0.0), angular_velocity=(0.0, 0.0, 1e4)
+    )
+    with pytest.raises(SimulationError) as caught:
+        world.step(0.5, 100, allow_unstable=True)
+    assert caught.value.body == "soft body 0"
+    assert 0.0 < caught.value.stable_time_step <= 1e-5

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 import softbody
-from softbody import BusyError, World
+from softbody import BusyError, Trajectory, TrajectoryWriter, World
+from softbody.dynamics.vertex_rings import one_rings
 from softbody.interrupts import SILENT, assign_together, listening, set_together
 
 compiled = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="Python handles signals anywhere in its own code")
@@ -172,6 +173,24 @@ def test_a_removal_that_is_interrupted_anywhere_has_happened_or_has_not():
     assert line > 5
 
 
+def test_a_world_that_is_put_where_it_was_has_the_time_of_then(tmp_path):
+    world = ball()
+    with TrajectoryWriter(world, tmp_path / "t") as kept:
+        kept.frame()
+        world.step(1e-4, 5)
+        kept.frame()
+    trajectory = Trajectory.open(tmp_path / "t")
+    first, last = trajectory[0], trajectory[1]
+    line = 1
+    while stopped_at(line, lambda: trajectory.put_into(world, 0)):
+        is_last = np.array_equal(world.state.particle_position, last.positions)
+        assert (is_last, world.time) == (True, last.time), line
+        line += 1
+    assert np.array_equal(world.state.particle_position, first.positions)
+    assert world.time == first.time
+    assert line > 3
+
+
 def test_attributes_are_set_together():
     class Pair:
         one, other = 1, 2
@@ -230,6 +249,8 @@ def test_arrays_are_assigned_together():
 def test_a_world_that_is_being_stepped_says_so_and_is_not_torn():
     world, errors = ball(), []
     world.step(1e-4)
+    (body,) = world.soft_bodies
+    hold = world.add_joint((body, 0), (0.0, 0.0, 2.0), 0.0)
     calls = [
         lambda: world.step(1e-4),
         lambda: world.run(1.0, 1e-4),
@@ -239,6 +260,11 @@ def test_a_world_that_is_being_stepped_says_so_and_is_not_torn():
         world.equilibrium,
         world.snapshot,
         lambda: world.restore({}),
+        lambda: setattr(body, "friction", 0.1),
+        lambda: setattr(body, "fixed", [0]),
+        lambda: setattr(body, "external_force", (0.0, 0.0, 1.0)),
+        lambda: body.set_springs(10.0),
+        lambda: setattr(hold, "stiffness", 1.0),
     ]
     with world._my_turn():  # as `step` does, on whatever thread
         for call in calls:
@@ -272,3 +298,29 @@ def test_four_threads_that_step_one_world_take_turns_or_are_told():
         other.step(1e-4, 10)
     assert same(world, other)
     assert len(told) + len(done) == 160
+
+
+@posix
+@compiled
+def test_what_a_handler_raises_while_a_kernel_makes_arrays_leaves_as_itself():
+    mesh = softbody.icosphere(4)
+    triangles = mesh.triangles.copy()
+    one_rings(len(mesh.vertices), triangles)  # compiled
+
+    def ring(*_):
+        raise StopError
+
+    before, heard = signal.signal(signal.SIGALRM, ring), 0
+    try:
+        for k in range(300):
+            try:
+                signal.setitimer(signal.ITIMER_REAL, 1e-5 * (1 + k % 100))
+                for _ in range(100):
+                    one_rings(len(mesh.vertices), triangles)
+            except StopError:
+                heard += 1
+            finally:
+                signal.setitimer(signal.ITIMER_REAL, 0.0)
+    finally:
+        signal.signal(signal.SIGALRM, before)
+    assert heard > 200

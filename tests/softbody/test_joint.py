@@ -1,14 +1,17 @@
 """Do joints hold what they are said to hold, and say no to what they cannot?"""
 
+import contextlib
 import copy
 import itertools
 import pickle
+import sys
+import threading
 
 import numpy as np
 import pytest
 
 import softbody
-from softbody import Joint, ParameterError, SnapshotError, World
+from softbody import BusyError, Joint, ParameterError, SnapshotError, World
 
 SOLID = softbody.octahedron(0.3)
 
@@ -176,6 +179,8 @@ def test_a_list_of_joints_that_is_too_short_is_damage(world):
         (("other", (1.0, 0.0, 0.0)), "a is on .*, which is no body of this world"),
         (("text", (1.0, 0.0, 0.0)), "a is on 'ball'"),
         (("box", (1.0, 0.0, 0.0)), "place of a"),
+        (("ragged", (1.0, 0.0, 0.0)), "place of a is"),
+        (("soft None", (1.0, 0.0, 0.0)), "place of a is None"),
     ],
 )
 def test_ends_that_are_none_are_refused(world, ends, message):
@@ -184,6 +189,7 @@ def test_ends_that_are_none_are_refused(world, ends, message):
     given = {
         "soft 0": (body, 0), "soft 6": (body, 6), "soft -1": (body, -1), "soft 1.5": (body, 1.5),
         "other": (other, (0.0, 0.0, 0.0)), "text": ("ball", 0), "box": (world.boxes[0], 3),
+        "ragged": (body, [0.0, [1.0], 2.0]), "soft None": (body, None),
     }  # fmt: skip
     with pytest.raises(ParameterError, match=message):
         world.add_joint(*(given.get(end, end) if isinstance(end, str) else end for end in ends), 1.0)
@@ -212,3 +218,87 @@ def test_only_a_joint_to_a_place_has_a_target(world):
 def test_equilibrium_plays_without_joints(world):
     world.equilibrium()
     assert not world.state.particle_velocity.any()
+
+
+@pytest.mark.parametrize(
+    ("place", "stiffness", "damping"),
+    [
+        ((2.0, 0.0, 0.0), 1e308, 0.0),
+        ((2.0, 0.0, 0.0), 0.0, 1e308),
+        ((1e160, 0.0, 0.0), 1.0, 0.0),
+        ((1e160, 0.0, 0.0), 0.0, 1.0),
+    ],
+)
+@pytest.mark.filterwarnings("error")
+def test_a_joint_for_which_no_step_is_stable_says_so(world, place, stiffness, damping):
+    box = world.boxes[0]
+    world.add_joint((box, place), (0.0, 0.0, 0.0), stiffness, damping)
+    for call in (world.stable_time_step, lambda: world.step(1e-300), lambda: world.run(1.0)):
+        with pytest.raises(ParameterError, match="no time step is stable: joints are too stiff"):
+            call()
+    assert world.steps == 0
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_joint_without_force_or_on_what_never_moves_asks_for_no_step():
+    world = World()
+    wall = world.add_box((1.0, 1.0, 1.0), None)
+    box = world.add_box((1.0, 1.0, 1.0), 1.0, (3.0, 0.0, 0.0))
+    world.add_joint((wall, (1e160, 0.0, 0.0)), (9.0, 0.0, 0.0), 1e308, 1e308)
+    world.add_joint((box, (1e160, 0.0, 0.0)), (9.0, 0.0, 0.0), 0.0)
+    assert world.stable_time_step() == np.inf
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_nine_tenths_of_the_stable_step_are_taken_with_joints(seed):
+    rng = np.random.default_rng(seed)
+    world = World(gravity=(0.0, 0.0, 0.0), integrator=str(rng.choice(["rk4_velocity", "rk4", "symplectic_euler"])))
+    box = world.add_box((0.2, 0.2, 0.2), 10.0 ** rng.uniform(-3, 3), (2.0, 0.0, 0.0))
+    body = world.add_soft_body(SOLID, 10.0 ** rng.uniform(-3, 3), 500.0, 0.0)
+    for end in ((box, box.position + rng.normal(size=3)), (body, 2), (0.0, 1.0, 0.0)):
+        world.add_joint((body, 0) if end is not body else (box, 2), end, *10.0 ** rng.uniform(-6, 6, 2))
+    for _ in range(3):
+        h = world.stable_time_step()
+        assert 0.0 < h < np.inf
+        world.step(0.9 * h, 2)
+
+
+def test_a_target_that_was_written_over_is_named(world):
+    hold = world.add_joint((0.0, 0.0, 1.0), (world.boxes[0], (2.0, 0.0, 0.0)), 1.0)
+    world.step(1e-3)
+    hold.target[:] = np.nan
+    before = world.state_hash()
+    with pytest.raises(ParameterError, match="target of joint 1 is not finite"):
+        world.step(1e-3, 5)
+    assert (world.steps, world.state_hash()) == (1, before)
+
+
+def test_ends_can_be_asked_for_while_others_remove_bodies(world):
+    hold = world.joints[0]
+    stop = threading.Event()
+
+    def come_and_go():
+        while not stop.is_set():
+            box = world.add_box((0.2, 0.2, 0.2), 1.0, (9.0, 0.0, 0.0))
+            world.add_joint((box, box.position), (9.0, 0.0, 1.0), 1.0)
+            world.remove(box)
+
+    thread = threading.Thread(target=come_and_go)
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    thread.start()
+    try:
+        for k in range(300):
+            last = world.joints[-1]
+            with contextlib.suppress(ParameterError, BusyError):  # it is gone; somebody else has their turn
+                assert last.length >= 0.0
+                last.stiffness = 2.0
+                world.boxes[0].friction = 0.1 + 0.001 * k
+                hold.stiffness = 1.0 + k
+            sizes = {len(array) for array in world._parts.joints}
+            assert len(sizes) == 1
+            assert len(world.model.box_friction) == world.model.box_count
+    finally:
+        stop.set()
+        thread.join()
+        sys.setswitchinterval(before)

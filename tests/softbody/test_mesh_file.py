@@ -1,5 +1,6 @@
 """Are meshes read from files, merged on request, and is what is wrong with a file told?"""
 
+import os
 import sys
 from types import SimpleNamespace
 
@@ -86,3 +87,10 @@ def test_without_trimesh_the_package_is_named(tmp_path, monkeypatch):
     with pytest.raises(MissingPackageError, match=r"takes trimesh: pip install trimesh .*softbody\[files\]"):
         Mesh.from_file(tmp_path / "any.stl")
     assert issubclass(MissingPackageError, ImportError)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes that have names")
+def test_a_pipe_in_the_place_of_a_file_is_refused_and_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "part.ply")
+    with pytest.raises(MeshError, match=r"part\.ply: it is no file"):
+        Mesh.from_file(tmp_path / "part.ply")

@@ -259,8 +259,8 @@ def _volume(body: SoftBody) -> float:
         Fault(
             "torques that are not cleared",
             rigid_box.Box.clear_forces,
-            "self.world.controls.box_torque[self._row()] = 0.0",
-            "",
+            "(controls.box_torque[row], 0.0)",
+            "(controls.box_torque[row], controls.box_torque[row])",
         ),
         Fault(
             "the torque of the box before",

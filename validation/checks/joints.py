@@ -266,7 +266,7 @@ def _stretch(world: World, seconds: float, joints: list[Joint]) -> float:
             "no_joints() if _joints(entries, model) else None",
         ),
         Fault("stiffness that is only read again", joint.JointNumber.__set__, "joint.world.replace(joints=j_)", "None"),
-        Fault("the other end moved", joint.Joint._columns_of_target, "slice(3 * end_, 3 * end_ + 3)", "slice(0, 3)"),
+        Fault("the other end moved", joint.Joint._place_of_target, "b_[r_, 3 * end_ : 3 * end_ + 3]", "b_[r_, 0:3]"),
     ),
 )
 def joints_of_what_is_left(run: Run) -> Comparison:

@@ -190,6 +190,9 @@ colour = "strain"
             b"[[box]]\nsize = [1, 1, 1]\nstatic = true\nvelocity = [1, 0, 0]",
             "a static box has no velocity; say kinematic = true",
         ),
+        (b"a" + b" . b" * 100_000 + b" = 1", "a key of more than 200 parts"),
+        (b"[[" + b'a."b".' * 1_000 + b"a]]", "a key of more than 200 parts"),
+        (b"a = " + b"[" * 100_000, "is no TOML"),
     ],
 )
 def test_whatever_is_no_scene_is_one_typed_error(scene, content, message):

@@ -60,3 +60,10 @@ def test_every_path_has_its_line(end):
         ("nowhere",): 1,
     }.items():
         assert line_of(path, lines) == line, path
+
+
+def test_a_file_that_would_take_for_ever_has_the_lines_of_its_beginning():
+    text = "first = 1\nlong = [\n" + '"a",\n' * 20_000 + "]\nlast = 1\n"
+    lines = lines_of(text, tomllib.loads)
+    assert lines[("first",)] == 1
+    assert ("last",) not in lines

@@ -6,6 +6,7 @@ import json
 import os
 import pickle
 import shutil
+import threading
 import zipfile
 
 import numpy as np
@@ -360,6 +361,34 @@ def test_two_writers_of_a_folder_are_told(world, tmp_path):
         three.close()
 
 
+@pytest.mark.skipif(os.name != "posix", reason="no locks of folders")
+@pytest.mark.parametrize("turn", range(5))
+def test_of_writers_at_the_same_time_one_has_the_folder_and_the_others_are_told(tmp_path, turn):
+    start, told = threading.Barrier(3), []
+
+    def write():
+        world = new_world()
+        start.wait()
+        try:
+            with TrajectoryWriter(world, tmp_path / "t", resume=True) as kept:
+                for _ in range(10):
+                    kept.frame()
+                    kept.flush()
+            told.append("")
+        except (TrajectoryError, OutputError) as error:
+            told.append(str(error))
+
+    writers = [threading.Thread(target=write) for _ in range(3)]
+    for writer in writers:
+        writer.start()
+    for writer in writers:
+        writer.join()
+    assert len(list(Trajectory.open(tmp_path / "t"))) >= 10
+    assert len(told) == 3
+    assert told.count("") >= 1
+    assert all("by somebody else" in error or "holds a trajectory" in error for error in told if error)
+
+
 def test_a_program_may_go_elsewhere_meanwhile(world, tmp_path, monkeypatch):
     for name in ("here", "there"):
         (tmp_path / name).mkdir()
@@ -462,6 +491,10 @@ DAMAGE = {
     "folder": (
         in_file("000000.npz", lambda path: (path.unlink(), path.mkdir())),
         r"000000\.npz is no file; give one that softbody\.TrajectoryWriter wrote",
+    ),
+    "pipe": (
+        in_file("trajectory.json", lambda path: (path.unlink(), os.mkfifo(path))),
+        r"trajectory\.json: it is no file",
     ),
     "triangles": (
         in_file("bodies.npz", lambda path: packed(path, triangle_particles=np.full((12, 3), 7))),
