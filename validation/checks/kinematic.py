@@ -80,8 +80,8 @@ class Rides(NamedTuple):
         Fault(
             "a lift a hundredth too slow",
             rigid_box.Box.move_to,
-            "assign_together((self.velocity, velocity_), t_)",
-            "assign_together((self.velocity, 0.99 * velocity), (self.angular_velocity, turn))",
+            "self._go(velocity_, t_, s_)",
+            "self._go(0.99 * velocity, spin, seconds)",
         ),
     ),
 )

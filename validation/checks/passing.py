@@ -50,7 +50,7 @@ THROUGH = Fault(
 STOPPED = Fault(
     "boxes that fly held up as if something stopped one of them",
     manifold.stopped_manifold,
-    "left_ <= end_ or left_ + dot(gain_, normal_) > end_",
+    "a_ > b_ and left_ <= end_ or left_ + dot(gain_, normal_) > end_",
     "left + dot(gain, normal) > open_at",
 )
 NO_EDGES = Fault("edges that never meet", manifold._points_of_meeting, "1 if gap_ <= most_ else 0", "0")
