@@ -71,7 +71,7 @@ class Box(Body):
     def velocity(self) -> np.ndarray:
         """Velocity of the centre (3,) [m/s]. A box without mass keeps it, whatever it meets: it is kinematic.
 
-        To set it, or the angular velocity, ends what `move_to` began.
+        To set it, or the angular velocity, ends what `move_to` began; what is written into the array lasts until then.
         """
         return self.world.state.box_velocity[self._row()]
 

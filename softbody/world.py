@@ -501,13 +501,13 @@ class World(StrictNames):
         model, _, state, *_ = self._parts
         work = steps * settings.substeps * (len(state.particle_position) + 10 * model.box_count)
         how = self.steps + steps, time_step, settings, begun, is_seen
-        if self._threads == 1 and work < WORTH_LISTENING:
+        if self._threads > 1:
+            with team_of(self._threads), listening() as bell:
+                return self._run_in_turns(*how, bell)
+        if work < WORTH_LISTENING:
             return self._run_until(*how, SILENT)
-        if self._threads == 1:
-            with listening() as bell:
-                return self._run_until(*how, bell)
-        with team_of(self._threads), listening() as bell:
-            return self._run_in_turns(*how, bell)
+        with listening() as bell:
+            return self._run_until(*how, bell)
 
     def _run_in_turns(
         self, end: int, time_step: float, settings: Settings, begun: tuple[int, float], is_seen: bool, bell: Bell
