@@ -48,9 +48,10 @@ def check_finite(model: Model, controls: Controls, state: State, joints: Joints)
             raise ParameterError(f"{name}{where} of {kind} {body} is not finite: {rows[row]}; set it to numbers")
 
 
-def stable_time_step(model: Model, controls: Controls, state: State, settings: Settings, joints: Joints) -> float:
+def stable_time_step(model: Model, controls: Controls, state: State, settings: Settings, of_joints: float) -> float:
     """Return a time step [s] that is stable for every soft body as it is now, and all joints; inf if there is none.
 
+    `of_joints` is what `longest_step_of_joints` says.
     From an upper bound of the highest frequency, so often a little shorter than need be. Contacts and motion that
     stretches a body further can ask for a shorter one. Raises ParameterError where no step is stable.
     """
@@ -58,7 +59,6 @@ def stable_time_step(model: Model, controls: Controls, state: State, settings: S
     shortest, unstable = shortest_stable_step(model, controls, state.particle_position, limit)
     if unstable >= 0:
         raise ParameterError(f"no time step is stable: {_unstable(model, controls, state, unstable)}")
-    of_joints = longest_step_of_joints(model, joints)
     if not of_joints > 0.0:
         raise ParameterError(
             "no time step is stable: joints are too stiff, damp too much, or are too far out on boxes, for what they "
@@ -132,9 +132,11 @@ class StableStep:
         """Make the estimate anew; raise ParameterError if a sub-step [s] is too long."""
         if not (model.soft_count or len(joints.joint_box)):
             return
+        is_known = self._model is model and self._joints is joints
         self._model = None  # until all that follows is as new
-        self._seconds = stable_time_step(model, controls, state, settings, joints)
-        self._of_joints = longest_step_of_joints(model, joints)
+        if not is_known:
+            self._of_joints = longest_step_of_joints(model, joints)
+        self._seconds = stable_time_step(model, controls, state, settings, self._of_joints)
         self._gas, self._integrator, self._made_at = controls.soft_gas.tobytes(), settings.integrator, steps
         self._model, self._joints = model, joints
         part = time_step / settings.substeps
@@ -165,7 +167,7 @@ def helpful_step(
     moves by more than its size, or turns by more than a radian: or another one would diverge next.
     """
     try:
-        stable = stable_time_step(model, controls, state, settings, joints)
+        stable = stable_time_step(model, controls, state, settings, longest_step_of_joints(model, joints))
     except ParameterError as error:
         return 0.0, str(error)
     for soft in range(model.soft_count):

@@ -46,6 +46,7 @@ from softbody.guards import (
     check_pace,
     fault_of,
     helpful_step,
+    longest_step_of_joints,
     may_carry_too_much,
     stable_time_step,
     warn_of_mass_ratios,
@@ -650,7 +651,8 @@ class World(StrictNames):
         From an upper bound of the highest frequency, so often a little shorter than need be. Contacts and motion
         that stretches the body further can ask for a shorter one. Raises ParameterError where no step is stable.
         """
-        return stable_time_step(self.model, self.controls, self.state, self.settings, self._parts.joints)
+        model, controls, state, _, joints = self._parts
+        return stable_time_step(model, controls, state, self.settings, longest_step_of_joints(model, joints))
 
     def equilibrium(self, tolerance: float = 1e-12, steps: int = 200_000) -> None:
         """Move every soft body to its shape at rest, where it hangs on its fixed particles, or floats without weight.

@@ -34,14 +34,15 @@ def highest_frequency(model: Model, controls: Controls, position: np.ndarray, bo
         b = load(position, model.triangle_particles[t, 1])
         c = load(position, model.triangle_particles[t, 2])
         six_gradients = cross(sub(b, a), sub(c, a))
+        # ∂²V/∂p∂q is [r − m]×/6 from this triangle, about the middle m of the edge that it shares: a median's length.
+        medians = (
+            norm(sub(a, scale(0.5, add(b, c)))),
+            norm(sub(b, scale(0.5, add(c, a)))),
+            norm(sub(c, scale(0.5, add(a, b)))),
+        )
         for corner in range(3):
             i = model.triangle_particles[t, corner]
-            p = load(position, i)
-            q = load(position, model.triangle_particles[t, (corner + 1) % 3])
-            r = load(position, model.triangle_particles[t, (corner + 2) % 3])
-            # ∂²V/∂p∂q is [r − m]×/6 from this triangle, about the middle m of the edge that it shares.
-            bend[i - first] += norm(sub(r, scale(0.5, add(p, q)))) / 6.0
-            bend[i - first] += norm(sub(q, scale(0.5, add(p, r)))) / 6.0
+            bend[i - first] += (medians[(corner + 1) % 3] + medians[(corner + 2) % 3]) / 6.0
             for d in range(3):
                 gradient[i - first, d] += six_gradients[d] / 6.0
     volume = soft_volume(model, position, body)
@@ -70,6 +71,8 @@ def highest_damping(model: Model, body: int) -> float:
 
     By the graph Laplacian's bound again, with the damping of the springs in place of their stiffness.
     """
+    if model.soft_damping[body] == 0.0:
+        return model.soft_drag[body]
     first = model.soft_particle_start[body]
     neighbours = np.zeros(model.soft_particle_start[body + 1] - first)
     edge_range = range(model.soft_edge_start[body], model.soft_edge_start[body + 1])
