@@ -194,8 +194,9 @@ def collisions_keep_angular_momentum(run: Run) -> Comparison:
     unit="of the closing speed",
     kind="closed form",
     least=2,
-    tolerance=0.02,
-    because="each hit takes a particle's share; the surface rings: 2 % at 642 particles, ten times that at 42",
+    tolerance=0.03,
+    because="each hit takes a particle's share; the surface rings: 2.04 % at worst of ten seeds at 642 particles, ten"
+    " times that at 42",
     detects="a restitution of the whole body; a surface that does not feel the particle",
     faults=(ONE_SIDED,),
 )

@@ -182,8 +182,8 @@ def _paddle(rng: np.random.Generator, size: np.ndarray, mass: float, rides: Ride
     reference="the same world with everything at rest (Galileo)",
     kind="the core in another form",
     unit="m, and m/s, relative to the floor",
-    tolerance=1e-7,
-    because="rounding, made larger by the tumbling box's impacts: 8e-9 at worst; the ball 4e-13",
+    tolerance=1e-5,
+    because="rounding, made larger by the tumbling box's impacts: 2e-6 at worst of ten seeds; the ball 4e-13",
     detects="motion of kinematic boxes that contacts of boxes or of soft bodies do not see",
     faults=(
         RESTS,
