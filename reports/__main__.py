@@ -46,8 +46,9 @@ def make_page(folder: Path) -> None:
     from reports.page import page
 
     target = folder / "index.html"
+    text = page(report, folder)  # before anything is written: it may refuse a picture
     write(folder / "badge.svg", badge(report))
-    write(target, page(report, folder))
+    write(target, text)
     click.echo(target)
 
 
