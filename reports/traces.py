@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from reports.sensitivity import CAUGHT
-from validation.record import FAILS, HOLDS, OUTSIDE, Report
+from reports.verdicts import verdict
+from validation.record import FAILS, HOLDS, OUTSIDE, ClaimRecord, Report
 
 if TYPE_CHECKING:
     from reports.page import Row
@@ -47,20 +48,17 @@ class Traces:
 
 def traces_of(report: Report, rows: list[Row]) -> Traces:
     """Return the sections of the paper in its order, and in each the pieces by name."""
-    pieces: dict[str, list[Row]] = {}
-    for row in rows:
-        for piece in parts_of(row.claim.piece):
-            pieces.setdefault(piece, []).append(row)
-    pieces = dict(sorted(pieces.items()))
-    alone = {piece: those for piece, those in pieces.items() if not any(from_outside(row) for row in those)}
-
+    pieces, without = pieces_of([row.claim for row in rows])
+    row_of = {id(row.claim): row for row in rows}
+    named = {piece: [row_of[id(claim)] for claim in claims] for piece, claims in pieces.items()}
+    alone = {piece: named[piece] for piece in without}
     seen = {
         (fault.name, claim): fault.verdict == CAUGHT
         for fault in (report.sensitivity.faults if report.sensitivity else [])
         for claim in fault.claims
     }
     found: dict[str, dict[str, Trace]] = {}
-    for piece, those in pieces.items():
+    for piece, those in named.items():
         for row in those:
             for section in parts_of(row.claim.section) or ["no section"]:
                 trace = found.setdefault(section, {}).setdefault(piece, Trace(piece, piece in alone))
@@ -70,7 +68,17 @@ def traces_of(report: Report, rows: list[Row]) -> Traces:
                 for fault in row.claim.faults:
                     trace.faults[fault] = seen.get((fault, row.claim.id), trace.faults.get(fault))
     sections = {section: list(found[section].values()) for section in sorted(found, key=in_order)}
-    return Traces(sections, pieces, alone)
+    return Traces(sections, named, alone)
+
+
+def pieces_of(claims: list[ClaimRecord]) -> tuple[dict[str, list[ClaimRecord]], list[str]]:
+    """Return the pieces of the core, by name, with the claims on each, and those without a judge from outside."""
+    pieces: dict[str, list[ClaimRecord]] = {}
+    for claim in claims:
+        for piece in parts_of(claim.piece):
+            pieces.setdefault(piece, []).append(claim)
+    pieces = dict(sorted(pieces.items()))
+    return pieces, [piece for piece, those in pieces.items() if not any(from_outside(claim) for claim in those)]
 
 
 def parts_of(text: str) -> list[str]:
@@ -78,9 +86,9 @@ def parts_of(text: str) -> list[str]:
     return [*dict.fromkeys(part.strip() for part in text.split(",", MOST_PARTS) if part.strip())]
 
 
-def from_outside(row: Row) -> bool:
+def from_outside(claim: ClaimRecord) -> bool:
     """Tell whether a claim was judged, in this run, by who answers apart from the core; where nobody knows, it was."""
-    return row.verdict in (HOLDS, FAILS) and (row.claim.kind in OUTSIDE or not row.claim.kind)
+    return verdict(claim) in (HOLDS, FAILS) and (claim.kind in OUTSIDE or not claim.kind)
 
 
 def in_order(section: str) -> tuple[bool, list[int], str]:
