@@ -1,4 +1,4 @@
-"""How is a page made, printed, told from another? `python -m reports FOLDER`, `… pdf FOLDER`, `… diff BEFORE NOW`."""
+"""How is a page made, printed, told from another, cited? `python -m reports FOLDER`, `… pdf`, `… diff`, `… readme`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from reports import compare, pdf
+from reports import compare, pdf, readme
 from reports.reading import read, write
 
 
@@ -25,10 +25,10 @@ class PageUnlessNamed(click.Group):
 @click.group(
     cls=PageUnlessNamed,
     context_settings={"help_option_names": ["-h", "--help"]},
-    subcommand_metavar="FOLDER | diff BEFORE NOW | pdf FOLDER",
+    subcommand_metavar="FOLDER | diff BEFORE NOW | pdf FOLDER | readme",
 )
 def main() -> None:
-    """Make FOLDER/index.html from FOLDER/report.json, tell two reports apart, or print a page."""
+    """Make FOLDER/index.html from FOLDER/report.json, tell two reports apart, print a page, or fill in the README."""
 
 
 @main.command(name="page")
@@ -46,13 +46,15 @@ def make_page(folder: Path) -> None:
     from reports.page import page
 
     target = folder / "index.html"
+    text = page(report, folder)  # before anything is written: it may refuse a picture
     write(folder / "badge.svg", badge(report))
-    write(target, page(report, folder))
+    write(target, text)
     click.echo(target)
 
 
 main.add_command(compare.main, "diff")
 main.add_command(pdf.main, "pdf")
+main.add_command(readme.main, "readme")
 
 if __name__ == "__main__":
     main(prog_name="python -m reports")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from datetime import datetime
 
@@ -23,9 +24,11 @@ def count(value: float) -> str:
 
 
 def number(value: float | None, digits: int = 3) -> str:
-    """Return a number to so many significant digits, such as `0.125` or `3.1 × 10⁻¹⁵`."""
-    if value is None:
+    """Return a number to so many significant digits, such as `0.125` or `3.1 × 10⁻¹⁵`; `∞` for one that overflowed."""
+    if value is None or math.isnan(value):
         return NOT_A_NUMBER
+    if math.isinf(value):
+        return "∞" if value > 0.0 else "−∞"
     if value == int(value) and abs(value) < 1e6:
         return count(value)
     mantissa, exponent = f"{value:.{digits - 1}e}".split("e")

@@ -13,11 +13,12 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from reports import ledger, notation, overview, plots, sensitivity, verdicts
+from reports import ledger, notation, overview, plots, sensitivity, traces, verdicts
 from reports.reading import CannotRead
 from reports.template import HERE, rendered
-from validation.record import HOLDS, Arbitration, Case, ClaimRecord, Report, Timing
+from validation.record import HOLDS, Arbitration, Case, ClaimRecord, Erratum, OpenErratum, Report, Timing
 
+ERRATA = CONFIRMED, NOT_CONFIRMED, UNMEASURED = "confirmed", "not confirmed", "not measured"  # what one may be
 NEAREST = 3  # to failing, of the claims that are named first
 MOST_ANSWERS = 12  # numbers of an answer that are shown
 LARGEST_IMAGE = 8 * 2**20  # bytes
@@ -101,9 +102,16 @@ class Glance:
 class ErratumRow:
     """A formula as printed, beside the right one."""
 
-    row: Row
-    right: float | None  # places on the axis, in percent
-    printed: overview.Strip | None
+    erratum: Erratum | OpenErratum
+    row: Row | None  # of the claim that measures it, if this run has it
+    right: float | None = None  # places on the axis, in percent
+    printed: overview.Strip | None = None
+
+    @property
+    def status(self) -> str:
+        """CONFIRMED if the printed form is wrong in some case of the claim."""
+        wrong = self.erratum.printed_wrong if isinstance(self.erratum, Erratum) else None
+        return UNMEASURED if wrong is None else CONFIRMED if wrong > 0.0 else NOT_CONFIRMED
 
 
 def page(report: Report, folder: Path | None = None) -> str:
@@ -111,7 +119,7 @@ def page(report: Report, folder: Path | None = None) -> str:
     ratios = [overview.ratios(claim) for claim in report.claims]
     axis = overview.axis_of(value for three in ratios if three for value in three)
     rows = [row_of(report, claim, number, axis) for number, claim in enumerate(report.claims, 1)]
-    errata_axis, errata = errata_of(rows)
+    errata_axis, errata = errata_of(rows, report.open_errata)
     script = (HERE / "page.js").read_text(encoding="utf-8")
     return rendered(
         "page.html.jinja",
@@ -121,6 +129,8 @@ def page(report: Report, folder: Path | None = None) -> str:
         axis=axis,
         errata=errata,
         errata_axis=errata_axis,
+        errata_tally={status: n for status in ERRATA if (n := sum(line.status == status for line in errata))},
+        traces=None if report.subject else traces.traces_of(report, rows),
         verdicts=verdicts,
         contents=contents_of(report),
         glance=glance_at(report, rows),
@@ -148,6 +158,11 @@ def contents_of(report: Report) -> list[tuple[str, str]]:
     parts = [
         ("claims", "The claims", True),
         ("sensitivity", "What they detect", report.sensitivity is not None),
+        (
+            "traces",
+            "What is judged",
+            report.subject is None and any(claim.piece.strip(" ,") for claim in report.claims),
+        ),
         ("errata", "Errata", report.subject is None or any(claim.erratum for claim in report.claims)),
         ("rules", "The paper’s rules", bool(report.behaviours)),
         ("timings", "What it costs", report.subject is None or bool(report.timings)),
@@ -338,27 +353,25 @@ def growth_of(rows: list[Timing]) -> float | None:
     return statistics.linear_regression(x, y).slope
 
 
-def errata_of(rows: list[Row]) -> tuple[overview.Axis, list[ErratumRow]]:
-    """Return the errata, E2 before E10, with the places of both forms on an axis of their own."""
-    found = [row for row in rows if row.claim.erratum is not None]
-    found.sort(key=lambda row: _id_of_erratum(row.claim))
-    forms = []
-    for row in found:
+def errata_of(rows: list[Row], unmeasured: list[OpenErratum]) -> tuple[overview.Axis, list[ErratumRow]]:
+    """Return all errata, E2 before E10, with the places of both forms on an axis of their own."""
+    found, forms = [], []
+    for row in rows:
         claim, erratum = row.claim, row.claim.erratum
-        measured = (claim.value, erratum.printed_median, erratum.printed_value) if erratum else ()
-        known = [value for value in measured if value is not None]
+        if erratum is None:
+            continue
+        known = [v for v in (claim.value, erratum.printed_median, erratum.printed_value) if v is not None]
         comparable = claim.tolerance and not row.is_count and len(known) == 3
+        found.append(ErratumRow(erratum, row))
         forms.append([value / claim.tolerance for value in known] if comparable else None)
     axis = overview.axis_of(ratio for form in forms if form for ratio in form)
-    return axis, [
-        ErratumRow(row, axis.at(form[0]), overview.strip(axis, form[1], form[1], form[2]))
-        if form
-        else ErratumRow(row, None, None)
-        for row, form in zip(found, forms)
-    ]
+    for line, form in zip(found, forms):
+        if form:
+            line.right, line.printed = axis.at(form[0]), overview.strip(axis, form[1], form[1], form[2])
+    found += [ErratumRow(erratum, None) for erratum in unmeasured]
+    return axis, sorted(found, key=_id_of_erratum)
 
 
-def _id_of_erratum(claim: ClaimRecord) -> tuple[int, str, str]:
-    name = claim.erratum.id if claim.erratum else ""
-    digits = re.search(r"\d+", name)
-    return (int(digits[0]) if digits else 10**9, name, claim.id)
+def _id_of_erratum(line: ErratumRow) -> tuple[int, str, str]:
+    digits = re.search(r"\d{1,9}", line.erratum.id)
+    return (int(digits[0]) if digits else 10**9, line.erratum.id, line.row.claim.id if line.row else "")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,13 @@ NOTATION = ("number", "count", "percent", "duration", "date", "section", "prose"
 
 def rendered(template: str, **what: Any) -> str:
     """Return a template filled with what it names, and with the style sheet as `style`."""
+    style = Markup((HERE / "page.css").read_text(encoding="utf-8"))
+    return _environment().get_template(template).render(style=style, **what)
+
+
+@cache
+def _environment() -> Environment:
+    """Return what keeps the templates, once they are compiled."""
     environment = Environment(
         loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
@@ -25,8 +33,7 @@ def rendered(template: str, **what: Any) -> str:
         "breakable": breakable,
         "sparkline": lambda trend: Markup(sparkline(trend)),
     }
-    style = Markup((HERE / "page.css").read_text(encoding="utf-8"))
-    return environment.get_template(template).render(style=style, **what)
+    return environment
 
 
 def breakable(name: str) -> Markup:

@@ -11,6 +11,7 @@ from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 LONGEST_TEXT = 100_000  # characters of one entry
 LONGEST_LIST = 200_000  # entries of one list or table
+DEEPEST = 20  # lists and tables within each other, where anything may stand
 LARGEST_WHOLE = 2**63 - 1
 LARGEST = 1e300  # of numbers: what is larger is no measurement, and overflows when it is multiplied
 
@@ -64,14 +65,15 @@ def _value(hint: Any, value: Any, where: str) -> Any:
     return _PLAIN[hint](value, where)
 
 
-def _anything(value: Any, where: str) -> Any:
-    """Return a value of any type, whose parts are of sizes that can be shown."""
+def _anything(value: Any, where: str, depth: int = DEEPEST) -> Any:
+    """Return a value of any type, whose parts are of sizes that can be shown, and no deeper than `depth`."""
+    if isinstance(value, (list, dict)) and depth == 0:
+        raise ValueError(f"{where} is nested deeper than {DEEPEST}")
     if isinstance(value, list):
-        return [_anything(one, f"{where}[{k}]") for k, one in enumerate(_sized(list, value, where))]
+        return [_anything(one, f"{where}[{k}]", depth - 1) for k, one in enumerate(_sized(list, value, where))]
     if isinstance(value, dict):
-        return {
-            _text(name, where): _anything(one, f"{where}.{name}") for name, one in _sized(dict, value, where).items()
-        }
+        table = _sized(dict, value, where)
+        return {_text(name, where): _anything(one, f"{where}.{name}", depth - 1) for name, one in table.items()}
     return value if value is None or isinstance(value, bool) else _PLAIN[type(value)](value, where)
 
 

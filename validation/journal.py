@@ -113,7 +113,7 @@ class Journal:
         for line in data[:whole].split(b"\n")[:-1]:
             try:
                 found.append(json.loads(line))
-            except ValueError:
+            except (ValueError, RecursionError):  # no JSON, or nested deeper than anybody writes
                 found.append(None)
         return (found[0] if found else None), found[1:], whole
 

@@ -92,6 +92,7 @@ def blank_record(check: Check, seed: int) -> ClaimRecord:
         seconds=0.0,
         erratum=Erratum(plain(misprint.id), plain(misprint.prints), plain(misprint.right)) if misprint else None,
         kind=plain(check.kind),
+        faults=[plain(fault.name) for fault in check.faults],
     )
 
 

@@ -44,6 +44,7 @@ KINDS = {
     "bound": "what must not be exceeded",
     "the core in another form": "two ways of the core itself must agree: nobody from outside is asked",
 }
+OUTSIDE = (ENGINE, LIBRARY, "closed form", "exact arithmetic")  # kinds of judge that answer apart from the core
 
 
 @dataclass
@@ -132,6 +133,16 @@ class Erratum:
 
 
 @dataclass
+class OpenErratum:
+    """An erratum of the paper that this run has no numbers for."""
+
+    id: str
+    prints: str
+    right: str
+    why: str  # it has none
+
+
+@dataclass
 class ClaimRecord:
     """One claim and what became of it."""
 
@@ -159,6 +170,7 @@ class ClaimRecord:
     kind: str = ""  # of judge, such as "third-party engine"; "" in records that do not know
     worst: Case | None = None  # the case with the largest error, also of a claim that holds
     arbitrations: list[Arbitration] = field(default_factory=list)  # who was right, where answers differ
+    faults: list[str] = field(default_factory=list)  # names of those that are planted to turn it red
 
     def __post_init__(self) -> None:
         """Raise ValueError for numbers that contradict each other."""
@@ -342,6 +354,8 @@ class Report:
     patterns: list[str] = field(default_factory=list)  # given by -k; all claims were judged if there are none
     subject: Subject | None = None  # who was judged; None: the core
     settings: list[Setting] = field(default_factory=list)
+    open_errata: list[OpenErratum] = field(default_factory=list)
+    unnamed: list[str] = field(default_factory=list)  # public functions, dotted, that no claim names as its piece
     schema: str = SCHEMA
 
 

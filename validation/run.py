@@ -13,8 +13,10 @@ from typing import Any
 
 import softbody
 from validation.check import Check
+from validation.coverage import unnamed_functions
 from validation.declared import Declared
 from validation.engines import environment, revision, version_of, versions
+from validation.errata import open_errata
 from validation.journal import Journal
 from validation.judge import blank_record
 from validation.plain_text import plain
@@ -102,6 +104,8 @@ def blank_report(plan: Plan) -> Report:
         sensitivity=None if plan.subject else sensitivity(TRIED),
         subject=Subject(plan.subject.name, version_of(plan.subject)) if plan.subject else None,
         settings=[Setting(*map(plain, row)) for row in settings_of(plan.subject)],
+        open_errata=[] if plan.subject else open_errata(plan.checks),
+        unnamed=[] if plan.subject else unnamed_functions(),
     )
 
 

@@ -17,6 +17,7 @@ from sphinx.util.docutils import SphinxDirective
 
 from reports.notation import count, number
 from validation.check import Check, all_checks
+from validation.errata import UNMEASURED
 from validation.record import KINDS, ClaimRecord, Report, read_report
 
 RECORD = Path(__file__).parents[2] / "build" / "report" / "report.json"
@@ -122,15 +123,17 @@ class Judges(SphinxDirective):
 
 
 class Errata(SphinxDirective):
-    """`{errata}`: what the paper prints, what is right, and the claim that shows the difference."""
+    """`{errata}`: what the paper prints, what is right, and the claim that shows it, or why none does."""
 
     def run(self) -> list[nodes.Node]:
         """Return a table."""
-        wrong = [claim for claim in all_checks().values() if claim.erratum]
         rows = [
             [each.erratum.id, f"§{each.section}", each.erratum.prints, each.erratum.right, link(self, each)]
-            for each in sorted(wrong, key=lambda claim: int(claim.erratum.id[1:]))
+            for each in all_checks().values()
+            if each.erratum
         ]
+        rows += [[each.id, "", each.prints, each.right, f"no claim: {each.why}"] for each in UNMEASURED]
+        rows.sort(key=lambda row: int(row[0][1:]))
         return [table(["", "section", "as printed", "right", "shown by"], rows)]
 
 

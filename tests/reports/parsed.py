@@ -3,7 +3,7 @@
 import re
 from html.parser import HTMLParser
 
-VOID = {"meta", "link", "br", "wbr", "img", "input", "hr"}
+VOID = {"meta", "link", "br", "wbr", "img", "input", "hr", "source"}
 
 
 class Parsed(HTMLParser):

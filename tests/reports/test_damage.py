@@ -1,11 +1,8 @@
-"""Does a damaged record end with 2 and the name of the entry, never with a traceback, a hang or a file from outside?"""
+"""Does a damaged record end with 2 and the name of the entry? Any damage at all: `tests/fuzz/records.py`."""
 
 from __future__ import annotations
 
-import copy
 import json
-import random
-import signal
 from dataclasses import asdict
 
 import pytest
@@ -13,15 +10,6 @@ from click.testing import CliRunner
 
 from reports.__main__ import main
 from validation.record import Case, Picture, finite
-
-RECORDS = 120  # 10 000 were tried by hand
-PATIENCE = 30  # [s] of the processor, for one page
-STRANGE = [
-    None, True, -1, 0, 1, 7, 10**18, 10**30, -(10**400), 1e308, -1e308, 5e-324, 1e-300, 1e17, "", "x",
-    "\u0000\u001b[2J",
-    "\ud800", "../../etc/passwd", "/etc/passwd", "C:\\x.png", "a" * 10_000, "<script>", "2026-13-99", "holds", "fails",
-    "not run", [], {}, [None], [[[]]], [1e308, -1e308], [0.0] * 1_000, {"0": 1e300}, {"schema": "x"}, "disagreements",
-]  # fmt: skip
 
 
 @pytest.fixture
@@ -36,68 +24,15 @@ def record(report, claim_of, tmp_path):
     return finite(asdict(report))
 
 
-def places(data, path=()):
-    """Yield the path of every entry."""
-    yield path
-    for key, value in data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ():
-        yield from places(value, (*path, key))
-
-
-def damaged(record: dict, number: int) -> str:
-    """Return the text of a record with one to three entries changed, left out or doubled, or cut, or of other bytes."""
-    chance = random.Random(number)
-    data = copy.deepcopy(record)
-    for _ in range(chance.choice((1, 1, 1, 2, 3))):
-        *way, last = chance.choice([path for path in places(data) if path])
-        holder = data
-        for key in way:
-            holder = holder[key]
-        kind = chance.random()
-        if kind < 0.15:
-            del holder[last]
-        elif kind < 0.25 and isinstance(holder, list):
-            holder.extend(copy.deepcopy(holder[last]) for _ in range(3))
-        elif kind < 0.35 and isinstance(holder[last], (int, float)) and not isinstance(holder[last], bool):
-            holder[last] *= chance.choice((-1, 1e9, -1e9, 1e-9, 1e200))
-        else:
-            holder[last] = copy.deepcopy(chance.choice(STRANGE))
-    text = json.dumps(data, indent=1)
-    if chance.random() < 0.1:
-        place = chance.randrange(len(text))
-        text = chance.choice((text[:place], text[:place] + chance.choice('x"{]0,\x00') + text[place + 1 :]))
-    return text
+def nested(depth: int) -> list:
+    """Return a list in a list in a list."""
+    return [nested(depth - 1)] if depth else []
 
 
 def made(folder, text: str):
-    """Make the page of a record, in so much time at most, and return what the command did."""
-
-    def hangs(*_):
-        raise AssertionError("the page was not made in time")
-
-    before = signal.signal(signal.SIGPROF, hangs)
-    signal.setitimer(signal.ITIMER_PROF, PATIENCE)
-    (folder / "report.json").write_text(text, encoding="utf-8", errors="surrogatepass")
-    done = CliRunner().invoke(main, [str(folder)])
-    signal.setitimer(signal.ITIMER_PROF, 0.0)
-    signal.signal(signal.SIGPROF, before)
-    return done
-
-
-def look(folder, done, number: object) -> None:
-    """See that a page was made, or that the file was refused by name."""
-    assert done.exception is None or isinstance(done.exception, SystemExit), (number, done.exc_info)
-    assert done.exit_code in (0, 2), (number, done.output)
-    assert done.exit_code == 0 or "report.json" in done.output or "pictures[" in done.output, (number, done.output)
-
-
-def test_whatever_is_damaged_is_refused_or_shown(record, tmp_path):
-    assert made(tmp_path, json.dumps(record)).exit_code == 0
-    codes = []
-    for number in range(RECORDS):
-        done = made(tmp_path, damaged(record, number))
-        look(tmp_path, done, number)
-        codes.append(done.exit_code)
-    assert 0.2 * RECORDS < codes.count(2) < RECORDS
+    """Make the page of a record, and return what the command did."""
+    (folder / "report.json").write_text(text, encoding="utf-8")
+    return CliRunner().invoke(main, [str(folder)])
 
 
 @pytest.mark.parametrize(
@@ -111,6 +46,7 @@ def test_whatever_is_damaged_is_refused_or_shown(record, tmp_path):
         (("timings", 0, "nanoseconds"), -5.0, "timings[0]"),
         (("seconds",), 1e301, "seconds is 1e+301"),
         (("environment",), [], "environment is a list"),
+        (("claims", 0, "worst", "inputs", "p"), nested(100), "claims[0].worst.inputs.p[0]"),
         (("pictures", 0, "still"), "../secret.png", "pictures[0]: '../secret.png'"),
         (("pictures", 0, "still"), "/etc/passwd", "pictures[0]: '/etc/passwd'"),
         (("pictures", 0, "animation"), "pictures/film.svg", "pictures[0]: 'pictures/film.svg'"),
@@ -138,6 +74,7 @@ def test_pictures_come_from_the_report_s_own_folder(record, tmp_path):
     assert done.exit_code == 2
     assert "pictures[0]" in done.output
     assert "leads out of the report's folder" in done.output
+    assert not (out / "badge.svg").exists(), "the badge would be of another record than the page"
 
 
 def test_what_is_named_as_an_image_and_is_none_is_refused(record, tmp_path):

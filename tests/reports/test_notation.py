@@ -76,3 +76,9 @@ def test_a_section_gets_its_sign_once():
 )
 def test_prose_writes_exponents_as_powers_of_ten(text, shown):
     assert prose(text).replace("\u00a0", " ") == shown
+
+
+def test_a_ratio_that_overflows_is_written_too():
+    assert number(1e300 / 1e-300) == "∞"
+    assert number(-1e300 / 1e-300) == "−∞"
+    assert number(float("nan")) == "not a number"

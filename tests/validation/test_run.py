@@ -1,15 +1,16 @@
-"""A run is never lost: claims are on disk as they end, a run that was cut short goes on, and what cut it is said."""
+"""A run is never lost: claims are on disk as they end, a run that was cut short goes on, and what cut it is said.
+
+Runs that are killed: `tests/fuzz/killed.py`.
+"""
 
 from __future__ import annotations
 
 import json
 import os
-import random
 import shutil
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -20,7 +21,6 @@ from validation.judge import blank_record
 from validation.record import read_report
 
 ROOT = Path(__file__).parents[2]
-KILLS = 2  # more were tried by hand
 
 CLAIMS = """
 import time
@@ -93,29 +93,6 @@ def test_results_are_the_same_for_any_number_of_workers(place):
     for workers in ("1", "3"):
         assert run(folder, "--workers", workers, "--out", workers).returncode == 0
     assert results(folder / "1") == results(folder / "3")
-
-
-def test_a_run_that_was_killed_loses_nothing_and_goes_on_to_the_same_bits(place):
-    folder = place(seconds=0.05)
-    assert run(folder, "--out", "whole").returncode == 0
-    chance = random.Random(1)
-    for _ in range(KILLS):
-        shutil.rmtree(folder / "cut", ignore_errors=True)
-        options = ["--out", "cut", "--workers", "2"]
-        running = subprocess.Popen(command(*options), cwd=folder, env=variables(), stderr=subprocess.PIPE, text=True)
-        assert running.stderr is not None
-        said = [running.stderr.readline() for _ in range(chance.randrange(9))]
-        time.sleep(0.1 * chance.random())
-        running.kill()
-        said += running.communicate()[1].splitlines()
-        kept = [claim["id"] for claim in lines(folder / "cut" / NAME)] if said else []
-        assert {line.split()[1].rstrip(":") for line in said if line.startswith("✓")} <= set(kept)
-        assert not (folder / "cut" / "report.json").exists()
-        done = run(folder, *options, *(["--resume"] if said else []))
-        assert done.returncode == 0, done.stderr
-        assert not said or f"{len(kept)} of 9 claims have been judged before" in done.stderr
-        assert results(folder / "cut") == results(folder / "whole")
-        assert not (folder / "cut" / NAME).exists()
 
 
 @pytest.fixture
