@@ -97,6 +97,16 @@ def _setting(value: Any, name: str) -> Any:
     return value
 
 
+def _whose(value: Any, name: str) -> int | str:
+    """Return the name of a body, or its number."""
+    return value if isinstance(value, str) else _whole(0)(value, name)
+
+
+def _anything(value: Any, name: str) -> Any:
+    """Return what is looked at elsewhere: a table of its own."""
+    return value
+
+
 def _pair(check: Check) -> Check:
     def both(value: Any, name: str) -> tuple[Any, Any]:
         if not isinstance(value, list) or len(value) != 2:
@@ -163,7 +173,7 @@ MESH_FILE: dict[str, Check] = {
     "scale": _number(above=0.0),
 }
 SOFT_BODY: dict[str, Check] = {
-    "shape": lambda value, name: value,  # a table of its own
+    "shape": _anything,
     "mass": _number("kg", above=0.0),
     "stiffness": _springs("N/m"),
     "gas": _number("J", least=0.0),
@@ -186,6 +196,19 @@ BOX: dict[str, Check] = {
     "velocity": vector,
     "angular_velocity": vector,
     **_properties("box"),
+}
+JOINT: dict[str, Check] = {
+    "a": _anything,
+    "b": _anything,
+    "stiffness": _number("N/m", least=0.0),
+    "damping": _number("N s/m", least=0.0),
+    "rest_length": _number("m", least=0.0),
+}
+END: dict[str, Check] = {  # of a joint, where it is on a body
+    "soft_body": _whose,
+    "box": _whose,
+    "at": vector,
+    "particle": _whole(0),
 }
 RUN: dict[str, Check] = {
     "seconds": _number("s", above=0.0),
