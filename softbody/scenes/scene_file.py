@@ -16,6 +16,7 @@ from softbody import mesh as meshes
 from softbody.errors import MissingPackageError, ParameterError, SceneError, SoftbodyError
 from softbody.extras import library
 from softbody.mesh import Mesh
+from softbody.names import names_listed
 from softbody.parameters import check_range, shown, vector
 from softbody.quaternion import rotation_matrix
 from softbody.rigid_box import Box
@@ -42,7 +43,7 @@ MOST_PARTS = 200  # that a key may have: for each pair of them, Python's parser 
 
 TABLES, BODIES = ("world", "ground", "run", "film"), ("soft_body", "box")
 LISTS = (*BODIES, "joint")
-END_HINT = "give a place, [x, y, z], or one on a body, { soft_body | box = its number, at = [x, y, z] }"
+END_HINT = "give a place, [x, y, z], or one on a body, { soft_body | box = its name or number, at = [x, y, z] }"
 
 
 class Run(NamedTuple):
@@ -137,6 +138,7 @@ class _Reading:
         self.missing: MissingPackageError | None = None  # to be said when nothing is wrong with the file itself
         self._folder = folder
         self._bodies: dict[Path, SoftBody | Box | None] = {}  # of each table; None where that is wrong
+        self._called: dict[str, Path] = {}  # which table has each name
 
     def scene(self, found: dict[str, Any], world: World | None, content: bytes) -> SceneFile:
         """Return the scene; it is good if there is nothing wrong."""
@@ -168,6 +170,7 @@ class _Reading:
     def _soft_body(self, world: World, at: Path, table: Any) -> None:
         before, self._bodies[at] = len(self.wrong), None
         given = self._checked(table, at, SOFT_BODY, ("shape", "mass", "stiffness", "gas"))
+        self._note_name(given, at)
         shape = given.pop("shape", None)
         mesh = None if shape is None else self._shape(shape, (*at, "shape"))
         if mesh is None or len(self.wrong) > before:
@@ -220,6 +223,7 @@ class _Reading:
     def _box(self, world: World, at: Path, table: Any) -> None:
         before, self._bodies[at] = len(self.wrong), None
         given = self._checked(table, at, BOX, ("size",))
+        self._note_name(given, at)
         if len(self.wrong) > before:
             return
         with self._telling(at):
@@ -233,11 +237,22 @@ class _Reading:
     def _joint(self, world: World, at: Path, table: Any) -> None:
         before = len(self.wrong)
         given = self._checked(table, at, JOINT, ("a", "b", "stiffness"))
+        self._note_name(given, at)
         ends = [self._end(given.pop(name), (*at, name)) for name in ("a", "b") if name in given]
         if len(self.wrong) > before or any(end is None for end in ends):
             return
         with self._telling(at):
             world.add_joint(*ends, **given)
+
+    def _note_name(self, given: dict[str, Any], at: Path) -> None:
+        """Remember the name of a table; two of them must not have the same."""
+        name = given.get("name")
+        if name in self._called:
+            self.wrong.append(
+                ((*at, "name"), f"{_name(at)}: name is {name!r}, which {_name(self._called[name])} has; give another")
+            )
+        elif name is not None:
+            self._called[name] = at
 
     def _end(self, found: Any, at: Path) -> Any:
         """Return the end of a joint as `World.add_joint` takes it; None if it, or the body that it is on, is wrong."""
@@ -259,11 +274,14 @@ class _Reading:
 
     def _body(self, kind: str, which: int | str, at: Path) -> SoftBody | Box | None:
         """Return the body of a kind that an end of a joint is said to be on; None if it, or its table, is wrong."""
-        count = sum(table[0] == kind for table in self._bodies)
-        if (kind, which) not in self._bodies:
-            there = f"give a number from 0 to {count - 1}" if count else f"there is none: add [[{kind}]]"
-            self.wrong.append(((*at, kind), f"{_name(at)}: there is no {kind} {shown(which)}; {there}"))
-        return self._bodies.get((kind, which))
+        table = self._called.get(which, (kind, which)) if isinstance(which, str) else (kind, which)
+        if table not in self._bodies or table[0] != kind:
+            names = [name for name, (of, _) in self._called.items() if of == kind]
+            count = sum(of == kind for of, _ in self._bodies)
+            there = names_listed(which, names) if isinstance(which, str) else f"give a number from 0 to {count - 1}"
+            hint = there if count else f"there is none: add [[{kind}]]"
+            self.wrong.append(((*at, kind), f"{_name(at)}: there is no {kind} {shown(which)}; {hint}"))
+        return self._bodies.get(table)
 
     def _run(self, found: dict[str, Any], world: World) -> Run | None:
         before = len(self.wrong)

@@ -11,6 +11,7 @@ import numpy as np
 
 from softbody.builder import checked_property, known_properties
 from softbody.errors import ParameterError
+from softbody.names import checked_name
 from softbody.parameters import (
     NO_NUMBERS,
     check_range,
@@ -173,6 +174,7 @@ MESH_FILE: dict[str, Check] = {
     "scale": _number(above=0.0),
 }
 SOFT_BODY: dict[str, Check] = {
+    "name": checked_name,
     "shape": _anything,
     "mass": _number("kg", above=0.0),
     "stiffness": _springs("N/m"),
@@ -187,6 +189,7 @@ SOFT_BODY: dict[str, Check] = {
     **_properties("soft"),
 }
 BOX: dict[str, Check] = {
+    "name": checked_name,
     "size": _extent,
     "mass": _number("kg", above=0.0),
     "static": check_yes_or_no,
@@ -198,6 +201,7 @@ BOX: dict[str, Check] = {
     **_properties("box"),
 }
 JOINT: dict[str, Check] = {
+    "name": checked_name,
     "a": _anything,
     "b": _anything,
     "stiffness": _number("N/m", least=0.0),

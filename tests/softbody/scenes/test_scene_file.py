@@ -189,6 +189,70 @@ stiffness = 1
     assert len(told) == len(expected), told
 
 
+NAMED = """
+[[soft_body]]
+name = "ball"
+shape = { name = "octahedron", radius = 0.5 }
+mass = 1
+stiffness = 100
+gas = 1
+[[box]]
+name = "lid"
+size = [1, 1, 1]
+mass = 1
+position = [3, 0, 0]
+[[joint]]
+name = "cord"
+a = { soft_body = "ball", particle = 4 }
+b = { box = "lid", at = [2.5, 0, 0] }
+stiffness = 20
+"""
+
+
+def test_bodies_and_joints_have_the_names_that_a_scene_file_gives_them(scene):
+    world = from_file(scene(NAMED))
+    assert world["ball"] == world.soft_bodies[0]
+    assert world["lid"] == world.boxes[0]
+    np.testing.assert_allclose(world["cord"].ends, [[0.0, 0.0, 0.5], [2.5, 0.0, 0.0]], atol=1e-15)
+
+
+def test_all_that_is_wrong_with_names_is_told_at_once(scene):
+    text = NAMED.replace("[2.5, 0, 0] }", "[2.5, 0, 0] }\ndamping = -1").replace("mass = 1\nstiff", "stiff")
+    text += """[[box]]
+name = "ball"
+size = [1, 1, 1]
+static = true
+[[box]]
+name = " "
+size = [1, 1, 1]
+static = true
+[[joint]]
+name = "cord"
+a = { box = "lied", at = [0, 0, 0] }
+b = { soft_body = "lid", at = [0, 0, 0] }
+stiffness = 1
+"""
+    told = wrong(scene(text))
+    expected = (
+        (2, "soft_body[0]: mass is missing; add it"),
+        (16, "joint[0]: damping is -1.0; give a finite number"),
+        (19, "box[1]: name is 'ball', which soft_body[0] has; give another"),
+        (23, "box[2]: name is ' '; give a text of 1 to 100 characters"),
+        (27, "joint[1]: name is 'cord', which joint[0] has; give another"),
+        (28, "joint[1].a: there is no box 'lied'; did you mean 'lid'? there are 'lid'"),
+        (29, "joint[1].b: there is no soft_body 'lid'; there are 'ball'"),
+    )
+    for line, message in expected:
+        assert any(each.startswith(f"{line}: ") and message in each for each in told), (line, message, told)
+    assert len(told) == len(expected), told
+    world = World()
+    world.add_box((1.0, 1.0, 1.0), 1.0, name="lid")
+    with pytest.raises(SceneError, match=r":9: box\[0\]: name is 'lid', which box 0 has; give another"):
+        from_file(scene(NAMED), world)
+    unnamed = NAMED.replace('name = "lid"\n', "")
+    assert "there is no box 'lid'; none has a name: give it one" in wrong(scene(unnamed))[0]
+
+
 def test_a_particle_that_an_end_cannot_be_on_is_told(scene):
     text = JOINED + "[[joint]]\na = { soft_body = 0, particle = 6 }\nb = [0, 0, 0]\nstiffness = 1"
     (told,) = wrong(scene(text))
