@@ -40,6 +40,7 @@ from softbody.dynamics.energy import (
 from softbody.dynamics.soft_bodies import Motion, motion_of
 from softbody.dynamics.stability import most_extents
 from softbody.errors import BusyError, ParameterError, SimulationError, SnapshotError
+from softbody.ground import Ground
 from softbody.guards import (
     StableStep,
     check_finite,
@@ -241,6 +242,11 @@ class World(StrictNames):
         """All boxes, as they were added."""
         return tuple(Box(self, i) for i in range(self.model.box_count))
 
+    @property
+    def ground(self) -> Ground:
+        """The ground: its height, restitution and friction may be set between steps, once there is one."""
+        return Ground(self)
+
     def follow(self, body: Body) -> None:
         """Keep the index of a handle right for as long as there is the handle."""
         self._handles[id(body)] = body
@@ -438,17 +444,20 @@ class World(StrictNames):
             self._take(with_joint(self._parts, ends_of(self, a, b), numbers), names)
             return Joint(self, number)
 
-    def add_ground(self, height: float = 0.0, restitution: float = 0.0, friction: float = 0.5) -> None:
-        """Make everything below z = `height` [m] solid ground; a second call moves it."""
-        height = check_range(height, "height", "m")
-        restitution = check_range(restitution, "restitution", least=0.0, most=1.0)
-        friction = check_range(friction, "friction", least=0.0)
+    def add_ground(self, height: float = 0.0, restitution: float = 0.0, friction: float = 0.5) -> Ground:
+        """Make everything below z = `height` [m] solid ground; return its handle. A second call sets all three anew.
+
+        `restitution` 0 … 1 and `friction` ≥ 0 in contacts.
+        """
+        height, restitution = Ground.height.checked(height), Ground.restitution.checked(restitution)
+        friction = Ground.friction.checked(friction)
         with self._my_turn():
             self.model = self.model._replace(
                 ground_height=height,
                 ground_restitution=restitution,
                 ground_friction=0.0 if self.settings.frictionless else friction,
             )
+        return self.ground
 
     def remove(self, body: Body) -> None:
         """Take a body, with its joints, or a joint out of the world.
@@ -801,19 +810,21 @@ class World(StrictNames):
         colour: str = "stripes",
         colour_range: tuple[float, float] | None = None,
         colour_map: str = "viridis",
+        show_joints: bool = True,
     ) -> np.ndarray:
         """Return a picture (h, w, 3) of uint8 of the world as it is; write it to a PNG file, if there is a `path`.
 
         `camera`: a softbody.Camera, or none for one that frames the whole scene. `size` (width, height) [pixels].
         `colour`: "stripes", "plain", or by a quantity of soft bodies, "pressure" [Pa], "strain" or "speed" [m/s], from
         the least to the greatest of `colour_range`, or of the picture if it is None; `colour_map`: "viridis" or
-        "coolwarm". Raises OutputError, before any work, for a file that cannot be written.
+        "coolwarm". `show_joints`: as lines between their ends. Raises OutputError, before any work, for a file that
+        cannot be written.
         """
         from softbody.render.drawing import Drawing
         from softbody.render.recorder import picture
 
         with self._my_turn():
-            return picture(self, path, camera, size, Drawing(self, colour, colour_range, colour_map))
+            return picture(self, path, camera, size, Drawing(self, colour, colour_range, colour_map, show_joints))
 
     def export(self, path: str | os.PathLike[str]) -> None:
         """Write all bodies, as they are, to a PLY, OBJ or GLB file, whole or not at all, for other programs.

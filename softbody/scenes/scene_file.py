@@ -63,6 +63,7 @@ class Film(NamedTuple):
     colour: str = "stripes"
     colour_range: tuple[float, float] | None = None
     size: tuple[int, int] = (640, 480)
+    show_joints: bool = True
 
 
 class SceneFile(NamedTuple):

@@ -226,4 +226,5 @@ FILM: dict[str, Check] = {
     "colour": _one_of("stripes", "plain", "pressure", "strain", "speed"),
     "colour_range": _pair(_number()),
     "size": _pair(_whole(1)),
+    "show_joints": check_yes_or_no,
 }

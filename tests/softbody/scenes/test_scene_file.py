@@ -420,4 +420,4 @@ def test_a_library_that_is_missing_is_named(scene, monkeypatch):
 def test_how_it_is_run_is_read(scene):
     read = read_scene(scene(GOOD + "frames_per_second = 20\n[film]\ncolour = 'speed'\ncolour_range = [0, 2]\n"))
     assert read.run == (2.0, 20.0, None, True)
-    assert read.film == ("film.webp", 20.0, "speed", (0.0, 2.0), (640, 480))
+    assert read.film == ("film.webp", 20.0, "speed", (0.0, 2.0), (640, 480), True)
