@@ -27,6 +27,7 @@ from softbody.errors import (
     TrajectoryError,
     ViewError,
 )
+from softbody.ground import Ground
 from softbody.joint import Joint
 from softbody.mesh import Mesh, box, icosahedron, icosphere, octahedron, tetrahedron, torus
 from softbody.mesh_findings import Finding
@@ -53,6 +54,7 @@ __all__ = [
     "Energies",
     "Finding",
     "Frame",
+    "Ground",
     "Joint",
     "MassRatioWarning",
     "Mesh",

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, overload
 
 from softbody.builder import checked_property
 from softbody.errors import ParameterError
+from softbody.names import GONE, Who
 from softbody.parameters import check_whole
 from softbody.strict_names import StrictNames
 
@@ -41,6 +42,25 @@ class Body(StrictNames):
         """Its number among the bodies of its kind; −1 when it was removed."""
         return self._index
 
+    @property
+    def name(self) -> str | None:
+        """Its name, which no other body or joint of its world has, None for none; may be assigned."""
+        return self.world._names.name(self._who())
+
+    @name.setter
+    def name(self, value: str | None) -> None:
+        with self.world._my_turn():
+            self.world._names = self.world._names.renamed(self._who(), value)
+
+    def _who(self) -> Who:
+        """Return its kind, in a word, and its number; raises ParameterError if it is not in the world."""
+        return self.kind.split()[0], self._row()
+
+    def _title(self) -> str:
+        """Return what `repr` calls it: its kind, number and name."""
+        name = self.name
+        return f"{self.kind} {self.index}" + (f" {name!r}" if name else "")
+
     def _count(self) -> int:
         """Return how many bodies of this kind there are."""
         raise NotImplementedError
@@ -73,9 +93,6 @@ class Body(StrictNames):
     def __reduce__(self) -> tuple[type, tuple[World, int]]:
         """Pickle, and copy, with the world."""
         return type(self), (self.world, self._row())
-
-
-GONE = -1
 
 
 class BodyProperty:

@@ -66,7 +66,7 @@ class Joint(Body):
         """Say which joint it is, how long, and how stiff."""
         if not self.is_there:
             return "<joint that is gone>"
-        return f"<joint {self.index}: {self.length:.4g} m, {self.stiffness:.4g} N/m>"
+        return f"<{self._title()}: {self.length:.4g} m, {self.stiffness:.4g} N/m>"
 
     @property
     def ends(self) -> np.ndarray:

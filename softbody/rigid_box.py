@@ -28,7 +28,7 @@ class Box(Body):
             return "<box that is gone>"
         size, where = (", ".join(f"{x:.4g}" for x in of.round(6) + 0.0) for of in (self.size, self.position))
         weight = f"{self.mass:.4g} kg" if self.mass else "kinematic" if self.is_kinematic else "static"
-        return f"<box {self.index}: ({size}) m, {weight}, at ({where}) m>"
+        return f"<{self._title()}: ({size}) m, {weight}, at ({where}) m>"
 
     @property
     def size(self) -> np.ndarray:

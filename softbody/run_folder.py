@@ -160,6 +160,7 @@ def _recorder(world: World, folder: Path, film: Film) -> Recorder:
         size=film.size,
         colour=film.colour,
         colour_range=film.colour_range,
+        show_joints=film.show_joints,
     )
 
 

@@ -17,14 +17,15 @@ from softbody.collision.contact import NOBODY, ImpulseCache
 from softbody.errors import MeshError, ParameterError, SnapshotError
 from softbody.joint_forces import no_joints
 from softbody.mesh import check_surface, unique_edges
+from softbody.names import Names, names_of
 from softbody.parameters import QUATERNION_TOLERANCE
 from softbody.settings import PRECISIONS, Settings, check_name, check_settings
 from softbody.snapshot_entries import Entries, Snapshot
 from softbody.state import Controls, Joints, Model, Property, Rows, State
 
-# Of snapshots and files. Format 1 has no number, and holds the vertex rings, too; before 3 there are no joints, and
-# before 4 no times left.
-FORMAT = 4
+# Of snapshots and files. Format 1 has no number, and holds the vertex rings, too; before 3 there are no joints,
+# before 4 no times left, and before 5 no names.
+FORMAT = 5
 
 GROUND = {  # limits of each of its numbers
     "ground_height": Rows(),
@@ -43,6 +44,7 @@ class Snapped(NamedTuple):
     controls: Controls
     state: State
     joints: Joints
+    names: Names
     cache: ImpulseCache
     settings: Settings
     precision: str
@@ -54,8 +56,17 @@ def snapshot_of(snapped: Snapped) -> Snapshot:
     """Return named arrays that share no memory with a world."""
     parts: dict[str, np.ndarray] = {"format": np.array(FORMAT)}
     for name, value in snapped._asdict().items():
-        parts |= dict(named_arrays(name, value)) if hasattr(value, "_asdict") else {name: np.array(value)}
+        if isinstance(value, Names):
+            words = value.words(_counts_of(snapped.model, snapped.joints))
+            parts |= {f"{name}.{kind}": array for kind, array in words.items()}
+        else:
+            parts |= dict(named_arrays(name, value)) if hasattr(value, "_asdict") else {name: np.array(value)}
     return parts
+
+
+def _counts_of(model: Model, joints: Joints) -> dict[str, int]:
+    """Return how many there are of each kind that may have names."""
+    return {"soft": model.soft_count, "box": model.box_count, "joint": len(joints.joint_box)}
 
 
 def named_arrays(name: str, part: Any) -> Iterator[tuple[str, np.ndarray]]:
@@ -91,13 +102,14 @@ def _checked(entries: Entries) -> Snapped:
     controls, state = _controls(entries, counts), _part(entries, "state", State, counts)
     _check_orientations(state.box_orientation)
     joints = _joints(entries, model)
+    names = _names(entries, _counts_of(model, joints), number)
     impulses = _impulses(entries, model.box_count)
     settings = _settings(entries)
     precision = entries.word("precision")
     check_name(precision, "precision", tuple(PRECISIONS))
     steps, time = entries.whole("steps"), entries.real("time", Rows(least=0.0))
     entries.none_left()
-    return Snapped(model, controls, state, joints, impulses, settings, precision, steps, time)
+    return Snapped(model, controls, state, joints, names, impulses, settings, precision, steps, time)
 
 
 def _format(entries: Entries) -> int:
@@ -218,6 +230,13 @@ def _joints(entries: Entries, model: Model) -> Joints:
             f"joints.joint_box, joint_particles and joint_weights say nothing that can be of end {end} of joint {joint}"
         )
     return joints
+
+
+def _names(entries: Entries, counts: dict[str, int], number: int) -> Names:
+    """Take the names of all bodies and joints, "" for none; before format 5 there are none."""
+    if number < 5:
+        return Names()
+    return names_of({kind: entries.words(f"names.{kind}", count) for kind, count in counts.items()}, "names")
 
 
 def _check_orientations(orientation: np.ndarray) -> None:

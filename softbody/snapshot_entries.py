@@ -50,6 +50,14 @@ class Entries:
         """Take a word."""
         return str(self._one(name, "U"))
 
+    def words(self, name: str, count: int) -> list[str]:
+        """Take so many words."""
+        array = self._take(name)
+        self._check_shape(name, array, (count,))
+        if array.dtype.kind != "U":
+            raise SnapshotError(f"{name} holds {array.dtype}; it must be words")
+        return [str(word) for word in array.tolist()]
+
     def truth(self, name: str) -> bool:
         """Take a truth value."""
         return bool(self._one(name, "b"))

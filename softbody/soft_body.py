@@ -43,7 +43,7 @@ class SoftBody(Body):
         if not self.is_there:
             return "<soft body that is gone>"
         where = ", ".join(f"{x:.4g}" for x in self.centre.round(6) + 0.0)
-        return f"<soft body {self.index}: {len(self.positions)} particles, {self.mass:.4g} kg, at ({where}) m>"
+        return f"<{self._title()}: {len(self.positions)} particles, {self.mass:.4g} kg, at ({where}) m>"
 
     # What it is.
 

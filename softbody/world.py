@@ -13,7 +13,7 @@ import numba
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softbody.bodies import GONE, Body
+from softbody.bodies import Body
 from softbody.builder import (
     Parts,
     empty_parts,
@@ -40,6 +40,7 @@ from softbody.dynamics.energy import (
 from softbody.dynamics.soft_bodies import Motion, motion_of
 from softbody.dynamics.stability import most_extents
 from softbody.errors import BusyError, ParameterError, SimulationError, SnapshotError
+from softbody.ground import Ground
 from softbody.guards import (
     StableStep,
     check_finite,
@@ -56,6 +57,7 @@ from softbody.interrupts import SILENT, Bell, assign_together, listening, set_to
 from softbody.joint import End, Joint, ends_of
 from softbody.joint_forces import joint_energy, joint_memory
 from softbody.mesh import Mesh
+from softbody.names import GONE, Names
 from softbody.pace import BOX_STEP, OF_STABLE, Remainder, whole_steps
 from softbody.parameters import check_range, check_whole, check_yes_or_no, shown, vector
 from softbody.rigid_box import Box
@@ -94,8 +96,9 @@ WORTH_LISTENING = 50_000  # particles moved by a sub-step in a call, from which 
 class _Bodies:
     """The bodies of a world, and what was made for them: replaced as one, so that no interrupt comes between."""
 
-    def __init__(self, parts: Parts, is_fresh: bool = True) -> None:
+    def __init__(self, parts: Parts, names: Names, is_fresh: bool = True) -> None:
         self.parts = parts
+        self.names = names
         self.is_fresh = is_fresh  # bodies were added since the last step
         self.motion: Motion | None = None
         self.surfaces: Surfaces | None = None
@@ -175,7 +178,7 @@ class World(StrictNames):
         check_name(precision, "precision", tuple(PRECISIONS))
         self._precision = precision
         self._turn = threading.Lock()  # of who steps, or changes what there is
-        self._take(empty_parts(vector(gravity, "gravity"), PRECISIONS[precision]))
+        self._take(empty_parts(vector(gravity, "gravity"), PRECISIONS[precision]), Names())
         self.threads = threads
         self.contacts: Contacts = new_contacts(FIRST_ROOM)
         self._manifold = new_manifold()
@@ -190,9 +193,9 @@ class World(StrictNames):
         """Return a world that does as the paper does in all that it chose; `changes` are other arguments of a World."""
         return cls(**{**PAPER, **changes})
 
-    def _take(self, parts: Parts) -> None:
+    def _take(self, parts: Parts, names: Names) -> None:
         """Become a world of other bodies; what was made for those before is forgotten."""
-        self._bodies = _Bodies(parts)
+        self._bodies = _Bodies(parts, names)
 
     def replace(self, **parts: Any) -> None:
         """Replace some of `model`, `controls`, `state` and `rings`, for the same bodies, all at once or none."""
@@ -201,6 +204,26 @@ class World(StrictNames):
     @property
     def _parts(self) -> Parts:
         return self._bodies.parts
+
+    @property
+    def _names(self) -> Names:
+        return self._bodies.names
+
+    @_names.setter
+    def _names(self, value: Names) -> None:
+        self._bodies.names = value
+
+    def __getitem__(self, name: str) -> SoftBody | Box | Joint:
+        """Return a handle of the body, or joint, that has a name; raises ParameterError, which lists those there are.
+
+        It was given where it was added, `add_box(…, name="lid")`, or later, `box.name = "lid"`.
+        """
+        kind, index = self._names.who(name)
+        return Joint(self, index) if kind == "joint" else Box(self, index) if kind == "box" else SoftBody(self, index)
+
+    def __contains__(self, name: object) -> bool:
+        """Tell whether a body, or a joint, has this name."""
+        return name in self._names
 
     def __repr__(self) -> str:
         """Say what is in the world, and how far it is."""
@@ -219,6 +242,11 @@ class World(StrictNames):
     def boxes(self) -> tuple[Box, ...]:
         """All boxes, as they were added."""
         return tuple(Box(self, i) for i in range(self.model.box_count))
+
+    @property
+    def ground(self) -> Ground:
+        """The ground: its height, restitution and friction may be set between steps, once there is one."""
+        return Ground(self)
 
     def follow(self, body: Body) -> None:
         """Keep the index of a handle right for as long as there is the handle."""
@@ -322,7 +350,7 @@ class World(StrictNames):
                 f"threads is {shown(value)}, and there are {most} here; give a number from 1 to {most}"
             )
         with self._my_turn():
-            self._bodies = _Bodies(self._bodies.parts, self._bodies.is_fresh)
+            self._bodies = _Bodies(self._parts, self._names, self._bodies.is_fresh)
             self._threads = value
 
     def add_soft_body(
@@ -336,13 +364,15 @@ class World(StrictNames):
         *,
         rest_length: ArrayLike | None = None,
         fixed: ArrayLike = (),
+        name: str | None = None,
         **properties: float,
     ) -> SoftBody:
         """Add a soft body whose springs are at rest in the shape of `mesh`, moved by `position` [m].
 
         `mass` [kg] of the whole body, shared equally by its particles. `stiffness` [N/m] of every spring, or
         (e,) in the order of `mesh.edges`. `gas` is nRT [J] ≥ 0; 0 for an empty body. `rest_length` [m] of every spring,
-        or (e,), if not as in the mesh. `fixed`: indices of vertices that stay in place.
+        or (e,), if not as in the mesh. `fixed`: indices of vertices that stay in place. `name`, by which the world
+        finds it, `world[name]`: a text that nothing else in the world is called.
 
         Properties, all keywords: `restitution` 0 … 1 (0) and `friction` ≥ 0 (0.5) in contacts; `damping` [N s/m] of the
         springs, against the speed at which their ends part; `drag` [1/s], the rate at which all velocities fade. The
@@ -352,7 +382,8 @@ class World(StrictNames):
         springs, motion = (stiffness, rest_length), (position, velocity)
         checked = self._properties("soft", properties)
         with self._my_turn():
-            self._take(with_soft_body(self._parts, mesh, mass, gas, springs, motion, fixed, checked))
+            names = self._names.renamed(("soft", self.model.soft_count), name)
+            self._take(with_soft_body(self._parts, mesh, mass, gas, springs, motion, fixed, checked), names)
             return SoftBody(self, self.model.soft_count - 1)
 
     def add_box(
@@ -363,6 +394,8 @@ class World(StrictNames):
         orientation: ArrayLike = (1.0, 0.0, 0.0, 0.0),
         velocity: ArrayLike = (0.0, 0.0, 0.0),
         angular_velocity: ArrayLike = (0.0, 0.0, 0.0),
+        *,
+        name: str | None = None,
         **properties: float,
     ) -> Box:
         """Add a homogeneous box of full extent `size` (3,) [m] and `mass` [kg].
@@ -371,21 +404,32 @@ class World(StrictNames):
 
         `position` [m] of its centre, `orientation` a unit quaternion (w, x, y, z), `velocity` [m/s],
         `angular_velocity` [rad/s] in the world frame. Properties, both keywords: `restitution` 0 … 1 (0) and
-        `friction` ≥ 0 (0.5).
+        `friction` ≥ 0 (0.5). `name`, by which the world finds it, `world[name]`: one that nothing else in it has.
         """
         pose, motion = (position, orientation), (velocity, angular_velocity)
         checked = self._properties("box", properties)
         with self._my_turn():
-            self._take(with_box(self._parts, size, mass, pose, motion, checked))
+            names = self._names.renamed(("box", self.model.box_count), name)
+            self._take(with_box(self._parts, size, mass, pose, motion, checked), names)
             return Box(self, self.model.box_count - 1)
 
-    def add_joint(self, a: End, b: End, stiffness: float, damping: float = 0.0, rest_length: float = 0.0) -> Joint:
+    def add_joint(
+        self,
+        a: End,
+        b: End,
+        stiffness: float,
+        damping: float = 0.0,
+        rest_length: float = 0.0,
+        *,
+        name: str | None = None,
+    ) -> Joint:
         """Join two ends by a damped spring; return its handle.
 
         An end is a place (3,) [m] in the world, which may be moved later; or a body and a place (3,) [m] on it as it is
         now, `(body, place)`: of a soft body the point of its surface nearest to that; or a soft body and the number of
         a particle, `(body, 7)`. `stiffness` [N/m], `damping` [N s/m], `rest_length` [m]: of 0, a is pulled to b, and
-        all their motion against each other damped; of more, it acts along the joint, both ways.
+        all their motion against each other damped; of more, it acts along the joint, both ways. `name`, by which the
+        world finds it, `world[name]`: one that nothing else in it has.
 
         It is a force, constant within a step, for which a step can be too long: see `stable_time_step`. Bodies that
         are joined touch as others do.
@@ -396,20 +440,25 @@ class World(StrictNames):
             "joint_rest_length": check_range(rest_length, "rest_length", "m", least=0.0),
         }
         with self._my_turn():
-            self._take(with_joint(self._parts, ends_of(self, a, b), numbers))
-            return Joint(self, len(self._parts.joints.joint_box) - 1)
+            number = len(self._parts.joints.joint_box)
+            names = self._names.renamed(("joint", number), name)
+            self._take(with_joint(self._parts, ends_of(self, a, b), numbers), names)
+            return Joint(self, number)
 
-    def add_ground(self, height: float = 0.0, restitution: float = 0.0, friction: float = 0.5) -> None:
-        """Make everything below z = `height` [m] solid ground; a second call moves it."""
-        height = check_range(height, "height", "m")
-        restitution = check_range(restitution, "restitution", least=0.0, most=1.0)
-        friction = check_range(friction, "friction", least=0.0)
+    def add_ground(self, height: float = 0.0, restitution: float = 0.0, friction: float = 0.5) -> Ground:
+        """Make everything below z = `height` [m] solid ground; return its handle. A second call sets all three anew.
+
+        `restitution` 0 … 1 and `friction` ≥ 0 in contacts.
+        """
+        height, restitution = Ground.height.checked(height), Ground.restitution.checked(restitution)
+        friction = Ground.friction.checked(friction)
         with self._my_turn():
             self.model = self.model._replace(
                 ground_height=height,
                 ground_restitution=restitution,
                 ground_friction=0.0 if self.settings.frictionless else friction,
             )
+        return self.ground
 
     def remove(self, body: Body) -> None:
         """Take a body, with its joints, or a joint out of the world.
@@ -421,14 +470,18 @@ class World(StrictNames):
         with self._my_turn():
             row, kind, cache = body._row(), body.kind.split()[0], remembered(self.contacts)
             stay = joints_that_stay(self._parts, kind, row)
-            bodies = _Bodies(without(self._parts, kind, row), self._bodies.is_fresh)
+
+            def then(of: str, number: int) -> int:
+                """Return the number that one of a kind has afterwards."""
+                if of == "joint":
+                    return int(stay[:number].sum()) if stay[number] else GONE
+                return number if of != kind or number < row else number - 1 if number > row else GONE
+
+            names = self._names.renumbered(then)
+            bodies = _Bodies(without(self._parts, kind, row), names, self._bodies.is_fresh)
             contacts = remembering(without_box(cache, row) if kind == "box" else cache, FIRST_ROOM)
-            moved = []
-            for each in self._handles.values():
-                if each.kind == "joint" and each.is_there:
-                    moved.append((each, "_index", int(stay[: each.index].sum()) if stay[each.index] else GONE))
-                elif each.kind == body.kind and each.index >= row:
-                    moved.append((each, "_index", each.index - 1 if each.index > row else GONE))
+            held = [each for each in self._handles.values() if each.is_there]
+            moved = [(each, "_index", then(*each._who())) for each in held]
             set_together((self, "_bodies", bodies), (self, "contacts", contacts), *moved)
 
     def _properties(self, kind: str, given: dict[str, float]) -> dict[str, float]:
@@ -687,21 +740,21 @@ class World(StrictNames):
         A world that is restored from it goes on to the same bits.
         """
         self._my_turn()
-        what = self.model, self.controls, self.state, self._parts.joints, remembered(self.contacts), self.settings
-        return snapshot_of(Snapped(*what, self.precision, self.steps, self.time))
+        what = self.model, self.controls, self.state, self._parts.joints, self._names, remembered(self.contacts)
+        return snapshot_of(Snapped(*what, self.settings, self.precision, self.steps, self.time))
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Become what a world was when it gave this snapshot; handles of bodies go by number.
+        """Become what a world was when it gave this snapshot; handles of bodies go by number, names come along.
 
         It may come from anywhere: everything in it is checked first, and what follows from it is made anew. That takes
         some 3 µs a particle, 0.7 where bodies share a mesh. Raises SnapshotError, which names the entry, and then
         changes nothing. An interrupt comes before it, or after.
         """
         with self._my_turn():
-            model, controls, state, joints, cache, settings, precision, steps, time = checked(snapshot)
+            model, controls, state, joints, names, cache, settings, precision, steps, time = checked(snapshot)
             parts = Parts(model, controls, state, rings_of(model, PRECISIONS[precision]), joints)
             set_together(
-                (self, "_bodies", _Bodies(parts, is_fresh=False)),
+                (self, "_bodies", _Bodies(parts, names, is_fresh=False)),
                 (self, "contacts", remembering(cache, FIRST_ROOM)),
                 (self, "settings", settings),
                 (self, "_precision", precision),
@@ -759,19 +812,21 @@ class World(StrictNames):
         colour: str = "stripes",
         colour_range: tuple[float, float] | None = None,
         colour_map: str = "viridis",
+        show_joints: bool = True,
     ) -> np.ndarray:
         """Return a picture (h, w, 3) of uint8 of the world as it is; write it to a PNG file, if there is a `path`.
 
         `camera`: a softbody.Camera, or none for one that frames the whole scene. `size` (width, height) [pixels].
         `colour`: "stripes", "plain", or by a quantity of soft bodies, "pressure" [Pa], "strain" or "speed" [m/s], from
         the least to the greatest of `colour_range`, or of the picture if it is None; `colour_map`: "viridis" or
-        "coolwarm". Raises OutputError, before any work, for a file that cannot be written.
+        "coolwarm". `show_joints`: as lines between their ends. Raises OutputError, before any work, for a file that
+        cannot be written.
         """
         from softbody.render.drawing import Drawing
         from softbody.render.recorder import picture
 
         with self._my_turn():
-            return picture(self, path, camera, size, Drawing(self, colour, colour_range, colour_map))
+            return picture(self, path, camera, size, Drawing(self, colour, colour_range, colour_map, show_joints))
 
     def export(self, path: str | os.PathLike[str]) -> None:
         """Write all bodies, as they are, to a PLY, OBJ or GLB file, whole or not at all, for other programs.

@@ -33,6 +33,7 @@ EXPECTED = {
 # What running each scene file says, and leaves besides the trajectory.
 SCENES = {
     "ball_on_box": ("31 frames until 1 s", []),
+    "hanging_lamp": ("21 frames until 1 s", ["lamp.webp"]),
     "hanging_ring": ("11 frames until 0.5 s", ["ring.webp"]),
 }
 

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softbody.errors import ParameterError
+from softbody.joint_forces import joint_ends
 from softbody.mesh import Mesh
 from softbody.mesh import box as box_mesh
-from softbody.parameters import check_range, shown
+from softbody.parameters import check_range, check_yes_or_no, shown
 from softbody.render.camera import Camera, framing
 from softbody.render.colour_map import palette_of
 from softbody.render.quantities import QUANTITIES
@@ -44,7 +45,7 @@ class Drawing:
     `colour`: "stripes", which show how bodies turn: made from the shape that each has when it is first drawn, and kept;
     "plain"; or a quantity of soft bodies: "pressure" [Pa], "strain" (of each vertex the mean of its springs') or
     "speed" [m/s], by the `colour_map` "viridis" or "coolwarm" from the least to the greatest of `colour_range`, or of
-    what is drawn if that is None. Raises ParameterError for anything else.
+    what is drawn if that is None. `show_joints`: as lines between their ends. Raises ParameterError for anything else.
     """
 
     def __init__(
@@ -53,12 +54,14 @@ class Drawing:
         colour: str = "stripes",
         colour_range: tuple[float, float] | None = None,
         colour_map: str = "viridis",
+        show_joints: bool = True,
     ) -> None:
         check_name(colour, "colour", ("stripes", "plain", *QUANTITIES))
         self._world = world
         self._colour = colour
         self._range = None if colour_range is None else checked_range(colour_range)
         self._palette = palette_of(colour_map)
+        self._show_joints = check_yes_or_no(show_joints, "show_joints")
         self._stripes: list[np.ndarray] = []
 
     def things(self) -> list[Thing]:
@@ -71,6 +74,16 @@ class Drawing:
                 what = f"soft body {i}" if i < len(bodies) else f"box {i - len(bodies)}"
                 raise ParameterError(f"{what} has a position that is not finite, so that it cannot be drawn")
         return things
+
+    def joint_ends(self) -> np.ndarray:
+        """Return the ends (j, 2, 3) [m] of the joints that are drawn; raises ParameterError for one that is nowhere."""
+        if not self._show_joints:
+            return np.empty((0, 2, 3))
+        ends = joint_ends(self._world._parts.joints, self._world.state)
+        good = np.isfinite(ends).all(axis=(1, 2))
+        if not good.all():
+            raise ParameterError(f"joint {good.argmin()} has an end that is not finite, so that it cannot be drawn")
+        return ends
 
     def _by_quantity(self, bodies: Sequence[SoftBody]) -> list[Thing]:
         """Return soft bodies, coloured by a quantity."""
@@ -151,16 +164,16 @@ def ground_of(world: World) -> float | None:
     return height if height > -np.inf else None
 
 
-def framed(world: World, meshes: list[np.ndarray], shape: float) -> Camera:
-    """Return a camera that has the vertices of all `meshes` in its picture, and their shadows on the ground.
+def framed(world: World, things: Sequence[Thing], ends: np.ndarray, shape: float) -> Camera:
+    """Return a camera that has all `things` in its picture, their shadows on the ground, and `ends` (j, 2, 3) [m].
 
     The picture is `shape` times as wide as high.
     """
-    points = np.concatenate([*meshes, np.empty((0, 3))])
+    points = np.concatenate([*(thing.vertices for thing in things), np.empty((0, 3))])
     height = ground_of(world)
     if height is not None:
         shadows = points.copy()
         shadows[:, :2] -= (points[:, 2:] - height) * SLANT
         shadows[:, 2] = height
         points = np.concatenate([points, shadows])
-    return framing(points, shape)
+    return framing(np.concatenate([points, ends.reshape(-1, 3)]), shape)

@@ -38,6 +38,7 @@ class Thing:
     colours: ArrayLike
     smooth: bool = True
     along: np.ndarray | None = None
+    casts_shadow: bool = True
 
 
 class Film(NamedTuple):
@@ -74,7 +75,7 @@ def render(
     colour, distance = np.empty((height, width, 3)), np.full((height, width), np.inf)
     square = side_of_squares(camera)
     film = Film(colour, distance, np.array(camera.eye, float), camera.axes(), float(focus), square)
-    shadow = shadow_of([(thing.vertices, thing.triangles) for thing in things], square)
+    shadow = shadow_of([(thing.vertices, thing.triangles) for thing in things if thing.casts_shadow], square)
     for thing in things:
         faces = _faces_of(thing)
         _draw_faces(film, faces, _seen(film, faces.vertices), shadow)

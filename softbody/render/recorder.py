@@ -15,6 +15,7 @@ from softbody.parameters import check_range, check_whole, shown
 from softbody.render.camera import Camera
 from softbody.render.drawing import Drawing, framed, ground_of
 from softbody.render.films import film_at, picture_path, refused, save_picture
+from softbody.render.lines import lines
 from softbody.render.quantities import QUANTITIES
 from softbody.render.rasteriser import render
 
@@ -48,8 +49,9 @@ class Recorder:
     is to be taken. `frames_per_second` is how fast the film is shown, and how often `run` takes a frame.
 
     `camera`: a Camera, a function of the world that returns one for each frame, or None for one that frames the scene
-    as it is in the first frame. `size` (width, height) [pixels]. `colour`, `colour_range` and `colour_map` as for
-    `World.picture`; a quantity needs a range, so that its colours mean the same in every frame. `quality` 1 … 100.
+    as it is in the first frame. `size` (width, height) [pixels]. `colour`, `colour_range`, `colour_map` and
+    `show_joints` as for `World.picture`; a quantity needs a range, so that its colours mean the same in every frame.
+    `quality` 1 … 100.
     `last_frame` [s] is how long the last one stays before the film begins again.
 
     Whatever cannot work is said at once, by an OutputError, ParameterError or MissingPackageError. Where the block
@@ -68,6 +70,7 @@ class Recorder:
         colour: str = "stripes",
         colour_range: tuple[float, float] | None = None,
         colour_map: str = "viridis",
+        show_joints: bool = True,
         quality: int = 75,
         last_frame: float = 0.0,
     ) -> None:
@@ -76,7 +79,7 @@ class Recorder:
         self._last_frame = check_range(last_frame, "last_frame", "s", least=0.0, most=1000.0)
         self._size = _checked_size(size)
         self._camera = camera if callable(camera) else _checked_camera(camera)
-        self._drawing = Drawing(world, colour, colour_range, colour_map)
+        self._drawing = Drawing(world, colour, colour_range, colour_map, show_joints)
         if colour in QUANTITIES and colour_range is None:
             raise ParameterError(f"a film by {colour} needs a colour_range; give the least and the greatest number")
         self._world, self._rate = world, rate
@@ -99,8 +102,8 @@ class Recorder:
         if not self._is_open:
             raise ParameterError(f"{self._path} is ended; make another Recorder")
         if self._camera is None:
-            every = [thing.vertices for thing in self._drawing.things()]
-            self._camera = framed(self._world, every, self._size[0] / self._size[1])
+            things, ends = self._drawing.things(), self._drawing.joint_ends()
+            self._camera = framed(self._world, things, ends, self._size[0] / self._size[1])
         camera = self._camera if isinstance(self._camera, Camera) else _checked_camera(self._camera(self._world))
         pixels = _pixels(self._world, self._drawing, camera, self._size)
         try:
@@ -162,9 +165,9 @@ class Recorder:
 
 
 def _pixels(world: World, drawing: Drawing, camera: Camera | None, size: tuple[int, int]) -> np.ndarray:
-    things = drawing.things()
-    camera = camera or framed(world, [thing.vertices for thing in things], size[0] / size[1])
-    return render(things, camera, ground_of(world), size)
+    things, ends = drawing.things(), drawing.joint_ends()
+    camera = camera or framed(world, things, ends, size[0] / size[1])
+    return render([*things, *lines(ends, camera)], camera, ground_of(world), size)
 
 
 def _checked_size(size: tuple[int, int]) -> tuple[int, int]:

@@ -16,17 +16,34 @@ from softbody import mesh as meshes
 from softbody.errors import MissingPackageError, ParameterError, SceneError, SoftbodyError
 from softbody.extras import library
 from softbody.mesh import Mesh
-from softbody.parameters import check_range, shown
+from softbody.names import names_listed
+from softbody.parameters import check_range, shown, vector
 from softbody.quaternion import rotation_matrix
-from softbody.scenes.scene_keys import BOX, FILM, GROUND, MESH_FILE, RUN, SHAPES, SOFT_BODY, WORLD, Check
+from softbody.rigid_box import Box
+from softbody.scenes.scene_keys import (
+    BOX,
+    END,
+    FILM,
+    GROUND,
+    JOINT,
+    MESH_FILE,
+    RUN,
+    SHAPES,
+    SOFT_BODY,
+    WORLD,
+    Check,
+)
 from softbody.scenes.toml_lines import Path, line_of, lines_of
+from softbody.soft_body import SoftBody
 from softbody.whole_file import path_of
 from softbody.world import World, world_to_fill
 
 MOST_BYTES = 2**20  # that a scene file may have: some ten thousand bodies
 MOST_PARTS = 200  # that a key may have: for each pair of them, Python's parser makes a list of all before
 
-TABLES, LISTS = ("world", "ground", "run", "film"), ("soft_body", "box")
+TABLES, BODIES = ("world", "ground", "run", "film"), ("soft_body", "box")
+LISTS = (*BODIES, "joint")
+END_HINT = "give a place, [x, y, z], or one on a body, { soft_body | box = its name or number, at = [x, y, z] }"
 
 
 class Run(NamedTuple):
@@ -46,6 +63,7 @@ class Film(NamedTuple):
     colour: str = "stripes"
     colour_range: tuple[float, float] | None = None
     size: tuple[int, int] = (640, 480)
+    show_joints: bool = True
 
 
 class SceneFile(NamedTuple):
@@ -120,11 +138,13 @@ class _Reading:
         self.wrong: list[tuple[Path, str]] = []
         self.missing: MissingPackageError | None = None  # to be said when nothing is wrong with the file itself
         self._folder = folder
+        self._bodies: dict[Path, SoftBody | Box | None] = {}  # of each table; None where that is wrong
+        self._called: dict[str, Path] = {}  # which table has each name
 
     def scene(self, found: dict[str, Any], world: World | None, content: bytes) -> SceneFile:
         """Return the scene; it is good if there is nothing wrong."""
         self._names(found, (*TABLES, *LISTS), ())
-        if not any(name in found for name in LISTS):
+        if not any(name in found for name in BODIES):
             self.wrong.append(((), "there are no bodies; add [[soft_body]] or [[box]]"))
         world = self._world(found, world)
         ground = self._table(found, "ground", GROUND)
@@ -135,6 +155,8 @@ class _Reading:
             self._soft_body(world, at, table)
         for at, table in self._list(found, "box"):
             self._box(world, at, table)
+        for at, table in self._list(found, "joint"):
+            self._joint(world, at, table)
         return SceneFile(world, self._run(found, world), self._film(found), content)
 
     def _world(self, found: dict[str, Any], world: World | None) -> World:
@@ -147,8 +169,9 @@ class _Reading:
         return World()
 
     def _soft_body(self, world: World, at: Path, table: Any) -> None:
-        before = len(self.wrong)
+        before, self._bodies[at] = len(self.wrong), None
         given = self._checked(table, at, SOFT_BODY, ("shape", "mass", "stiffness", "gas"))
+        self._note_name(given, at)
         shape = given.pop("shape", None)
         mesh = None if shape is None else self._shape(shape, (*at, "shape"))
         if mesh is None or len(self.wrong) > before:
@@ -163,7 +186,7 @@ class _Reading:
                     f"no vertex is above {above} m or below {below} m: this one is from {z.min():.4g} to "
                     f"{z.max():.4g} m; fix it where it is"
                 )
-            world.add_soft_body(mesh, **{**given, "fixed": [*given.get("fixed", []), *held]})
+            self._bodies[at] = world.add_soft_body(mesh, **{**given, "fixed": [*given.get("fixed", []), *held]})
 
     def _shape(self, found: Any, at: Path) -> Mesh | None:
         """Return the mesh that a table describes: one of ours by name, or that of a file."""
@@ -199,8 +222,9 @@ class _Reading:
         return None
 
     def _box(self, world: World, at: Path, table: Any) -> None:
-        before = len(self.wrong)
+        before, self._bodies[at] = len(self.wrong), None
         given = self._checked(table, at, BOX, ("size",))
+        self._note_name(given, at)
         if len(self.wrong) > before:
             return
         with self._telling(at):
@@ -209,7 +233,56 @@ class _Reading:
                 raise ParameterError("a box has a mass [kg], or static = true, or kinematic = true; give one of them")
             if is_static and any(np.any(given.get(name, 0.0)) for name in ("velocity", "angular_velocity")):
                 raise ParameterError("a static box has no velocity; say kinematic = true for it to move by it")
-            world.add_box(given.pop("size"), given.pop("mass", None), **given)
+            self._bodies[at] = world.add_box(given.pop("size"), given.pop("mass", None), **given)
+
+    def _joint(self, world: World, at: Path, table: Any) -> None:
+        before = len(self.wrong)
+        given = self._checked(table, at, JOINT, ("a", "b", "stiffness"))
+        self._note_name(given, at)
+        ends = [self._end(given.pop(name), (*at, name)) for name in ("a", "b") if name in given]
+        if len(self.wrong) > before or any(end is None for end in ends):
+            return
+        with self._telling(at):
+            world.add_joint(*ends, **given)
+
+    def _note_name(self, given: dict[str, Any], at: Path) -> None:
+        """Remember the name of a table; two of them must not have the same."""
+        name = given.get("name")
+        if name in self._called:
+            self.wrong.append(
+                ((*at, "name"), f"{_name(at)}: name is {name!r}, which {_name(self._called[name])} has; give another")
+            )
+        elif name is not None:
+            self._called[name] = at
+
+    def _end(self, found: Any, at: Path) -> Any:
+        """Return the end of a joint as `World.add_joint` takes it; None if it, or the body that it is on, is wrong."""
+        if isinstance(found, list):
+            with self._telling(at, at[:-1]):
+                return vector(found, at[-1])
+            return None
+        kinds = [kind for kind in BODIES if isinstance(found, dict) and kind in found]
+        if len(kinds) != 1 or ("at" in found) == ("particle" in found) or ("particle" in found and "box" in found):
+            hint = "; of a soft body there may be particle = … in place of at" if kinds else ""
+            self.wrong.append((at, f"{_name(at)} is {shown(found)}; {END_HINT}{hint}"))
+            return None
+        before = len(self.wrong)
+        given = self._checked(found, at, END, ())
+        if len(self.wrong) > before:
+            return None
+        body = self._body(kinds[0], given.pop(kinds[0]), at)
+        return None if body is None else (body, *given.values())
+
+    def _body(self, kind: str, which: int | str, at: Path) -> SoftBody | Box | None:
+        """Return the body of a kind that an end of a joint is said to be on; None if it, or its table, is wrong."""
+        table = self._called.get(which, (kind, which)) if isinstance(which, str) else (kind, which)
+        if table not in self._bodies or table[0] != kind:
+            names = [name for name, (of, _) in self._called.items() if of == kind]
+            count = sum(of == kind for of, _ in self._bodies)
+            there = names_listed(which, names) if isinstance(which, str) else f"give a number from 0 to {count - 1}"
+            hint = there if count else f"there is none: add [[{kind}]]"
+            self.wrong.append(((*at, kind), f"{_name(at)}: there is no {kind} {shown(which)}; {hint}"))
+        return self._bodies.get(table)
 
     def _run(self, found: dict[str, Any], world: World) -> Run | None:
         before = len(self.wrong)

@@ -11,6 +11,7 @@ import numpy as np
 
 from softbody.builder import checked_property, known_properties
 from softbody.errors import ParameterError
+from softbody.names import checked_name
 from softbody.parameters import (
     NO_NUMBERS,
     check_range,
@@ -97,6 +98,16 @@ def _setting(value: Any, name: str) -> Any:
     return value
 
 
+def _whose(value: Any, name: str) -> int | str:
+    """Return the name of a body, or its number."""
+    return value if isinstance(value, str) else _whole(0)(value, name)
+
+
+def _anything(value: Any, name: str) -> Any:
+    """Return what is looked at elsewhere: a table of its own."""
+    return value
+
+
 def _pair(check: Check) -> Check:
     def both(value: Any, name: str) -> tuple[Any, Any]:
         if not isinstance(value, list) or len(value) != 2:
@@ -163,7 +174,8 @@ MESH_FILE: dict[str, Check] = {
     "scale": _number(above=0.0),
 }
 SOFT_BODY: dict[str, Check] = {
-    "shape": lambda value, name: value,  # a table of its own
+    "name": checked_name,
+    "shape": _anything,
     "mass": _number("kg", above=0.0),
     "stiffness": _springs("N/m"),
     "gas": _number("J", least=0.0),
@@ -177,6 +189,7 @@ SOFT_BODY: dict[str, Check] = {
     **_properties("soft"),
 }
 BOX: dict[str, Check] = {
+    "name": checked_name,
     "size": _extent,
     "mass": _number("kg", above=0.0),
     "static": check_yes_or_no,
@@ -186,6 +199,20 @@ BOX: dict[str, Check] = {
     "velocity": vector,
     "angular_velocity": vector,
     **_properties("box"),
+}
+JOINT: dict[str, Check] = {
+    "name": checked_name,
+    "a": _anything,
+    "b": _anything,
+    "stiffness": _number("N/m", least=0.0),
+    "damping": _number("N s/m", least=0.0),
+    "rest_length": _number("m", least=0.0),
+}
+END: dict[str, Check] = {  # of a joint, where it is on a body
+    "soft_body": _whose,
+    "box": _whose,
+    "at": vector,
+    "particle": _whole(0),
 }
 RUN: dict[str, Check] = {
     "seconds": _number("s", above=0.0),
@@ -199,4 +226,5 @@ FILM: dict[str, Check] = {
     "colour": _one_of("stripes", "plain", "pressure", "strain", "speed"),
     "colour_range": _pair(_number()),
     "size": _pair(_whole(1)),
+    "show_joints": check_yes_or_no,
 }

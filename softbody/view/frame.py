@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from softbody.dynamics.energy import kinetic_energy
+from softbody.joint_forces import joint_ends
 from softbody.render.quantities import QUANTITIES
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ class Frame(NamedTuple):
     box_position: np.ndarray  # (m, 3) [m]
     box_orientation: np.ndarray  # (m, 4)
     contacts: np.ndarray  # (c, 3) points [m]
+    joints: np.ndarray  # (j, 2, 3) ends [m], single precision
     pull: np.ndarray | None  # (2, 3) ends of the spring that pulls [m]
     kinetic: float  # energy [J]
     total: float  # energy [J]
@@ -41,6 +43,7 @@ def frame_of(world: World, quantity: str | None = None, pull: np.ndarray | None 
         world.state.box_position.copy(),
         world.state.box_orientation.copy(),
         contact_points(world).astype(np.float32),
+        joint_ends(world._parts.joints, world.state).astype(np.float32),
         pull,
         kinetic_energy(world.model, world.state),
         world.energy(),

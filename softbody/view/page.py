@@ -11,6 +11,7 @@ import numpy as np
 from softbody.render.camera import VIEW
 from softbody.render.colour_map import SHADES, palette_of
 from softbody.render.drawing import COLOURS, STATIC, Drawing, framed
+from softbody.render.lines import COLOUR as LINE
 from softbody.render.quantities import QUANTITIES, UNITS
 from softbody.settings import INTEGRATORS
 from softbody.soft_body import SoftBody
@@ -50,6 +51,7 @@ class Page:
                 handle.position, handle.wxyz = position, turn
             self._show_colours(frame)
             self._show_contacts(frame)
+            self._show_joints(frame)
             self._show_pull(frame)
         if self._clock() - self._plotted >= PLOT_EVERY:
             self._plotted = self._clock()
@@ -59,7 +61,8 @@ class Page:
         scene, world = self._server.scene, self._session.world
         model, first = world.model, self._session.frame
         self._triangles = [SoftBody(world, i).triangles for i in range(model.soft_count)]
-        camera = framed(world, [thing.vertices for thing in Drawing(world, "plain").things()], SHAPE)
+        drawing = Drawing(world, "plain")
+        camera = framed(world, drawing.things(), drawing.joint_ends(), SHAPE)
         size = float(np.linalg.norm(np.subtract(camera.eye, camera.target))) / 4.0
         self._server.initial_camera.position, self._server.initial_camera.look_at = camera.eye, camera.target
         self._server.initial_camera.fov = float(np.radians(VIEW))
@@ -91,6 +94,9 @@ class Page:
         )  # fmt: skip
         self._pull = scene.add_line_segments(
             "/pull", np.zeros((1, 2, 3)), RED, thickness=0.5 * DOT * size, visible=False
+        )
+        self._joints = scene.add_line_segments(
+            "/joints", np.zeros((1, 2, 3)), _bytes(LINE), thickness=0.25 * DOT * size, visible=False
         )
         for i, handle in enumerate(self._soft):
             for each in (handle, *self._bands[i]):
@@ -133,6 +139,7 @@ class Page:
             springs = gui.add_checkbox("springs", False)
             springs.on_update(lambda event: self._show_springs(event.target.value))
             self._with_contacts = gui.add_checkbox("contacts", True)
+            self._with_joints = gui.add_checkbox("joints", True, visible=len(session.frame.joints) > 0)
             gui.add_markdown("Drag a body with the mouse to pull it; drag beside it to turn the view.")
         self._plot = gui.add_uplot(
             (np.zeros(1), np.zeros(1), np.zeros(1)),
@@ -189,6 +196,11 @@ class Page:
         self._contacts.visible = bool(self._with_contacts.value and len(frame.contacts))
         if self._contacts.visible:
             self._contacts.points = frame.contacts
+
+    def _show_joints(self, frame: Frame) -> None:
+        self._joints.visible = bool(self._with_joints.value and len(frame.joints))
+        if self._joints.visible:
+            self._joints.points = frame.joints
 
     def _show_pull(self, frame: Frame) -> None:
         self._pull.visible = frame.pull is not None

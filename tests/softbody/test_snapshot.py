@@ -182,7 +182,7 @@ def test_every_entry_must_be_there_and_be_an_array_of_its_kind_and_shape(mixed):
         refused(mixed | {name: array[None]}, f"{re.escape(name)} has shape")
         if array.ndim:
             refused(mixed | {name: array[..., :-1]}, "has shape|must be")
-            refused(mixed | {name: array.astype(np.float32)}, f"{re.escape(name)} holds float32")
+            refused(mixed | {name: np.zeros(array.shape, np.float32)}, f"{re.escape(name)} holds float32")
 
 
 def test_what_no_snapshot_has_is_refused(mixed):
@@ -194,8 +194,8 @@ def test_what_no_snapshot_has_is_refused(mixed):
 
 
 def test_a_snapshot_of_a_later_format_says_so_and_one_of_the_first_is_read_without_its_rings(mixed):
-    refused(mixed | {"format": np.array(5)}, "format is 5, and this softbody reads formats up to 4")
-    first = {name: array for name, array in mixed.items() if name != "format"}
+    refused(mixed | {"format": np.array(6)}, "format is 6, and this softbody reads formats up to 5")
+    first = {name: array for name, array in mixed.items() if name.partition(".")[0] not in ("format", "names")}
     first |= {"rings.particle": np.array([10**9]), "rings.order": np.array([-1])}
     worlds = World(), World()
     for world, snapshot in zip(worlds, (mixed, first)):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from softbody import World, bodies, icosphere, pace, soft_body
@@ -58,13 +60,13 @@ def set_as_if_made_so(run: Run) -> Comparison:
         for world in worlds:
             world.add_ground(-0.2, restitution=0.5)
         for k in range(count):
-            numbers = {name: float(most * rng.random()) for name, most in NUMBERS.items()}
+            numbers: dict[str, Any] = {name: float(most * rng.random()) for name, most in NUMBERS.items()}
             place, speed = np.array([0.7 * k, 0.0, 0.7 * k]), rng.normal(size=3)
             stiffness, gas = rng.uniform(50.0, 300.0), rng.uniform(5.0, 30.0)
             pins = rng.choice(len(ball.vertices), int(rng.integers(0, 3)), replace=False)
             worlds[1].add_soft_body(ball, 1.0, stiffness, gas, place, speed, fixed=pins, **numbers)
             body = worlds[0].add_soft_body(ball, 1.0, 100.0, 1.0, place, fixed=rng.choice(len(ball.vertices), 2, False))
-            box = {name: numbers[name] for name in ("restitution", "friction")}
+            box: dict[str, Any] = {name: numbers[name] for name in ("restitution", "friction")}
             worlds[1].add_box((0.4, 0.3, 0.2), 1.0, place + (0.0, 0.75, 0.0), velocity=speed, **box)
             other = worlds[0].add_box((0.4, 0.3, 0.2), 1.0)
             for name, value in numbers.items():

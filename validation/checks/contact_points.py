@@ -181,8 +181,8 @@ def forces_change_momenta(run: Run) -> Comparison:
         Fault(
             "handles that stay at their numbers",
             World.remove,
-            "each.index - 1 if each.index > row else GONE",
-            "each.index if each.index > row else GONE",
+            "number - 1 if number > row else GONE",
+            "number if number > row else GONE",
         ),
     ),
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -110,7 +110,7 @@ def crowd(rng: np.random.Generator) -> World:
     places = apart(rng, soft + boxes)
     for place in places[:soft]:
         mesh, mass = rotated(MESHES[rng.integers(len(MESHES))], rng), float(np.exp(rng.uniform(-1.0, 1.0)))
-        material = {"restitution": rng.random(), "friction": rng.uniform(0.0, 0.6)}
+        material: dict[str, Any] = {"restitution": rng.random(), "friction": rng.uniform(0.0, 0.6)}
         bodies.append(world.add_soft_body(mesh, mass, STIFFNESS, GAS, place, **material))
     world.equilibrium()
     for body, place in zip(bodies, places, strict=False):

@@ -258,7 +258,7 @@ def _stretch(world: World, seconds: float, joints: list[Joint]) -> float:
             "~(joints.joint_box == body).any(axis=1)",
             "(joints.joint_box != joints.joint_box).any(axis=1)",
         ),
-        Fault("a handle that follows another joint", host.World.remove, "int(stay[: each.index].sum())", "each.index"),
+        Fault("a handle that follows another joint", host.World.remove, "int(stay[:number].sum())", "number"),
         Fault(
             "joints that are not read again",
             snapshot._checked,

@@ -92,6 +92,180 @@ def test_a_kinematic_box_of_a_scene_file_moves_as_it_says(scene):
     np.testing.assert_allclose(belt.position, [0.0, 1.0, 0.0])
 
 
+JOINED = """
+[[soft_body]]
+shape = { name = "octahedron", radius = 0.5 }
+mass = 1
+stiffness = 100
+gas = 1
+[[box]]
+size = [1, 1, 1]
+mass = 1
+position = [3, 0, 0]
+"""
+
+
+def test_joints_of_a_scene_file_are_those_that_it_says(scene):
+    text = """
+[[joint]]
+a = { soft_body = 0, particle = 4 }
+b = { box = 0, at = [2.5, 0, 0] }
+stiffness = 20
+damping = 0.25
+rest_length = 2
+[[joint]]
+a = [0, 0, 1]
+b = { soft_body = 0, at = [0, 0, 0.7] }
+stiffness = 10
+"""
+    world = from_file(scene(JOINED + text))
+    between, hung = world.joints
+    np.testing.assert_allclose(between.ends, [[0.0, 0.0, 0.5], [2.5, 0.0, 0.0]], atol=1e-15)
+    assert (between.stiffness, between.damping, between.rest_length) == (20.0, 0.25, 2.0)
+    np.testing.assert_allclose(hung.ends, [[0.0, 0.0, 1.0], [0.0, 0.0, 0.5]], atol=1e-15)
+    assert (hung.stiffness, hung.damping, hung.rest_length) == (10.0, 0.0, 0.0)
+
+
+def test_joints_of_a_scene_file_are_on_its_own_bodies_in_a_world_that_has_others(scene):
+    world = World()
+    world.add_box((9.0, 9.0, 9.0), 1.0)
+    from_file(scene(JOINED + "[[joint]]\na = { box = 0, at = [3, 0, 0] }\nb = [0, 0, 0]\nstiffness = 1"), world)
+    np.testing.assert_array_equal(world.joints[0].ends[0], world.boxes[1].position)
+
+
+def test_all_that_is_wrong_with_joints_is_told_at_once(scene):
+    text = """[[soft_body]]
+shape = { name = "octahedron" }
+mass = 1
+stiffness = 100
+[[box]]
+size = [1, 1, 1]
+mass = 1
+[[joint]]
+a = [0, 0]
+b = { box = 1, at = [0, 0, 0] }
+stiffness = -1
+[[joint]]
+a = { soft_body = 0, particle = 99 }
+b = [0, 0, 0]
+stiffness = 1
+[[joint]]
+a = { box = 0 }
+b = "ceiling"
+stifness = 1
+[[joint]]
+a = [0, 0, 0]
+b = [0, 0, 1]
+stiffness = 1
+[[joint]]
+a = { box = 0, particle = 3 }
+b = { body = 0, at = [0, 0, 0] }
+stiffness = 1
+[[joint]]
+a = { box = -1, at = [0, 0, inf], on = true }
+b = { soft_body = 7, at = [0, 0, 0] }
+stiffness = 1
+"""
+    told = wrong(scene(text))
+    expected = (
+        (1, "soft_body[0]: gas is missing; add it"),  # and so what is said of its joint is not known
+        (9, "joint[0]: a is [0, 0]; give three finite numbers"),
+        (10, "joint[0].b: there is no box 1; give a number from 0 to 0"),
+        (11, "joint[0]: stiffness is -1.0; give a finite number ≥ 0 [N/m]"),
+        (16, "joint[2]: stiffness is missing; add it"),
+        (17, "joint[2].a is {'box': 0}; give a place, [x, y, z], or one on a body"),
+        (18, "joint[2].b is 'ceiling'; give a place"),
+        (19, "joint[2]: there is no 'stifness'; did you mean 'stiffness'?"),
+        (21, "joint[3]: a and b are two places in the world"),
+        (25, "joint[4].a is {'box': 0, 'particle': 3}; give a place"),
+        (26, "joint[4].b is {'body': 0, 'at': [0, 0, 0]}; give a place"),
+        (29, "joint[5].a: box is -1; give a whole number ≥ 0"),
+        (29, "joint[5].a: at is [0, 0, inf]; give three finite numbers"),
+        (29, "joint[5].a: there is no 'on'; choose from soft_body, box, at, particle"),
+        (30, "joint[5].b: there is no soft_body 7; give a number from 0 to 0"),
+    )
+    for line, message in expected:
+        assert any(each.startswith(f"{line}: ") and message in each for each in told), (line, message, told)
+    assert len(told) == len(expected), told
+
+
+NAMED = """
+[[soft_body]]
+name = "ball"
+shape = { name = "octahedron", radius = 0.5 }
+mass = 1
+stiffness = 100
+gas = 1
+[[box]]
+name = "lid"
+size = [1, 1, 1]
+mass = 1
+position = [3, 0, 0]
+[[joint]]
+name = "cord"
+a = { soft_body = "ball", particle = 4 }
+b = { box = "lid", at = [2.5, 0, 0] }
+stiffness = 20
+"""
+
+
+def test_bodies_and_joints_have_the_names_that_a_scene_file_gives_them(scene):
+    world = from_file(scene(NAMED))
+    assert world["ball"] == world.soft_bodies[0]
+    assert world["lid"] == world.boxes[0]
+    np.testing.assert_allclose(world["cord"].ends, [[0.0, 0.0, 0.5], [2.5, 0.0, 0.0]], atol=1e-15)
+
+
+def test_all_that_is_wrong_with_names_is_told_at_once(scene):
+    text = NAMED.replace("[2.5, 0, 0] }", "[2.5, 0, 0] }\ndamping = -1").replace("mass = 1\nstiff", "stiff")
+    text += """[[box]]
+name = "ball"
+size = [1, 1, 1]
+static = true
+[[box]]
+name = " "
+size = [1, 1, 1]
+static = true
+[[joint]]
+name = "cord"
+a = { box = "lied", at = [0, 0, 0] }
+b = { soft_body = "lid", at = [0, 0, 0] }
+stiffness = 1
+"""
+    told = wrong(scene(text))
+    expected = (
+        (2, "soft_body[0]: mass is missing; add it"),
+        (16, "joint[0]: damping is -1.0; give a finite number"),
+        (19, "box[1]: name is 'ball', which soft_body[0] has; give another"),
+        (23, "box[2]: name is ' '; give a text of 1 to 100 characters"),
+        (27, "joint[1]: name is 'cord', which joint[0] has; give another"),
+        (28, "joint[1].a: there is no box 'lied'; did you mean 'lid'? there are 'lid'"),
+        (29, "joint[1].b: there is no soft_body 'lid'; there are 'ball'"),
+    )
+    for line, message in expected:
+        assert any(each.startswith(f"{line}: ") and message in each for each in told), (line, message, told)
+    assert len(told) == len(expected), told
+    world = World()
+    world.add_box((1.0, 1.0, 1.0), 1.0, name="lid")
+    with pytest.raises(SceneError, match=r":9: box\[0\]: name is 'lid', which box 0 has; give another"):
+        from_file(scene(NAMED), world)
+    unnamed = NAMED.replace('name = "lid"\n', "")
+    assert "there is no box 'lid'; none has a name: give it one" in wrong(scene(unnamed))[0]
+
+
+def test_a_particle_that_an_end_cannot_be_on_is_told(scene):
+    text = JOINED + "[[joint]]\na = { soft_body = 0, particle = 6 }\nb = [0, 0, 0]\nstiffness = 1"
+    (told,) = wrong(scene(text))
+    assert told.startswith("11: joint[0]: particle of a is 6, and <soft body 0")
+    assert "begin each with [[joint]]" in wrong(scene(JOINED.replace("[[soft", "joint = 1\n[[soft")))[0]
+
+
+def test_a_time_step_that_is_too_long_for_a_joint_is_told(scene):
+    text = JOINED + "[[joint]]\na = { box = 0, at = [3, 0, 0] }\nb = [0, 0, 0]\nstiffness = 1e8\n"
+    (told,) = wrong(scene(text + "[run]\nseconds = 1\ntime_step = 1e-3"))
+    assert "run: time_step is 0.001 s, and a stable one is" in told
+
+
 def test_a_scene_file_fills_a_world_by_the_world_s_own_settings(scene):
     world = World.paper()
     assert from_file(scene(GOOD), world) is world
@@ -246,4 +420,4 @@ def test_a_library_that_is_missing_is_named(scene, monkeypatch):
 def test_how_it_is_run_is_read(scene):
     read = read_scene(scene(GOOD + "frames_per_second = 20\n[film]\ncolour = 'speed'\ncolour_range = [0, 2]\n"))
     assert read.run == (2.0, 20.0, None, True)
-    assert read.film == ("film.webp", 20.0, "speed", (0.0, 2.0), (640, 480))
+    assert read.film == ("film.webp", 20.0, "speed", (0.0, 2.0), (640, 480), True)

@@ -162,6 +162,14 @@ def test_a_frame_shares_no_memory_with_the_world(world):
     assert [len(each) for each in frame.values] == [42]
 
 
+def test_a_frame_has_the_ends_of_joints(world):
+    assert frame_of(world).joints.shape == (0, 2, 3)
+    joint = world.add_joint((world.soft_bodies[0], 0), (0.0, 0.0, 2.0), 1.0)
+    joints = frame_of(world).joints
+    np.testing.assert_allclose(joints, [joint.ends], atol=1e-6)
+    assert joints.dtype == np.float32
+
+
 def test_contacts_are_those_of_bodies_and_of_particles_on_the_ground(world):
     assert contact_points(world).shape == (0, 3)
     world.run(1.0, 5e-3)
