@@ -51,7 +51,7 @@ def velocities_after(
     world.integration_parameters.dt = step
     world.integration_parameters.contact_recycling = False
     world.integration_parameters.normalized_prediction_distance = 0.0
-    arrays = [np.asarray(x, float) for x in (size, mass, position, orientation, velocity, spin)]
+    arrays = [np.ascontiguousarray(x, float) for x in (size, mass, position, orientation, velocity, spin)]
     handles = [_add(world, box, restitution) for box in zip(*arrays)]
     for _ in range(steps):
         world.step()

@@ -29,7 +29,7 @@ from softbody.collision.sat_boxes import (
 )
 from softbody.jit import jit_lean
 from softbody.quaternion import from_rotation_vector, normalize_quaternion, product
-from softbody.vec import Vec, add, dot, norm, scale, sub
+from softbody.vec import Vec, add, cross, dot, norm, scale, sub
 
 GRAZE = 2.0  # slops of overlap up to which boxes only graze each other, as boxes at rest do
 SLIDE = 0.01  # of the slop: a way in a step that is none of the solver's noise
@@ -176,15 +176,15 @@ def _fly_past(boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, paper_axes:
     return enter > leave
 
 
-ADVANCES = 200  # after so many, boxes are as good as touching
+ADVANCES = 1000  # after so many, boxes are as good as touching
 
 
 @jit_lean
 def come_near(boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, near: float) -> bool:
     """Tell whether boxes that travel and turn come as near as `near` [m] within the step, or all but.
 
-    Along the axis that parts them most they cannot close faster than the travel along it and their corners' speeds: for
-    as long as the gap lasts then, they are apart, and the next axis is asked.
+    Along the axis that parts them most they cannot close faster than the travel along it, and than their corners turn
+    towards it: for as long as the gap lasts then, they are apart, and the next axis is asked.
     """
     placed = PlacedBoxes(boxes.size, boxes.position, boxes.orientation)
     a, b = placed_box(placed, pair[0]), placed_box(placed, pair[1])
@@ -195,6 +195,7 @@ def come_near(boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, near: float
         gap, normal, _ = box_box_separation(
             _later(a, scale(when, sweep.travel), scale(when, sweep.spin_a)), _later(b, STILL, scale(when, sweep.spin_b))
         )
+        turning = _turning_along(a.size, sweep.spin_a, normal) + _turning_along(b.size, sweep.spin_b, normal)
         closing = max(0.0, -dot(sweep.travel, normal)) + turning
         if gap <= near:
             return True
@@ -202,6 +203,12 @@ def come_near(boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, near: float
             return False
         when += (gap - 0.9 * near) / closing
     return True
+
+
+@jit_lean
+def _turning_along(size: Vec, spin: Vec, normal: Vec) -> float:
+    """Return how far [m] at most a corner of a box moves along a unit vector by turning."""
+    return 0.5 * norm(size) * norm(cross(spin, normal))
 
 
 @jit_lean

@@ -262,8 +262,8 @@ def _stretch(world: World, seconds: float, joints: list[Joint]) -> float:
         Fault(
             "joints that are not read again",
             snapshot._checked,
-            "_joints(e_, m_)",
-            "no_joints() if _joints(entries, model) else None",
+            "Snapped(m_, c_, s_, j_, n_, i_, k_, p_, d_, t_)",
+            "Snapped(m_, c_, s_, no_joints(), n_, i_, k_, p_, d_, t_)",
         ),
         Fault("stiffness that is only read again", joint.JointNumber.__set__, "joint.world.replace(joints=j_)", "None"),
         Fault("the other end moved", joint.Joint._place_of_target, "b_[r_, 3 * end_ : 3 * end_ + 3]", "b_[r_, 0:3]"),
