@@ -5,6 +5,9 @@ from __future__ import annotations
 import fnmatch
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,8 +19,9 @@ if TYPE_CHECKING:
     from validation.check import Check
     from validation.declared import Declared
     from validation.record import Report
+    from validation.run import Plan
 
-ALL_HOLD, A_CLAIM_FAILS, WRONG_USAGE, ENGINE_MISSING, CANNOT_WRITE, INTERRUPTED = 0, 1, 2, 3, 4, 130
+ALL_HOLD, A_CLAIM_FAILS, WRONG_USAGE, ENGINE_MISSING, CANNOT_WRITE, NO_CLUSTER, INTERRUPTED = 0, 1, 2, 3, 4, 5, 130
 EXIT_CODES = """\b
 Exit code:
   0    all claims hold, or were not run
@@ -25,6 +29,7 @@ Exit code:
   2    wrong usage
   3    an engine that was demanded is missing or broken
   4    the output cannot be written: disk, permission
+  5    the cluster cannot judge: no scheduler, no workers, or they have another core, claims or engines
   130  interrupted; what was done by then is written, and --resume goes on
 """
 
@@ -48,6 +53,12 @@ class CannotWrite(click.ClickException):
     """The output cannot be written; the command ends with CANNOT_WRITE."""
 
     exit_code = CANNOT_WRITE
+
+
+class NoCluster(click.ClickException):
+    """The cluster cannot judge; the command ends with NO_CLUSTER."""
+
+    exit_code = NO_CLUSTER
 
 
 class Commands(click.Group):
@@ -103,6 +114,9 @@ class Commands(click.Group):
     show_default=True,
     help="Processes that judge claims side by side; results are the same for any number.",
 )
+@click.option(
+    "--scheduler", metavar="ADDRESS", help="Judge on the workers of a dask cluster, such as tcp://host:8786, instead."
+)
 @click.option("--quiet", is_flag=True, help="Say only what does not hold, and the sum.")
 @click.pass_context
 def main(
@@ -119,6 +133,7 @@ def main(
     timings: bool | None,
     pictures: bool | None,
     jobs: int,
+    scheduler: str | None,
     quiet: bool,
 ) -> None:
     """Check every claim about the core against its judge, and write a report.
@@ -149,23 +164,43 @@ def main(
     pictures = timings if pictures is None else pictures
     plan = Plan(checks, level, seed, jobs, out, timings, pictures, list(patterns), judged)
     terminal = Terminal(quiet)
-    try:
-        journal = Journal(out, identity(level, seed, subject), resume, terminal.say)
-    except CannotRunHereError as error:
-        raise click.UsageError(str(error)) from error
-    with journal:
+    with judging_on(scheduler, plan) as plan:
         try:
-            report, cut_short = run_all(plan, journal, terminal)
-            write_outputs(report, out, terminal)
-        except OSError as error:
-            kept = f"; {len(journal.records)} claims are kept in {journal.path}: make room, and go on with --resume"
-            raise CannotWrite(f"{error}{kept if journal.records else ''}") from error
-        terminal.summarize(report, out)
-        if cut_short:
-            terminal.say("To go on: the same command with --resume.")
-            sys.exit(INTERRUPTED)
-        journal.remove()
+            journal = Journal(out, identity(level, seed, subject), resume, terminal.say)
+        except CannotRunHereError as error:
+            raise click.UsageError(str(error)) from error
+        with journal:
+            try:
+                report, cut_short = run_all(plan, journal, terminal)
+                write_outputs(report, out, terminal)
+            except OSError as error:
+                kept = f"; {len(journal.records)} claims are kept in {journal.path}: make room, and go on with --resume"
+                raise CannotWrite(f"{error}{kept if journal.records else ''}") from error
+            terminal.summarize(report, out)
+            if cut_short:
+                terminal.say("To go on: the same command with --resume.")
+                sys.exit(INTERRUPTED)
+            journal.remove()
     sys.exit(exit_code(report, required, require_all))
+
+
+@contextmanager
+def judging_on(scheduler: str | None, plan: Plan) -> Iterator[Plan]:
+    """Have the plan carried out by a cluster, if a scheduler is named; raises NoCluster."""
+    if scheduler is None:
+        yield plan
+        return
+    from validation.cluster import CannotJudgeThereError, Cluster
+
+    try:
+        cluster = Cluster(scheduler, plan.level, plan.seed, plan.subject.name if plan.subject else None)
+    except CannotJudgeThereError as error:
+        raise NoCluster(str(error)) from error
+    with closing(cluster):
+        try:
+            yield replace(plan, cluster=cluster)
+        except CannotJudgeThereError as error:
+            raise NoCluster(f"{error}; what was judged is kept, and --resume goes on") from error
 
 
 def pass_on(ctx: click.Context, level: str, seed: int) -> None:

@@ -125,7 +125,7 @@ class Journal:
             was = head.get(name)
             if was != run.get(name):
                 told = words.format(
-                    ", ".join(_others(was, run[name]))
+                    ", ".join(others(was, run[name]))
                     if name == "engines"
                     else plain("the core" if was is None else was)
                 )
@@ -161,7 +161,7 @@ class Journal:
         self._file.close()
 
 
-def _others(was: Any, now: dict[str, str | None]) -> list[str]:
+def others(was: Any, now: dict[str, str | None]) -> list[str]:
     """Return the engines whose versions differ."""
     before = was if isinstance(was, dict) else {}
     return [name for name in sorted({*before, *now}) if before.get(name) != now.get(name)]

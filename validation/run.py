@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import softbody
 from validation.check import Check
@@ -27,6 +27,9 @@ from validation.subject import settings_of
 from validation.terminal import Terminal
 from validation.worker import Task
 
+if TYPE_CHECKING:
+    from validation.cluster import Cluster
+
 TRIED = Path("build")  # where planted faults and mutants leave what they have shown
 
 
@@ -43,6 +46,7 @@ class Plan:
     pictures: bool
     patterns: list[str]
     subject: Declared | None = None  # who is judged; None: the core
+    cluster: Cluster | None = None  # who judges; None: processes here
 
 
 @dataclass
@@ -121,7 +125,7 @@ def judge_all(plan: Plan, journal: Journal, terminal: Terminal, now: Now) -> Non
         now.names.add(name)
         terminal.started(name)
 
-    records = run_checks(left, plan.level, plan.seed, plan.jobs, started)
+    records = run_checks(left, plan.level, plan.seed, plan.jobs, started, cluster=plan.cluster)
     with terminal.following("claims", len(left)), closing(records):
         for record in records:
             journal.add(record)

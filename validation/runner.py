@@ -6,7 +6,7 @@ from collections import Counter, deque
 from collections.abc import Callable, Generator
 from dataclasses import asdict
 from multiprocessing.connection import wait
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import psutil
@@ -16,6 +16,9 @@ from validation.judge import blank_record, judge
 from validation.record import FAILS, ClaimRecord, finite, from_json
 from validation.subject import find_check
 from validation.worker import RAISED, Ended, Task, Worker
+
+if TYPE_CHECKING:
+    from validation.cluster import Cluster
 
 # Seconds that one claim may take, the compilation of its kernels included, on a machine that does something else too.
 LIMITS = {"quick": 900.0, "standard": 1_200.0, "full": 7_200.0}
@@ -32,12 +35,13 @@ def run_checks(
     started: Callable[[str], None],
     limit: float | None = None,
     memory: float | None = None,
+    cluster: Cluster | None = None,
 ) -> Generator[ClaimRecord, None, None]:
     """Yield the record of each check as it ends; `started` hears the id of each as it begins.
 
     `jobs` workers take the lanes of checks one after the other, so that each kernel is compiled in one process only. A
     worker process that dies, holds more than `memory` [bytes] or takes longer than `limit` [s], which is the level's
-    else, fails the claim it was at, and a new one goes on with the next.
+    else, fails the claim it was at, and a new one goes on with the next. A cluster, if there is one, judges instead.
     """
     here = []
     for check in checks:
@@ -57,7 +61,11 @@ def run_checks(
         ]
         for name in sorted(sizes, key=lambda name: -sizes[name])
     ]
-    for ended in run_tasks(lanes, jobs, started, memory):
+    for ended in (
+        cluster.run([task for lane in lanes for task in lane], started)
+        if cluster
+        else run_tasks(lanes, jobs, started, memory)
+    ):
         yield record_of(ended, seed)
 
 

@@ -1,0 +1,168 @@
+"""Who judges claims on many machines? The workers of a dask cluster, each by a process of its own, as here.
+
+A worker takes a claim at a time and hands it to a `Worker`: what a claim may do to its process, and how long it may
+take, is the same everywhere. A worker that is lost loses the claim that it was at, which the scheduler gives to another
+one; a claim that has cost several workers fails. Where core, claims, engines or Python are others than here, nothing is
+judged: the records would be of something else.
+"""
+
+from __future__ import annotations
+
+import logging
+import multiprocessing
+import platform
+import threading
+from collections import deque
+from collections.abc import Callable, Generator
+from contextlib import suppress
+from multiprocessing.connection import wait
+from typing import Any
+
+import psutil
+
+from validation.journal import identity, others
+from validation.worker import DIED, Ended, Task, Worker
+
+PATIENCE = 10.0  # seconds for the scheduler to answer
+GLANCE = 0.5  # [s] between two looks at a claim that runs
+SHARE_OF_MEMORY = 0.8  # of the machine's that a claim may hold
+
+# On a dask worker: the process that judges for each of its threads, and for which run; and the runs that are over.
+_judges: dict[int, tuple[str, Worker]] = {}
+_over: set[str] = set()
+
+
+class CannotJudgeThereError(Exception):
+    """There is no scheduler, or it has no workers, or they have something else than we."""
+
+
+class Cluster:
+    """A scheduler that answers, and whose workers have the same core, claims and engines."""
+
+    def __init__(self, address: str, level: str, seed: int, subject: str | None) -> None:
+        """Ask the scheduler at an address such as tcp://host:8786; raises CannotJudgeThereError.
+
+        `level`, `seed` and `subject` are those of the run.
+        """
+        try:
+            from distributed import Client
+        except ImportError:
+            raise CannotJudgeThereError(
+                "distributed is not installed, which --scheduler needs: pip install 'softbody[cluster]', or distributed"
+            ) from None
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what matters here is raised
+        try:
+            self._client = Client(address, timeout=PATIENCE, set_as_default=False)
+        except (OSError, ValueError, TimeoutError) as error:
+            raise CannotJudgeThereError(
+                f"no scheduler answers at {address} within {PATIENCE:g} s: start one with `dask scheduler` ({error})"
+            ) from error
+        self._address, self._run, self._ours = address, (level, seed, subject), all_that_decides(level, seed, subject)
+        try:
+            self._refuse_others()
+        except BaseException:
+            self.close()
+            raise
+
+    def _refuse_others(self) -> None:
+        """Raise CannotJudgeThereError unless there are workers, and all have what we have."""
+        found = self._client.run(all_that_decides, *self._run, on_error="return")
+        if not found:
+            raise CannotJudgeThereError(
+                f"the scheduler at {self._address} has no workers: start some with `dask worker {self._address} "
+                "--nthreads 1` where this softbody is"
+            )
+        for worker, theirs in found.items():
+            if isinstance(theirs, BaseException):
+                raise CannotJudgeThereError(
+                    f"worker {worker} cannot import this validation ({theirs}): start it in this folder's like"
+                )
+            other = differences(theirs, self._ours)
+            if other:
+                raise CannotJudgeThereError(
+                    f"worker {worker} has {', '.join(other)}: its records would not be those of this run; "
+                    "start it where the same softbody is installed"
+                )
+
+    def run(self, tasks: list[Task], started: Callable[[str], None]) -> Generator[Ended, None, None]:
+        """Yield what becomes of each task as it ends; so many are under way as the workers have threads."""
+        from distributed import as_completed
+
+        waiting, under_way = deque(tasks), as_completed(loop=self._client.loop, raise_errors=False)
+        futures: dict[Any, tuple[Any, Task]] = {}
+        try:
+            while waiting or futures:
+                while waiting and len(futures) < max(1, sum(self._client.nthreads().values())):
+                    task = waiting.popleft()
+                    future = self._client.submit(_judge_there, task, self._client.id, self._run, self._ours, pure=False)
+                    futures[future.key] = future, task
+                    started(task.name)
+                    under_way.add(future)
+                done = next(under_way)
+                yield self._ended(done, futures.pop(done.key)[1])
+        finally:
+            self._client.cancel([future for future, _ in futures.values()], force=True)
+            with suppress(Exception):  # a scheduler that is lost has nobody to tell
+                self._client.run(_end_run, self._client.id)
+
+    def _ended(self, future: Any, task: Task) -> Ended:
+        from distributed import CancelledError, KilledWorker
+
+        try:
+            ended: Ended = future.result()
+            return ended
+        except KilledWorker as error:
+            return Ended(task, 0.0, how=DIED, why=f"every worker that was at it was lost: {error}")
+        except (OSError, CancelledError) as error:
+            raise CannotJudgeThereError(f"the scheduler at {self._address} was lost") from error
+
+    def close(self) -> None:
+        """Leave the cluster as it is."""
+        self._client.close(timeout=PATIENCE)
+
+
+def all_that_decides(level: str, seed: int, subject: str | None) -> dict[str, Any]:
+    """Return all that decides the records of a run, with Python itself."""
+    return identity(level, seed, subject) | {"python": platform.python_version()}
+
+
+def differences(theirs: dict[str, Any], ours: dict[str, Any]) -> list[str]:
+    """Return in words what somebody has who would come to other records."""
+    words = {"core": "another core", "claims": "other claims or references", "python": f"Python {theirs['python']}"}
+    found = [word for key, word in words.items() if theirs[key] != ours[key]]
+    engines = others(theirs["engines"], ours["engines"])
+    return found + [f"other versions of {', '.join(engines)}"] * bool(engines)
+
+
+def _judge_there(task: Task, name: str, run: tuple[str, int, str | None], ours: dict[str, Any]) -> Ended:
+    """Do a task of the run of some name in a process of its own on a dask worker."""
+    other = differences(all_that_decides(*run), ours)
+    if other:  # it has come later
+        raise CannotJudgeThereError(f"a worker on {platform.node()} has {', '.join(other)}")
+    worker = _judge_of(threading.get_ident(), name)
+    worker.begin(task)
+    while name not in _over:
+        wait(worker.news, GLANCE)
+        ended = worker.look()
+        if ended is not None:
+            return ended
+    worker.stop()
+    raise CannotJudgeThereError("the run is over")
+
+
+def _judge_of(thread: int, name: str) -> Worker:
+    """Return the process that judges for a thread; a new one for a new run, whose sources may have changed."""
+    if thread not in _judges or _judges[thread][0] != name:
+        # dask's workers are daemons of its nannies, which Python lets have no children; ours end with their parent.
+        multiprocessing.current_process()._config["daemon"] = False  # type: ignore[attr-defined]
+        _judges[thread] = name, Worker(SHARE_OF_MEMORY * psutil.virtual_memory().total)
+    return _judges[thread][1]
+
+
+def _end_run(name: str) -> None:
+    """End the processes of a run, those that judge and those that wait."""
+    _over.add(name)
+    for thread, (run, worker) in list(_judges.items()):
+        if run == name and worker.is_idle:
+            worker.stop()
+            del _judges[thread]
