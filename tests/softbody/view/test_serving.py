@@ -15,7 +15,7 @@ import pytest
 import softbody
 from softbody import MissingPackageError, ParameterError, ViewError
 from softbody.view.serving import LiveView
-from tests.softbody.view import browser
+from tests import browser
 
 
 @pytest.fixture
