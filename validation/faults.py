@@ -39,7 +39,7 @@ def main(pattern: str, jobs: int, out: Path) -> None:
         ESCAPED,
         Judges,
         all_at_once,
-        lanes_of,
+        in_any_order,
         line_of,
         planted_faults,
         try_fault,
@@ -64,16 +64,15 @@ def main(pattern: str, jobs: int, out: Path) -> None:
         except ValueError as error:
             raise click.ClickException(str(error)) from error
         try:
-            lanes = lanes_of(faults)
-            task = bar.add_task("the claims without faults", total=sum(map(len, lanes)))
+            claims = in_any_order(faults)
+            task = bar.add_task("the claims without faults", total=len(claims))
             sound: dict[str, Seen] = {}
 
-            def judge_lane(*claims: str) -> None:
-                for claim in claims:
-                    sound[claim] = judges.asleep(claim)
-                    bar.advance(task)
+            def judge(claim: str) -> None:
+                sound[claim] = judges.asleep(claim)
+                bar.advance(task)
 
-            list(all_at_once(judge_lane, map(tuple, lanes), jobs))
+            list(all_at_once(judge, zip(claims), jobs))
             bar.reset(task, description="faults", total=len(faults))
             tasks = [(fault, claims, judges, sound) for fault, claims in faults.items()]
             for outcome in all_at_once(try_fault, tasks, jobs):
