@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import ast
 import copy
-import shutil
 import textwrap
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from typing import Any
+
+from validation.damaged_core import IMPORT, add_imports
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ def plant(fault: Fault, core: Path) -> None:
 
 
 def plant_switched(faults: Mapping[int, Fault], core: Path) -> None:
-    """Plant faults in the copy of the core that is the folder `core`, each asleep until SOFTBODY_FAULT is its number.
+    """Plant faults in the copy of the core that is the folder `core`, each asleep behind the switch of its number.
 
     So they are all compiled at once. Raises ValueError as `damaged` does.
     """
@@ -63,7 +64,6 @@ def plant_switched(faults: Mapping[int, Fault], core: Path) -> None:
         by_file.setdefault(_file(fault, core), {})[number] = fault
     for path, here in by_file.items():
         path.write_text(switched(here, path.read_text(encoding="utf-8")), encoding="utf-8")
-    shutil.copy(Path(__file__).with_name("switch.py"), core / "switch.py")
 
 
 def damaged(fault: Fault, source: str) -> str:
@@ -81,23 +81,14 @@ def switched(faults: Mapping[int, Fault], source: str) -> str:
     tree = ast.parse(source)
     changes = [(number, *_change(fault, tree)) for number, fault in faults.items()]
     for number, sound, broken in sorted(changes, key=lambda change: -len(change[1])):  # the larger around the smaller
-        test = ast.parse(f"is_planted({number})", mode="eval").body
+        test = ast.parse(f"is_awake({number})", mode="eval").body
         if isinstance(sound[0], ast.expr):
             switch: ast.AST = ast.IfExp(test, broken[0], sound[0])
         else:
             switch = ast.If(test, broken, sound)
         _exchange(tree, sound, [switch])
-    tree.body[_first_import(tree) :] = [*_statements(_IMPORT), *tree.body[_first_import(tree) :]]
+    add_imports(tree, IMPORT)
     return ast.unparse(ast.fix_missing_locations(tree)) + "\n"
-
-
-_IMPORT = "from softbody.switch import is_planted"
-
-
-def _first_import(tree: ast.Module) -> int:
-    """Return where a module may import: after its docstring and what it takes from the future."""
-    late = [k for k, node in enumerate(tree.body) if isinstance(node, ast.ImportFrom) and node.module == "__future__"]
-    return late[-1] + 1 if late else int(ast.get_docstring(tree) is not None)
 
 
 def _file(fault: Fault, core: Path) -> Path:

@@ -1,39 +1,46 @@
-"""Which planted fault is awake? Copied into a damaged core as `softbody/switch.py`, whose kernels ask as they run."""
+"""Which damage is awake, and which has been reached? Copied into a damaged core as `softbody/switch.py`.
+
+Kernels read and write two places of the process, which their machine code, also that from the disk, knows by name.
+"""
 
 from __future__ import annotations
 
 import ctypes
-import os
+from collections.abc import Callable
 from typing import Any
 
 import llvmlite.binding
 from llvmlite import ir
 from numba.core import types
-from numba.extending import intrinsic, overload
+from numba.extending import lower_builtin, type_callable
 
-NUMBER = ctypes.c_int64(int(os.environ.get("SOFTBODY_FAULT", "-1")))
-SYMBOL = "softbody_fault"
-llvmlite.binding.add_symbol(SYMBOL, ctypes.addressof(NUMBER))  # machine code that is kept on disk finds it by its name
-
-
-def is_planted(fault: int) -> bool:
-    """Tell whether a fault is the one that is awake."""
-    return bool(NUMBER.value == fault)
+MOST = 1 << 16  # damages in one core
+AWAKE = ctypes.c_int64(-1)
+REACHED = (ctypes.c_int8 * MOST)()
+AWAKE_SYMBOL, REACHED_SYMBOL = "softbody_awake", "softbody_reached"
+llvmlite.binding.add_symbol(AWAKE_SYMBOL, ctypes.addressof(AWAKE))
+llvmlite.binding.add_symbol(REACHED_SYMBOL, ctypes.addressof(REACHED))
 
 
-@overload(is_planted, inline="always")
-def _is_planted_in_kernels(fault):  # type: ignore[no-untyped-def]  # Numba wants the signature of what it returns
-    return lambda fault: _number() == fault  # type: ignore[call-arg]
+def is_awake(number: int) -> bool:
+    """Tell whether a damage, a fault or a mutant, is the one that is awake, and note that it was reached."""
+    REACHED[number] = 1
+    return bool(AWAKE.value == number)
 
 
-@intrinsic
-def _number(typing_context: Any) -> Any:  # type: ignore[misc]
-    """Read NUMBER."""
+@type_callable(is_awake)  # type: ignore[untyped-decorator]
+def _resolve(context: Any) -> Callable[[Any], Any]:
+    return lambda number: types.boolean
 
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        module = builder.module
-        known = SYMBOL in module.globals
-        cell = module.globals[SYMBOL] if known else ir.GlobalVariable(module, ir.IntType(64), SYMBOL)
-        return builder.load(cell)
 
-    return types.int64(), generate
+@lower_builtin(is_awake, types.Integer)  # type: ignore[untyped-decorator]
+def _generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    number = builder.sext(arguments[0], ir.IntType(64)) if arguments[0].type.width < 64 else arguments[0]
+    awake = _place(builder.module, ir.IntType(64), AWAKE_SYMBOL)
+    reached = _place(builder.module, ir.ArrayType(ir.IntType(8), MOST), REACHED_SYMBOL)
+    builder.store(ir.Constant(ir.IntType(8), 1), builder.gep(reached, [ir.Constant(ir.IntType(64), 0), number]))
+    return builder.icmp_signed("==", builder.load(awake), number)
+
+
+def _place(module: Any, kind: Any, symbol: str) -> Any:
+    return module.globals[symbol] if symbol in module.globals else ir.GlobalVariable(module, kind, symbol)

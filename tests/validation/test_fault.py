@@ -6,24 +6,24 @@ import ast
 import importlib
 import inspect
 import os
-import shutil
 import subprocess
 import sys
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-import softbody
 from softbody.geometry import sphere
 from softbody.geometry.box import box_inertia
-from validation import faults
+from validation import fault_trials
+from validation.bench import CRASHED, GREEN, HUNG, MEASURED, Seen
 from validation.check import all_checks, check
+from validation.damaged_core import copy_core
 from validation.fault import Fault, damaged, plant, plant_switched, switched
-from validation.faults import CAUGHT, ESCAPED, NOT_RUN, Outcome, line_of, planted_faults, try_fault
-from validation.record import FAILS, HOLDS
+from validation.fault_trials import CAUGHT, ESCAPED, NOT_RUN, Judges, Outcome, line_of, planted_faults, try_fault
 
 FAULTS = planted_faults()
 HERE = __name__
@@ -98,17 +98,20 @@ def copy_of_box_inertia(core: Path) -> Path:
 
 
 def test_many_faults_are_asleep_in_one_copy_until_one_is_woken(tmp_path: Path) -> None:
-    shutil.copytree(Path(softbody.__file__).parent, tmp_path / "softbody")
     heavier = Fault("a heavier box", box_inertia, "mass_ / 12.0", "mass_ / 6.0")
     lighter = Fault("a lighter box", box_inertia, "mass_ / 12.0", "mass_ / 24.0")
-    plant_switched({3: heavier, 4: lighter}, tmp_path / "softbody")
-    script = "from softbody.geometry.box import box_inertia; print(box_inertia((1.0, 1.0, 1.0), 6.0)[0])"
-    for awake, inertia in (("-1", "1.0"), ("3", "2.0"), ("4", "0.5")):
-        for interpreted in ("0", "1"):
-            environment = {**os.environ, "SOFTBODY_FAULT": awake, "NUMBA_DISABLE_JIT": interpreted}
-            command = [sys.executable, "-c", script]
-            done = subprocess.run(command, cwd=tmp_path, env=environment | {"PYTHONPATH": ""}, capture_output=True)
-            assert done.stdout.decode().strip() == inertia, done.stderr.decode()
+    plant_switched({3: heavier, 4: lighter}, copy_core(tmp_path))
+    script = """
+from softbody.geometry.box import box_inertia
+from softbody.switch import AWAKE
+
+for AWAKE.value in (-1, 3, 4):
+    print(box_inertia((1.0, 1.0, 1.0), 6.0)[0])
+"""
+    for interpreted in ("0", "1"):
+        environment = {**os.environ, "NUMBA_DISABLE_JIT": interpreted, "PYTHONPATH": ""}
+        done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, env=environment, capture_output=True)
+        assert done.stdout.decode().split() == ["1.0", "2.0", "0.5"], done.stderr.decode()
 
 
 def awake(faults: list[Fault], number: int, width: float) -> Any:
@@ -117,7 +120,7 @@ def awake(faults: list[Fault], number: int, width: float) -> Any:
     tree = ast.parse(switched(dict(enumerate(faults)), source))
     function = next(node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == "area")
     printed: list[float] = []
-    scope: dict[str, Any] = {"is_planted": lambda fault: fault == number, "print": printed.append}
+    scope: dict[str, Any] = {"is_awake": lambda fault: fault == number, "print": printed.append}
     exec(compile(ast.fix_missing_locations(ast.Module([function], [])), "area", "exec"), scope)
     return scope["area"](width, 2.0), printed
 
@@ -175,35 +178,50 @@ def test_an_engine_that_no_reference_declares_is_refused() -> None:
 def test_a_fault_that_one_of_its_claims_does_not_see_has_escaped() -> None:
     fault = Fault("a fault", area, "width_", "height")
     assert Outcome(fault, ("a", "b")).verdict == CAUGHT
-    assert Outcome(fault, ("a", "b"), blind=("b",)).verdict == ESCAPED
+    assert Outcome(fault, ("a", "b"), blind={"b": "not seen by b"}).verdict == ESCAPED
     assert Outcome(fault, ("a", "b"), why="fcl is not installed").verdict == NOT_RUN
 
 
 class Answers:
-    """A bench on which every claim gets the verdict that is asked for."""
+    """Judges of one claim, which comes by the faults of some numbers and shows what is asked for."""
 
-    def __init__(self, verdicts: dict[str, str]) -> None:
-        self._verdicts = verdicts
+    def __init__(self, shows: Seen, reaches: bool = True) -> None:
+        self._shows, self._reaches = shows, reaches
 
-    def verdicts(self, claims: tuple[str, ...], fault: Fault) -> dict[str, str]:
-        return self._verdicts
+    def reaches(self, fault: Fault, sound: Seen) -> bool:
+        return self._reaches
 
-
-@pytest.fixture
-def claim_a(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(faults, "all_checks", lambda: {"a": SimpleNamespace(engines=())})
+    def awake(self, fault: Fault, claim: str) -> Seen:
+        return self._shows
 
 
-@pytest.mark.usefixtures("claim_a")
-def test_a_claim_that_does_not_hold_on_the_sound_core_catches_nothing() -> None:
-    fault, bench = Fault("a fault", area, "width_", "height"), Answers({"a": FAILS})
-    assert try_fault(fault, ("a",), bench, {"a": HOLDS}).verdict == CAUGHT  # type: ignore[arg-type]
-    blind = try_fault(fault, ("a",), bench, {"a": FAILS})  # type: ignore[arg-type]
-    assert blind.verdict == ESCAPED
-    assert "a does not hold without it" in line_of(blind, {"a": FAILS})
+@pytest.mark.parametrize(
+    ("sound", "reaches", "awake", "verdict", "says"),
+    [
+        (GREEN, True, MEASURED, CAUGHT, ""),
+        (GREEN, True, GREEN, ESCAPED, "not seen by a"),
+        (GREEN, True, CRASHED, ESCAPED, "a crashed, and has seen nothing: so it is"),
+        (GREEN, True, HUNG, ESCAPED, "a hung, and has seen nothing: so it is"),
+        (GREEN, False, MEASURED, ESCAPED, "a does not come by it"),
+        (MEASURED, True, MEASURED, ESCAPED, "a does not hold without it: so it is"),
+    ],
+)
+def test_a_fault_is_caught_by_what_a_claim_measures_that_holds_without_it(
+    monkeypatch: pytest.MonkeyPatch, sound: str, reaches: bool, awake: str, verdict: str, says: str
+) -> None:
+    monkeypatch.setattr(fault_trials, "all_checks", lambda: {"a": SimpleNamespace(engines=())})
+    judges: Any = Answers(Seen(awake, "so it is"), reaches)
+    outcome = try_fault(Fault("a fault", area, "width_", "height"), ("a",), judges, {"a": Seen(sound, "so it is")})
+    assert outcome.verdict == verdict
+    assert says in line_of(outcome)
 
 
-@pytest.mark.usefixtures("claim_a")
-def test_a_fault_that_leaves_no_verdict_has_escaped() -> None:
-    fault = Fault("a fault", area, "width_", "height")
-    assert try_fault(fault, ("a",), Answers({}), {"a": HOLDS}).verdict == ESCAPED  # type: ignore[arg-type]
+def test_a_fault_is_awake_in_one_process_alone(tmp_path: Path) -> None:
+    claim = "volume.inertia_of_boxes"
+    fault = next(each for each, claims in FAULTS.items() if claim in claims)
+    with closing(Judges([fault], tmp_path, jobs=2)) as judges:
+        sound = judges.asleep(claim)
+        assert sound.what == GREEN
+        assert judges.reaches(fault, sound)
+        assert judges.awake(fault, claim).what == MEASURED
+        assert judges.asleep(claim).what == GREEN

@@ -13,9 +13,11 @@ from typing import Any
 import numba
 import pytest
 
-from validation.mutation import sample, switch
-from validation.mutation.bench import ASLEEP, CRASHED, GREEN, HUNG, MEASURED, Bench, seen_of
-from validation.mutation.core import LEFT_OUT, ROOT, all_mutants, is_left_out, mutants_at, mutated
+from validation import switch
+from validation.bench import ASLEEP, CRASHED, GREEN, HUNG, MEASURED, Bench, seen_of
+from validation.damaged_core import ROOT
+from validation.mutation import sample
+from validation.mutation.core import LEFT_OUT, all_mutants, is_left_out, mutants_at, mutated, write_core
 from validation.mutation.equivalents import EQUIVALENTS
 from validation.mutation.results import KILLED, STILLBORN, SURVIVED, Fate, Ledger, counted, write_summary
 from validation.mutation.sample import changed_functions, in_fair_order
@@ -108,8 +110,8 @@ def awake(number: int) -> float:
     """What `area(3, 2)` is with all its mutants in it, one of them awake."""
     found = [each for each, _, _ in mutants_in("toy.py", ast.parse(TOY), {})]
     source = mutated("toy.py", TOY, {each.key: k for k, each in enumerate(found)}, {})
-    scope: dict[str, Any] = {"is_mutant": lambda k: k == number}
-    exec(source.replace("from softbody.mutant_switch import is_mutant", ""), scope)
+    scope: dict[str, Any] = {"is_awake": lambda k: k == number}
+    exec(source.replace("from softbody.switch import is_awake", ""), scope)
     return float(scope["area"](3.0, 2.0))
 
 
@@ -131,10 +133,10 @@ def test_a_mutant_without_a_place_is_named() -> None:
 
 
 def test_a_kernel_asks_the_switch_while_it_runs() -> None:
-    is_mutant = switch.is_mutant
+    is_awake = switch.is_awake
 
     def twice(x: float) -> float:
-        return 3.0 * x if is_mutant(7) else 2.0 * x
+        return 3.0 * x if is_awake(7) else 2.0 * x
 
     for form in (twice, numba.njit(twice)):
         switch.REACHED[7] = 0
@@ -214,7 +216,7 @@ def test_equivalents_and_what_does_not_compile_are_counted_apart(tmp_path: Path)
 def test_what_does_not_compile_is_found_by_numbas_message(tmp_path: Path) -> None:
     file = tmp_path / "softbody" / "law.py"
     file.parent.mkdir()
-    file.write_text("def f(x):\n    y = x + 1 if is_mutant(4) else x\n    return y if is_mutant(5) else x\n")
+    file.write_text("def f(x):\n    y = x + 1 if is_awake(4) else x\n    return y if is_awake(5) else x\n")
     assert mutants_at(tmp_path, "law.py", 3) == {5}
     assert mutants_at(tmp_path, "law.py", 1) == {4, 5}
     why = f'raised TypingError: Failed in nopython mode … File "{tmp_path}/softbody/law.py", line 2:'
@@ -230,7 +232,9 @@ CLAIM = "impulse.denominator", "quick", 20080101
 @pytest.fixture(scope="module")
 def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Bench, dict[str, int]]]:
     mutants = [each for each in all_mutants() if each.file == "collision/impulse.py"]
-    with Bench(dict(enumerate(mutants)), tmp_path_factory.mktemp("core").resolve(), interpreted=True) as bench:
+    folder = tmp_path_factory.mktemp("core").resolve()
+    write_core(dict(enumerate(mutants)), folder)
+    with Bench(folder, interpreted=True) as bench:
         yield bench, {each.key: k for k, each in enumerate(mutants)}
 
 

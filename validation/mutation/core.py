@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import ast
 import importlib
-import shutil
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from validation.damaged_core import IMPORT, ROOT, add_imports, copy_core
 from validation.mutation.sites import Mutant, mutants_in
-
-ROOT = Path(__file__).parents[2]
 
 # Not mutated, and why.
 LEFT_OUT = {
@@ -57,9 +55,7 @@ def write_core(mutants: Mapping[int, Mutant], folder: Path) -> None:
 
     Raises ValueError for a mutant that the core has no place for.
     """
-    core = folder / "softbody"
-    shutil.copytree(ROOT / "softbody", core, ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copy(Path(__file__).with_name("switch.py"), core / "mutant_switch.py")
+    core = copy_core(folder)
     by_file: dict[str, dict[str, int]] = {}
     for number, mutant in mutants.items():
         by_file.setdefault(mutant.file, {})[mutant.key] = number
@@ -77,7 +73,7 @@ def mutants_at(folder: Path, file: str, line: int) -> set[int]:
         numbers = {
             call.args[0].value
             for call in ast.walk(node)
-            if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "is_mutant"
+            if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "is_awake"
             if isinstance(call.args[0], ast.Constant)
         }
         if numbers:
@@ -105,7 +101,7 @@ def mutated(file: str, source: str, numbers: Mapping[str, int], names: Mapping[s
     if lost is not None:
         raise ValueError(f"there is no such mutant: {lost}")
     tree = _Switches(changes).visit(tree)
-    tree.body[_first_import(tree) :] = [*_imports(tree), *tree.body[_first_import(tree) :]]
+    add_imports(tree, *_imports(tree))
     return ast.unparse(ast.fix_missing_locations(tree)) + "\n"
 
 
@@ -120,7 +116,7 @@ class _Switches(ast.NodeTransformer):
         changes = self._changes.get(id(node), [])
         result: Any = self.generic_visit(node)
         for number, put in changes:
-            test = ast.Call(ast.Name("is_mutant", ast.Load()), [ast.Constant(number)], [])
+            test = ast.Call(ast.Name("is_awake", ast.Load()), [ast.Constant(number)], [])
             if isinstance(node, ast.stmt):
                 result = ast.If(test, [put or ast.Pass()], [result])  # type: ignore[list-item]
             else:
@@ -128,15 +124,9 @@ class _Switches(ast.NodeTransformer):
         return result
 
 
-def _first_import(tree: ast.Module) -> int:
-    """Return where a module may import: after its docstring and what it takes from the future."""
-    late = [k for k, node in enumerate(tree.body) if isinstance(node, ast.ImportFrom) and node.module == "__future__"]
-    return late[-1] + 1 if late else int(ast.get_docstring(tree) is not None)
-
-
-def _imports(tree: ast.Module) -> Iterator[ast.stmt]:
+def _imports(tree: ast.Module) -> Iterator[str]:
     used = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
-    yield from ast.parse("from softbody.mutant_switch import is_mutant").body
+    yield IMPORT
     for name in ("add", "sub"):
         if f"mutant_{name}" in used:
-            yield from ast.parse(f"from softbody.vec import {name} as mutant_{name}").body
+            yield f"from softbody.vec import {name} as mutant_{name}"

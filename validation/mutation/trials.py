@@ -16,9 +16,9 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+from validation.bench import CRASHED, GREEN, HUNG, MEASURED, Bench, Seen, limit_of
 from validation.check import Check
-from validation.mutation.bench import CRASHED, GREEN, HUNG, MEASURED, Bench, Seen, limit_of
-from validation.mutation.core import mutants_at
+from validation.mutation.core import mutants_at, write_core
 from validation.mutation.results import CRASHED as HAS_CRASHED
 from validation.mutation.results import HUNG as HAS_HUNG
 from validation.mutation.results import KILLED as IS_KILLED
@@ -86,7 +86,8 @@ class Trials:
             mutants = {number: fate.mutant for number, fate in numbered.items()}
             with tempfile.TemporaryDirectory(prefix="mutants-") as folder, self._bar() as bar:
                 place = Path(folder).resolve()
-                with Bench(mutants, place, stages[0].form == INTERPRETED, self._jobs) as bench:
+                write_core(mutants, place)
+                with Bench(place, stages[0].form == INTERPRETED, self._jobs) as bench:
                     for stage, lane in product(stages, self._lanes()):
                         asleep = self._asleep(numbered, stage, lane, bench, place, bar)
                         self._judge_all(numbered, stage, asleep, bench, bar)

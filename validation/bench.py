@@ -1,8 +1,8 @@
-"""Judge claims on a mutated core, one mutant awake at a time, each in a process of its own that may crash or hang.
+"""Judge claims on a damaged core, one damage awake at a time, each in a process of its own that may crash or hang.
 
-The server is a process that has the mutated core, and has run the claims once with all mutants asleep: its kernels are
-compiled, and it knows which claims reach which mutant. For each mutant it forks, and what is forked wakes the mutant
-and runs claims. So a mutant costs what its claims cost, and nothing of it is left behind.
+The server is a process that has imported the damaged core and all claims. For each damage, a planted fault or a mutant,
+it forks, and what is forked wakes the damage and runs a claim. So a damage costs what its claims cost, and nothing is
+left behind. What a claim shows while all are asleep says which damages it comes by.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import resource
 import signal
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing import get_context
@@ -20,14 +20,12 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from validation.mutation.core import write_core
-from validation.mutation.sites import Mutant
 from validation.record import FAILS, HOLDS
 
-ASLEEP = -1  # the number of no mutant
+ASLEEP = -1  # the number of no damage
 LEAST_TIME, TIMES = 5.0, 10.0  # a claim may take that many seconds, and times its own, before it is said to hang
 PATIENCE = 20.0  # times as long by the clock: other programs may have the processor
-MEMORY = 8 << 30  # bytes that a mutant may take beyond what the server has
+MEMORY = 8 << 30  # bytes that a claim may take beyond what the server has
 
 SPLIT, JOIN = ("split",), ("join",)  # what the server is told
 
@@ -36,17 +34,17 @@ MEASURED, CRASHED, HUNG, GREEN = "measured", "crashed", "hung", "green"
 
 @dataclass(frozen=True)
 class Seen:
-    """What a claim showed of a mutant: MEASURED (red by what it compared), CRASHED, HUNG or GREEN; and why."""
+    """What a claim showed of a damage: MEASURED (red by what it compared), CRASHED, HUNG or GREEN; and why."""
 
     what: str
     why: str = ""
     seconds: float = 0.0  # of the processor
-    reached: frozenset[int] = frozenset()  # mutants that it came by
+    reached: frozenset[int] = frozenset()  # damages that it came by
     used_threads: bool = False
 
 
 def seen_of(verdict: str, n: int, why: str) -> str:
-    """Return what a claim's record shows of a mutant.
+    """Return what a claim's record shows of a damage.
 
     Values off by more than the tolerance, not finite, of another shape or number, and the core's own SimulationError
     are measured. Any other exception is a crash, whatever raised it.
@@ -58,14 +56,13 @@ def seen_of(verdict: str, n: int, why: str) -> str:
 
 
 class Bench:
-    """A mutated core in a folder, and the server that judges claims on it."""
+    """A damaged core in a folder, and the server that judges claims on it."""
 
-    def __init__(self, mutants: Mapping[int, Mutant], folder: Path, interpreted: bool, jobs: int = 1) -> None:
-        """Write the core, and start the server; `interpreted`: without Numba's compiler.
+    def __init__(self, folder: Path, interpreted: bool = False, jobs: int = 1) -> None:
+        """Start the server of the core in `folder`, which has a switch; `interpreted`: without Numba's compiler.
 
         Raises RuntimeError if what the server imports is another core.
         """
-        write_core(mutants, folder)
         context = get_context("spawn")
         pipes = [context.Pipe() for _ in range(jobs)]
         self._ends = [ours for ours, _ in pipes]
@@ -80,12 +77,12 @@ class Bench:
         place = self._ends[0].recv()
         if Path(place) != folder / "softbody":
             self.close()
-            raise RuntimeError(f"the mutated core is {folder / 'softbody'}, and {place} was imported")
+            raise RuntimeError(f"the damaged core is {folder / 'softbody'}, and {place} was imported")
 
     def run_asleep(self, claim: str, level: str, seed: int, limit: float) -> Seen:
-        """Judge a claim with all mutants asleep, within `limit` seconds of the processor, and have its kernels ready.
+        """Judge a claim with all damages asleep, within `limit` seconds of the processor, and have its kernels ready.
 
-        It is judged twice: in a fork, as mutants are, and, unless it starts threads, which no fork survives, in the
+        It is judged twice: in a fork, as damages are, and, unless it starts threads, which no fork survives, in the
         server, whose forks then need not compile.
         """
         seen = self.judge(ASLEEP, claim, level, seed, limit)
@@ -105,7 +102,7 @@ class Bench:
             end.send(JOIN)
 
     def judge(self, number: int, claim: str, level: str, seed: int, limit: float, job: int = 0) -> Seen:
-        """Judge a claim in a fork with one mutant awake; each job asks for itself, once the server is split."""
+        """Judge a claim in a fork with one damage awake; each job asks for itself, once the server is split."""
         self._ends[job].send((number, claim, level, seed, limit))
         return _received(self._ends[job])
 
@@ -125,7 +122,7 @@ class Bench:
 
 
 def limit_of(seconds: float) -> float:
-    """Return how long [s of the processor] a claim may take that takes `seconds` with all mutants asleep."""
+    """Return how long [s of the processor] a claim may take that takes `seconds` with all damages asleep."""
     return LEAST_TIME + TIMES * seconds
 
 
@@ -171,20 +168,20 @@ def _forked(ends: list[Connection]) -> Connection:
 
 
 def _judged(run: Sequence[Any], number: int) -> Seen:
-    """Judge a claim in this process, with a mutant awake."""
-    from softbody import mutant_switch  # type: ignore[attr-defined]
+    """Judge a claim in this process, with a damage awake."""
+    from softbody import switch  # type: ignore[attr-defined]
     from validation.check import Run, all_checks
     from validation.judge import judge
 
     claim, level, seed = run
-    mutant_switch.AWAKE.value = number
-    for k in _set_bits(mutant_switch.REACHED):
-        mutant_switch.REACHED[k] = 0
+    switch.AWAKE.value = number
+    for k in _set_bits(switch.REACHED):
+        switch.REACHED[k] = 0
     start = time.process_time()
     record = judge(all_checks()[claim], Run(level, seed, claim))
     seconds = time.process_time() - start
     what = seen_of(record.verdict, record.n, record.why or "")
-    return Seen(what, record.why or "", seconds, frozenset(_set_bits(mutant_switch.REACHED)), _has_threads())
+    return Seen(what, record.why or "", seconds, frozenset(_set_bits(switch.REACHED)), _has_threads())
 
 
 def _set_bits(flags: Any) -> Iterator[int]:
@@ -202,7 +199,7 @@ def _has_threads() -> bool:
 
 
 def _judged_in_fork(number: int, claim: str, level: str, seed: int, limit: float) -> Seen:
-    """Judge a claim in a fork of this process, with a mutant awake, and be patient with it for `limit` seconds."""
+    """Judge a claim in a fork of this process, with a damage awake, and be patient with it for `limit` seconds."""
     ours, theirs = get_context("fork").Pipe(duplex=False)
     child = os.fork()
     if child == 0:

@@ -1,0 +1,160 @@
+"""Damage the core under claims, and see whether they turn red by what they measure.
+
+All faults that claims name are planted in one copy of the core, each asleep behind a switch, so that it is compiled
+once. First the claims are judged while all are asleep, and must hold. Then one fault after the other is woken, and the
+claims that name it are judged as `python -m validation` judges them, each in a process of its own, and must fail by
+what they measure. A fault in a constant, which no switch can change while kernels run, has a copy of its own.
+"""
+
+from __future__ import annotations
+
+import json
+import queue
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from softbody.core_digest import core_digest
+from validation.bench import ASLEEP, GREEN, MEASURED, Bench, Seen
+from validation.check import all_checks
+from validation.damaged_core import copy_core
+from validation.engines import missing
+from validation.fault import Fault, plant, plant_switched
+from validation.record import write_whole
+
+LEVEL, SEED = "quick", 20080101
+# Seconds of the processor that a claim may take: asleep the compilation of its kernels is among them, awake at times
+# that of some more, and a fault may be one that never ends.
+PATIENCE_ASLEEP, PATIENCE = 900.0, 300.0
+
+CAUGHT, ESCAPED, NOT_RUN = "caught", "escaped", "not run"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one fault: the claims that should see it, why some did not, and why it was not run."""
+
+    fault: Fault
+    claims: tuple[str, ...]
+    blind: Mapping[str, str] = field(default_factory=dict)
+    why: str | None = None
+
+    @property
+    def verdict(self) -> str:
+        """CAUGHT, ESCAPED or NOT_RUN."""
+        return NOT_RUN if self.why else ESCAPED if self.blind else CAUGHT
+
+
+class Judges:
+    """Copies of the core in a folder, damaged, and the servers that judge claims on them, so many at a time."""
+
+    def __init__(self, faults: Iterable[Fault], folder: Path, jobs: int) -> None:
+        """Plant the faults; raises ValueError for one that has no place."""
+        self._folder = folder.resolve()
+        self._number = {fault: number for number, fault in enumerate(faults)}
+        switched = self._folder / "switched"
+        plant_switched({k: fault for fault, k in self._number.items() if fault.has_switch}, copy_core(switched))
+        for fault, number in self._number.items():
+            if not fault.has_switch:
+                plant(fault, copy_core(self._folder / str(number)))
+        self._bench = Bench(switched, jobs=jobs)
+        self._bench.split()
+        self._idle: queue.SimpleQueue[int] = queue.SimpleQueue()
+        for job in range(jobs):
+            self._idle.put(job)
+
+    def asleep(self, claim: str) -> Seen:
+        """Return what a claim shows while all faults are asleep."""
+        return self._judged(ASLEEP, claim, PATIENCE_ASLEEP)
+
+    def awake(self, fault: Fault, claim: str) -> Seen:
+        """Return what a claim shows of a fault."""
+        number = self._number[fault]
+        if fault.has_switch:
+            return self._judged(number, claim, PATIENCE)
+        with Bench(self._folder / str(number)) as bench:
+            return bench.judge(number, claim, LEVEL, SEED, PATIENCE_ASLEEP)
+
+    def reaches(self, fault: Fault, sound: Seen) -> bool:
+        """Tell whether a claim has come by the fault while it was asleep."""
+        return not fault.has_switch or self._number[fault] in sound.reached
+
+    def _judged(self, number: int, claim: str, limit: float) -> Seen:
+        job = self._idle.get()
+        try:
+            return self._bench.judge(number, claim, LEVEL, SEED, limit, job)
+        finally:
+            self._idle.put(job)
+
+    def close(self) -> None:
+        """End the servers."""
+        self._bench.close()
+
+
+def planted_faults() -> dict[Fault, tuple[str, ...]]:
+    """Return every fault, in the order of the claims, and the claims that name it."""
+    claims: dict[Fault, tuple[str, ...]] = {}
+    for check in all_checks().values():
+        for fault in check.faults:
+            claims[fault] = (*claims.get(fault, ()), check.id)
+    return claims
+
+
+def lanes_of(faults: Mapping[Fault, tuple[str, ...]]) -> list[list[str]]:
+    """Return the claims that can be judged, those together that share kernels, the most first."""
+    lanes: dict[str, list[str]] = {}
+    for claim in sorted({claim for claims in faults.values() for claim in claims}):
+        check = all_checks()[claim]
+        if not missing(check.engines):
+            lanes.setdefault(check.lane, []).append(claim)
+    return sorted(lanes.values(), key=len, reverse=True)
+
+
+def try_fault(fault: Fault, claims: tuple[str, ...], judges: Judges, sound: Mapping[str, Seen]) -> Outcome:
+    """Judge claims with one fault in the core; `sound` is what they show without it."""
+    absent = missing(tuple(engine for claim in claims for engine in all_checks()[claim].engines))
+    if absent:
+        return Outcome(fault, claims, why=f"{', '.join(absent)} is not installed")
+    said = {claim: why_not_seen(fault, claim, judges, sound[claim]) for claim in claims}
+    return Outcome(fault, claims, {claim: why for claim, why in said.items() if why is not None})
+
+
+def why_not_seen(fault: Fault, claim: str, judges: Judges, sound: Seen) -> str | None:
+    """Return why a claim cannot be said to have seen a fault, or None: it turned red by what it measured."""
+    if sound.what != GREEN:
+        return f"{claim} does not hold without it: {sound.why}"
+    if not judges.reaches(fault, sound):
+        return f"{claim} does not come by it"
+    seen = judges.awake(fault, claim)
+    if seen.what == MEASURED:
+        return None
+    return f"not seen by {claim}" if seen.what == GREEN else f"{claim} {seen.what}, and has seen nothing: {seen.why}"
+
+
+def all_at_once(work: Callable[..., Any], tasks: Iterable[tuple[Any, ...]], jobs: int) -> Iterator[Any]:
+    """Call `work` for tasks, so many at a time, and yield what it returns as each ends."""
+    pool = ThreadPoolExecutor(jobs)
+    try:
+        for future in as_completed([pool.submit(work, *task) for task in tasks]):
+            yield future.result()
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def line_of(outcome: Outcome) -> str:
+    """Return one line that says what became of a fault."""
+    mark = {CAUGHT: "✓", ESCAPED: "✗", NOT_RUN: "–"}[outcome.verdict]
+    why = outcome.why or ", ".join(outcome.blind.values())
+    return f"{mark} {outcome.fault.name} ({'.'.join(outcome.fault.place)}) {why}".rstrip()
+
+
+def write(outcomes: list[Outcome], caught: int, out: Path) -> None:
+    """Write what became of all faults as JSON."""
+    rows = [
+        {"name": each.fault.name, "place": ".".join(each.fault.place), "claims": each.claims, "verdict": each.verdict}
+        for each in outcomes
+    ]
+    planted = {"core": core_digest(), "planted": len(outcomes), "caught": caught, "faults": rows}
+    write_whole(out, json.dumps(planted, indent=1, ensure_ascii=False) + "\n")
