@@ -11,6 +11,8 @@ import numpy as np
 import scipy.integrate
 import scipy.linalg
 import scipy.optimize
+import scipy.sparse
+import scipy.sparse.csgraph
 import scipy.spatial
 
 PACKAGES = {"scipy": "scipy"}  # import name, and the name to install it by
@@ -230,6 +232,16 @@ def _cross_matrix(v: np.ndarray) -> np.ndarray:
     x, y, z = v.T
     o = np.zeros_like(x)
     return np.array([[o, -z, y], [z, o, -x], [-y, x, o]]).transpose(2, 0, 1)
+
+
+def places_joined(points: np.ndarray, reach: float) -> np.ndarray:
+    """Return for each of `points` (n, 3) the lowest number of those that leaps of at most `reach` lead to: (n,)."""
+    near = scipy.spatial.cKDTree(points).query_pairs(reach, output_type="ndarray")
+    table = scipy.sparse.coo_array((np.ones(len(near)), (near[:, 0], near[:, 1])), shape=(len(points),) * 2)
+    _, group = scipy.sparse.csgraph.connected_components(table, directed=False)
+    first = np.full(group.max() + 1, len(points))
+    np.minimum.at(first, group, np.arange(len(points)))
+    return first[group]
 
 
 def scale_motion(
