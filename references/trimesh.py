@@ -161,6 +161,18 @@ def load_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
     return vertices[order], number[merged.ravel()][np.asarray(mesh.faces)]
 
 
+def load_scene(path: str | Path) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Return vertices (n, 3) and triangles (t, 3) of each node of a GLB file, by its name; y up there is z up here."""
+    scene = trimesh.load_scene(path, process=False)
+    found = {}
+    for name in scene.graph.nodes_geometry:
+        matrix, geometry = scene.graph[name]
+        mesh = scene.geometry[geometry]
+        x, y, z = (np.array(mesh.vertices) @ matrix[:3, :3].T + matrix[:3, 3]).T
+        found[name] = np.stack([x, -z, y], axis=1), np.array(mesh.faces)
+    return found
+
+
 def _mesh(vertices: np.ndarray, triangles: np.ndarray) -> tuple[trimesh.Trimesh, np.ndarray]:
     """Return the mesh about its mean vertex, and that vertex (3,) [m]."""
     origin = np.mean(vertices, axis=0)

@@ -11,7 +11,7 @@ import softbody
 from softbody import Camera, Recorder, World, frame_times
 from softbody.render import camera as cameras
 from softbody.render import films, png, rasteriser, recorder, webp
-from validation.cases import corners_of, random_mesh, random_orientations, rotation_matrix
+from validation.cases import BOX_TRIANGLES, corners_of, random_mesh, random_orientations, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault
 
@@ -196,7 +196,7 @@ def the_nearest_is_seen(run: Run) -> Comparison:
             surfaces.append((body.positions.copy(), mesh.triangles))
         size, place, turn = rng.uniform(0.3, 1.5, 3), 0.7 * rng.normal(size=3), random_orientations(rng, 1)[0]
         world.add_box(size, 1.0, place, turn)
-        surfaces.append((corners_of(size) @ rotation_matrix(turn).T + place, BOX))
+        surfaces.append((corners_of(size) @ rotation_matrix(turn).T + place, BOX_TRIANGLES))
         eye = rng.normal(size=3)
         eye *= 6.0 / np.linalg.norm(eye)
         target, view = 0.2 * rng.normal(size=3), rng.uniform(25.0, 45.0)
@@ -211,13 +211,6 @@ def the_nearest_is_seen(run: Run) -> Comparison:
         kinds += [("sky", "the slow one", "the fast one", "the box")[k + 1] for k in judged[clear]]
     agree = np.concatenate(measured) == np.concatenate(expected)
     return Comparison(agree, np.ones(len(agree), bool), groups=kinds)
-
-
-# Triangles of the corners of `corners_of`, which are numbered 4 x + 2 y + z.
-BOX = np.array(
-    [(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1), (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4)]
-    + [(1, 5, 7), (1, 7, 3)]
-)
 
 
 def _like_neighbours(seen: np.ndarray) -> np.ndarray:
