@@ -86,6 +86,51 @@ def equilibrium(
     return Equilibrium(turn.apply(x) + middle, body.residual(x))
 
 
+def hanging(
+    vertices: np.ndarray,
+    edges: np.ndarray,
+    rest_length: np.ndarray,
+    stiffness: np.ndarray,
+    triangles: np.ndarray,
+    gas: float,
+    load: np.ndarray,
+    fixed: np.ndarray,
+) -> Equilibrium:
+    """Return the minimum of U − Σ load·x, with some vertices `fixed` (f,) in place; other arguments as of equilibrium.
+
+    `load` (n, 3) [N]. At least three vertices that are not in line must be fixed, so that nothing can turn.
+    """
+    body = _Body(edges, np.asarray(rest_length, float), np.asarray(stiffness, float), triangles, gas)
+    free = np.setdiff1d(np.arange(len(vertices)), fixed)
+    rows = (3 * free[:, None] + np.arange(3)).ravel()
+    whole = np.array(vertices, float)
+
+    def put(flat: np.ndarray) -> np.ndarray:
+        whole[free] = flat.reshape(-1, 3)
+        return whole
+
+    def energy_and_gradient(flat: np.ndarray) -> tuple[float, np.ndarray]:
+        x = put(flat)
+        stored, gradient = body.energy_and_gradient(x.ravel())
+        return stored - float((load * x).sum()), gradient[rows] - load[free].ravel()
+
+    found = scipy.optimize.minimize(
+        energy_and_gradient,
+        whole[free].ravel(),
+        jac=True,
+        method="L-BFGS-B",
+        options={"ftol": 0.0, "gtol": 0.0, "maxiter": 20_000, "maxfun": 40_000, "maxcor": 30},
+    )
+    flat = found.x
+    for _ in range(NEWTON_STEPS):
+        x = put(flat)
+        left = body._gradient(x).ravel()[rows] - load[free].ravel()
+        flat = flat - scipy.linalg.solve(body._hessian(x)[np.ix_(rows, rows)], left, assume_a="sym")
+    x = put(flat).copy()
+    left = (body._gradient(x) - load)[free]
+    return Equilibrium(x, float(np.abs(left).max() / np.max(body.stiffness * _lengths(x, edges))))
+
+
 def forces(
     vertices: np.ndarray,
     edges: np.ndarray,

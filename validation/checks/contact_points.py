@@ -173,7 +173,7 @@ def forces_change_momenta(run: Run) -> Comparison:
     " by `pairs`, and by whether `of` has any for the two.",
     section="4.2, 4.3, 4.4",
     piece="softbody.ContactPoints.pairs, softbody.ContactPoints.of",
-    reference="FCL on convex meshes; pairs on which it changes its mind when both are 3 % larger or smaller are left out",
+    reference="FCL on convex meshes; pairs of which it says another thing where both are 3 % larger are left out",
     engines=("fcl",),
     unit=DISAGREEMENTS,
     tolerance=0.0,

@@ -70,8 +70,8 @@ def rows_now(world: World) -> np.ndarray:
     family=FAMILY,
     claim="Bodies that fly are kept when they were to be, at the steps nearest to multiples of the frame, where the"
     " parabola has them: by one `run` or two that meet between frames, frame by frame, and by a writer that goes on"
-    " with what another one left; read while it is being written, after a `flush`, or closed. A world that is put into a"
-    " frame is there, at that time.",
+    " with what another one left; read while it is being written, after a `flush`, or closed. A world that is put into"
+    " a frame is there, at that time.",
     section="beyond the paper",
     piece="softbody.TrajectoryWriter.run, softbody.TrajectoryWriter.frame, softbody.TrajectoryWriter.flush,"
     " softbody.TrajectoryWriter.close, softbody.Trajectory.open, softbody.Trajectory.put_into",
