@@ -9,6 +9,7 @@ import numpy as np
 import trimesh
 import trimesh.creation
 import trimesh.proximity
+import trimesh.triangles
 import trimesh.util
 from trimesh.ray.ray_triangle import RayMeshIntersector
 
@@ -93,6 +94,11 @@ def closest_points(
     mesh, origin = _mesh(vertices, triangles)
     point, distance, triangle = trimesh.proximity.closest_point(mesh, np.asarray(points, float) - origin)
     return np.asarray(distance), np.asarray(triangle), np.asarray(point) + origin
+
+
+def closest_on_triangles(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Return the point (m, 3) [m] of each triangle, `corners` (m, 3, 3), that is closest to its own of `points`."""
+    return np.asarray(trimesh.triangles.closest_point(corners, points))
 
 
 def icosphere(subdivisions: int, radius: float) -> tuple[np.ndarray, np.ndarray]:
