@@ -90,7 +90,7 @@ SINGLE = "positions in single precision, of some metres: 2.4e-7 each way, more i
             "_cube().vertices * shapes.box_size[body]",
             "0.5 * _cube().vertices * shapes.box_size[body]",
         ),
-        Fault("an OBJ of five digits", files._obj, "digits=17", "digits=3"),
+        Fault("an OBJ of three digits", files._obj, "17", "3"),
     ),
 )
 def moments_as_files(run: Run) -> Comparison:
@@ -148,7 +148,7 @@ def moments_as_files(run: Run) -> Comparison:
             "np.eye(frames, frames - 1, -1)",
             "np.eye(frames, frames - 1, -2)",
         ),
-        Fault("quaternions with w first", animation._Moving.add_to, "[:, [1, 2, 3, 0]]", "[:, [0, 1, 2, 3]]"),
+        Fault("quaternions with w first", animation._Moving.add_to, "x_[:, [1, 2, 3, 0]]", "x_[:, [0, 1, 2, 3]]"),
         Fault("two frames to a file", files.export_sequence, "f'{k:06d}.{kind}'", "f'{k // 2:06d}.{kind}'"),
     ),
 )

@@ -11,6 +11,7 @@ from validation.fault import Fault
 FAMILY = "what users set and ask"
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 
+SET = "self.model._replace(ground_height=height, ground_restitution=restitution, ground_friction=f_)"  # in add_ground
 STEP = 1.0 / 2000.0  # [s]
 FALL = 9.81  # [m/s²]
 
@@ -28,7 +29,12 @@ FALL = 9.81  # [m/s²]
     because="a step's fall, v h, of some decimetres: 0.5 %; at rest 1e-9 m",
     detects="a number of the ground that is not used, another one's, or that of the call before",
     faults=(
-        Fault("a ground at zero", World.add_ground, "ground_height=height", "ground_height=0.0 * height"),
+        Fault(
+            "a ground at zero",
+            World.add_ground,
+            SET,
+            "self.model._replace(ground_height=0.0 * height, ground_restitution=restitution, ground_friction=f_)",
+        ),
         Fault(
             "restitution for friction",
             World.add_ground,
@@ -38,14 +44,14 @@ FALL = 9.81  # [m/s²]
         Fault(
             "friction for restitution",
             World.add_ground,
-            "ground_restitution=restitution",
-            "ground_restitution=min(1.0, friction)",
+            SET,
+            "self.model._replace(ground_height=height, ground_restitution=friction, ground_friction=f_)",
         ),
         Fault(
             "what was first said",
             World.add_ground,
-            "ground_restitution=restitution",
-            "ground_restitution=self.model.ground_restitution",
+            SET,
+            "self.model._replace(ground_height=height, ground_friction=f_)",
         ),
     ),
 )

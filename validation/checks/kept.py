@@ -218,7 +218,7 @@ def rows_of_bodies(run: Run) -> Comparison:
     claim="Every bit of every frame of balls that fall into a tray is kept, over several chunks: in what"
     " `Trajectory` returns, and in the files that NumPy reads itself, in the order and with the times of the manifest.",
     section="beyond the paper",
-    piece="softbody.TrajectoryWriter, softbody.Trajectory",
+    piece="softbody.TrajectoryWriter.frame, softbody.Trajectory.open",
     reference="copies of the world's arrays, taken beside; NumPy and JSON read the files",
     kind="specification",
     unit=DISAGREEMENTS,

@@ -97,9 +97,9 @@ def files_of_all_kinds(run: Run) -> Comparison:
 
 @check(
     family=FAMILY,
-    claim="Of triangles whose corners lie apart by up to half of a `tolerance`, in chains of up to six, `from_soup`"
-    " makes the vertices that SciPy finds connected, each at the place of the first of them; slivers, and vertices that"
-    " no triangle uses, are left out.",
+    claim="Of triangles whose corners lie apart, in chains of up to six within a `tolerance` of the next, `from_soup`"
+    " makes the vertices that SciPy finds connected, each at the place of the first; corners that are farther apart, by"
+    " less than half as much, stay; slivers, and vertices that no triangle uses, are left out.",
     section="beyond the paper",
     piece="softbody.Mesh.from_soup",
     reference="SciPy: its k-d tree, and connected components",
@@ -146,8 +146,11 @@ def soups_within_a_tolerance(run: Run) -> Comparison:
             along = rng.normal(size=(len(shape.vertices), 3))
             along /= np.linalg.norm(along, axis=1, keepdims=True)
             corners = shape.vertices[numbers] + (0.9 * tolerance * bead)[:, None] * along[numbers]
+            # Its corners are 0.99 of the tolerance apart along two axes, so that none are to be merged.
+            tiny = 10.0 + (0.99 * tolerance / 2.0) * np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)])
+            corners = np.concatenate([corners, tiny[[0, 1, 2, 0, 3, 1, 0, 2, 3, 1, 3, 2]]])
             sliver = np.repeat(corners[:1], 3, axis=0)
-            points = np.concatenate([corners, sliver, 10.0 + rng.normal(size=(2, 3))])
+            points = np.concatenate([corners, sliver, 20.0 + rng.normal(size=(2, 3))])
             triangles = np.arange(len(corners) + 3).reshape(-1, 3)
             place = scipy.places_joined(points[: len(corners)], tolerance)
             used, faces = np.unique(place, return_inverse=True)

@@ -160,8 +160,8 @@ def corners_in_order(vertices: np.ndarray, triangles: np.ndarray, digits: int = 
         Fault(
             "a ring that does not quite close",
             mesh.torus,
-            "np.arange(major_segments) / major_segments",
-            "np.arange(major_segments) / (major_segments + 1e-6)",
+            "2.0 * pi * np.arange(major_segments) / major_segments",
+            "2.0 * pi * np.arange(major_segments) / (major_segments + 1e-6)",
         ),
         Fault(
             "a ring around its outer edge",
