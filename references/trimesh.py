@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import trimesh
@@ -120,7 +121,7 @@ def scaled_and_moved(
 def write_mesh(path: str | Path, vertices: np.ndarray, triangles: np.ndarray, as_text: bool) -> None:
     """Write a mesh, `vertices` (n, 3), `triangles` (t, 3), to an STL, PLY, OBJ or OFF file, as text or in binary."""
     kind = Path(path).suffix[1:]
-    how: dict[str, object] = {"file_type": "stl_ascii"} if as_text and kind == "stl" else {"file_type": kind}
+    how: dict[str, Any] = {"file_type": "stl_ascii"} if as_text and kind == "stl" else {"file_type": kind}
     how |= {"encoding": "ascii" if as_text else "binary"} if kind == "ply" else {}
     how |= {"digits": 17} if kind in ("obj", "off") else {}
     trimesh.Trimesh(vertices, triangles, process=False).export(path, **how)

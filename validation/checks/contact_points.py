@@ -216,8 +216,9 @@ def who_touches_whom(run: Run) -> Comparison:
         places = iter(rng.uniform((0.0, 0.0, 0.2), (3.0, 2.0, 1.6), (9, 3)))
         bodies: list[SoftBody | Box] = []
         for _ in range(4):
-            bodies.append(world.add_soft_body(ball, 1.0, 100.0, 10.0, next(places), (0.0, 0.0, -0.01)))
-            hulls.append((bodies[-1].positions.copy(), ball.triangles))
+            body = world.add_soft_body(ball, 1.0, 100.0, 10.0, next(places), (0.0, 0.0, -0.01))
+            bodies.append(body)
+            hulls.append((body.positions.copy(), ball.triangles))
         for place, turn in zip(places, random_orientations(rng, 5)):
             size = rng.uniform(0.3, 1.0, 3)
             bodies.append(world.add_box(size, 1.0, place, turn))

@@ -98,7 +98,7 @@ def ground_is_as_told(run: Run) -> Comparison:
 @check(
     family=FAMILY,
     claim="A ground that is not there is refused by name, and one that is there, at any height, is not: of worlds new,"
-    " restored from each other, and loaded with bodies.",
+    " and restored from each other.",
     section="4.4",
     piece="softbody.Ground.check_there",
     reference="whether `add_ground` was called",
@@ -108,7 +108,7 @@ def ground_is_as_told(run: Run) -> Comparison:
     because="yes or no",
     detects="a ground below zero that counts as none; one that another world has",
     faults=(
-        Fault("a ground below zero is none", ground.Ground.is_there.fget, '-float("inf")', "0.0"),
+        Fault("a ground below zero is none", ground.Ground, '-float("inf")', "0.0"),
         Fault("a ground that is always there", ground.Ground.check_there, "not self.is_there", "False"),
     ),
 )

@@ -287,10 +287,10 @@ def _middles(camera: Camera, start: np.ndarray, speed: np.ndarray, times: np.nda
     ),
 )
 def films_keep_time(run: Run) -> Comparison:
-    from references import pillow
-
     rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    measured: list[np.ndarray] = []
+    expected: list[np.ndarray] = []
+    kinds: list[str] = []
     for _ in range(run.count(1, 3, 20)):
         for way in ("steps of one's own", "the world's steps", "one by one"):
             for name in ("film.webp", "film"):
@@ -309,7 +309,7 @@ def films_keep_time(run: Run) -> Comparison:
                         for _ in world.frames(count / rate, rate):
                             film.frame()
                     film.close()
-                    frames, milliseconds = _shown(path, pillow)
+                    frames, milliseconds = _shown(path)
                 times = np.arange(count + 1) / rate
                 spots = np.array([spot(covered(frame, sky, 40)) for frame in frames])
                 judged = _middles(camera, start, speed, times)
@@ -327,11 +327,13 @@ def films_keep_time(run: Run) -> Comparison:
     return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
 
 
-def _shown(path: Path, pillow: object) -> tuple[np.ndarray, np.ndarray | None]:
+def _shown(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
     """Return the frames (f, h, w, 3) of a film, and how long each stays (f,) [ms], if that is kept."""
+    from references import pillow
+
     if path.is_dir():
-        return np.array([pillow.picture(each) for each in sorted(path.iterdir())]), None  # type: ignore[attr-defined]
-    film = pillow.film(path)  # type: ignore[attr-defined]
+        return np.array([pillow.picture(each) for each in sorted(path.iterdir())]), None
+    film = pillow.film(path)
     return film.frames, film.milliseconds
 
 

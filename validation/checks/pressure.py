@@ -337,7 +337,7 @@ def hanging_and_floating(run: Run) -> Comparison:
             lengths = edge_lengths(mesh.vertices, mesh.edges) * rng.uniform(0.95, 1.05, len(mesh.edges))
             stiffness = rng.uniform(100.0, 300.0, len(mesh.edges))
             springs = mesh.edges, lengths, stiffness, mesh.triangles, gas
-            pins = rng.choice(count, 4, replace=False) if kind == "hangs" else ()
+            pins = rng.choice(count, 4, replace=False) if kind == "hangs" else np.empty(0, int)
             body = world.add_soft_body(mesh, mass, stiffness, gas, rest_length=lengths, fixed=pins)
             body.velocities[np.setdiff1d(np.arange(count), pins)] = rng.normal(size=3)
             if kind == "hangs":
