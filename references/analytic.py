@@ -54,6 +54,18 @@ def faceted_torus_volume(R: float, r: float, nu: int, nv: int) -> float:
     return float(nu * np.sin(2.0 * np.pi / nu) * R * area)
 
 
+def faceted_torus_area(R: float, r: float, nu: int, nv: int) -> float:
+    """Return the area [m²] of the surface of `faceted_torus_volume`.
+
+    Between corners j and j + 1 it has `nu` trapezoids, of parallel sides 2 ρ sin(π/nu), the distance between which is
+    that of (ρ cos(π/nu), z) at their ends.
+    """
+    v = 2.0 * np.pi * np.arange(nv + 1) / nv
+    rho, z, half = R + r * np.cos(v), r * np.sin(v), np.pi / nu
+    apart = np.hypot(np.diff(rho) * np.cos(half), np.diff(z))
+    return float(nu * np.sin(half) * ((rho[1:] + rho[:-1]) * apart).sum())
+
+
 def faceted_torus_inertia(R: float, r: float, nu: int, nv: int, mass: float) -> np.ndarray:
     """Return the diagonal (3,) [kg m²] about the centre of the homogeneous solid of `faceted_torus_volume`.
 

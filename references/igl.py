@@ -10,6 +10,8 @@ each other along a common edge, and triangles of the same three vertices. Vertic
 
 from __future__ import annotations
 
+import os
+
 import igl
 import igl.copyleft.cgal
 import numpy as np
@@ -69,3 +71,9 @@ def _rows(points: np.ndarray) -> np.ndarray:
 
 def _arrays(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return _rows(vertices), np.ascontiguousarray(triangles, dtype=np.int64)
+
+
+def read_mesh(path: str | os.PathLike[str]) -> tuple[np.ndarray, np.ndarray]:
+    """Return vertices (n, 3) and triangles (t, 3) of an STL, PLY, OBJ or OFF file, as they stand there."""
+    vertices, triangles = igl.read_triangle_mesh(os.fspath(path))
+    return np.asarray(vertices, np.float64), np.asarray(triangles, np.int64)

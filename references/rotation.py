@@ -1,6 +1,6 @@
-"""How does a free, asymmetric box turn? SciPy's DOP853 on Euler's equations in the body's frame.
+"""How does a free, asymmetric box turn, and what is half-way between two turns? By SciPy.
 
-rtol 1e-12 and atol 1e-13 instead of 1e-3 and 1e-6.
+DOP853 solves Euler's equations in the box's frame, with rtol 1e-12 and atol 1e-13 instead of 1e-3 and 1e-6.
 """
 
 from __future__ import annotations
@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 import scipy.integrate
 from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation, Slerp
 
 from references.analytic import box_inertia, rotation_matrix
 
@@ -36,3 +37,9 @@ def free_rotation(
     ).y[:, -1]
     turn = rotation_matrix(end[:4])
     return turn, turn @ end[4:]
+
+
+def half_way(one: ArrayLike, other: ArrayLike) -> np.ndarray:
+    """Return the quaternion (4,) (w, x, y, z) in the middle of the shortest turn from one to the other."""
+    ends = Rotation.from_quat([np.roll(one, -1), np.roll(other, -1)])
+    return np.roll(Slerp([0.0, 1.0], ends)(0.5).as_quat(), 1)

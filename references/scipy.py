@@ -11,6 +11,8 @@ import numpy as np
 import scipy.integrate
 import scipy.linalg
 import scipy.optimize
+import scipy.sparse
+import scipy.sparse.csgraph
 import scipy.spatial
 
 PACKAGES = {"scipy": "scipy"}  # import name, and the name to install it by
@@ -82,6 +84,51 @@ def equilibrium(
     x = x - x.mean(axis=0)
     turn, _ = scipy.spatial.transform.Rotation.align_vectors(start, x)
     return Equilibrium(turn.apply(x) + middle, body.residual(x))
+
+
+def hanging(
+    vertices: np.ndarray,
+    edges: np.ndarray,
+    rest_length: np.ndarray,
+    stiffness: np.ndarray,
+    triangles: np.ndarray,
+    gas: float,
+    load: np.ndarray,
+    fixed: np.ndarray,
+) -> Equilibrium:
+    """Return the minimum of U − Σ load·x, with some vertices `fixed` (f,) in place; other arguments as of equilibrium.
+
+    `load` (n, 3) [N]. At least three vertices that are not in line must be fixed, so that nothing can turn.
+    """
+    body = _Body(edges, np.asarray(rest_length, float), np.asarray(stiffness, float), triangles, gas)
+    free = np.setdiff1d(np.arange(len(vertices)), fixed)
+    rows = (3 * free[:, None] + np.arange(3)).ravel()
+    whole = np.array(vertices, float)
+
+    def put(flat: np.ndarray) -> np.ndarray:
+        whole[free] = flat.reshape(-1, 3)
+        return whole
+
+    def energy_and_gradient(flat: np.ndarray) -> tuple[float, np.ndarray]:
+        x = put(flat)
+        stored, gradient = body.energy_and_gradient(x.ravel())
+        return stored - float((load * x).sum()), gradient[rows] - load[free].ravel()
+
+    found = scipy.optimize.minimize(
+        energy_and_gradient,
+        whole[free].ravel(),
+        jac=True,
+        method="L-BFGS-B",
+        options={"ftol": 0.0, "gtol": 0.0, "maxiter": 20_000, "maxfun": 40_000, "maxcor": 30},
+    )
+    flat = found.x
+    for _ in range(NEWTON_STEPS):
+        x = put(flat)
+        left = body._gradient(x).ravel()[rows] - load[free].ravel()
+        flat = flat - scipy.linalg.solve(body._hessian(x)[np.ix_(rows, rows)], left, assume_a="sym")
+    x = put(flat).copy()
+    left = (body._gradient(x) - load)[free]
+    return Equilibrium(x, float(np.abs(left).max() / np.max(body.stiffness * _lengths(x, edges))))
 
 
 def forces(
@@ -230,6 +277,16 @@ def _cross_matrix(v: np.ndarray) -> np.ndarray:
     x, y, z = v.T
     o = np.zeros_like(x)
     return np.array([[o, -z, y], [z, o, -x], [-y, x, o]]).transpose(2, 0, 1)
+
+
+def places_joined(points: np.ndarray, reach: float) -> np.ndarray:
+    """Return for each of `points` (n, 3) the lowest number of those that leaps of at most `reach` lead to: (n,)."""
+    near = scipy.spatial.cKDTree(points).query_pairs(reach, output_type="ndarray")
+    table = scipy.sparse.coo_array((np.ones(len(near)), (near[:, 0], near[:, 1])), shape=(len(points),) * 2)
+    _, group = scipy.sparse.csgraph.connected_components(table, directed=False)
+    first = np.full(group.max() + 1, len(points))
+    np.minimum.at(first, group, np.arange(len(points)))
+    return first[group]
 
 
 def scale_motion(

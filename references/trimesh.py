@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import trimesh
+import trimesh.creation
 import trimesh.proximity
+import trimesh.triangles
 import trimesh.util
 from trimesh.ray.ray_triangle import RayMeshIntersector
 
@@ -93,6 +97,63 @@ def closest_points(
     return np.asarray(distance), np.asarray(triangle), np.asarray(point) + origin
 
 
+def closest_on_triangles(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Return the point (m, 3) [m] of each triangle, `corners` (m, 3, 3), that is closest to its own of `points`."""
+    return np.asarray(trimesh.triangles.closest_point(corners, points))
+
+
+def icosphere(subdivisions: int, radius: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return (vertices (n, 3) [m], triangles (t, 3)) of an icosahedron that is split so often, on its sphere."""
+    mesh = trimesh.creation.icosphere(subdivisions=subdivisions, radius=radius)
+    return np.array(mesh.vertices), np.array(mesh.faces)
+
+
+def scaled_and_moved(
+    vertices: np.ndarray, triangles: np.ndarray, factor: float, offset: np.ndarray
+) -> tuple[np.ndarray, float, np.ndarray]:
+    """Return vertices (n, 3) [m], volume [m³] and centroid (3,) [m] of a mesh, scaled about the origin, then moved."""
+    mesh = trimesh.Trimesh(vertices.copy(), triangles, process=False)
+    mesh.apply_scale(factor)
+    mesh.apply_translation(offset)
+    return np.array(mesh.vertices), volume(mesh.vertices, triangles), centroid(mesh.vertices, triangles)
+
+
+def write_mesh(path: str | Path, vertices: np.ndarray, triangles: np.ndarray, as_text: bool) -> None:
+    """Write a mesh, `vertices` (n, 3), `triangles` (t, 3), to an STL, PLY, OBJ or OFF file, as text or in binary."""
+    kind = Path(path).suffix[1:]
+    how: dict[str, Any] = {"file_type": "stl_ascii"} if as_text and kind == "stl" else {"file_type": kind}
+    how |= {"encoding": "ascii" if as_text else "binary"} if kind == "ply" else {}
+    how |= {"digits": 17} if kind in ("obj", "off") else {}
+    trimesh.Trimesh(vertices, triangles, process=False).export(path, **how)
+
+
+def cut_apart_and_merged(
+    vertices: np.ndarray, triangles: np.ndarray
+) -> tuple[trimesh.Trimesh, trimesh.Trimesh, tuple[np.ndarray, np.ndarray]]:
+    """Return trimesh's mesh, the same with no vertex shared, and vertices and triangles of that one merged again."""
+    whole = trimesh.Trimesh(vertices, triangles, process=False)
+    loose = whole.copy()
+    loose.unmerge_vertices()
+    merged = loose.copy()
+    merged.merge_vertices()
+    return whole, loose, (np.array(merged.vertices), np.array(merged.faces))
+
+
+def first_met(eye: np.ndarray, directions: np.ndarray, surfaces: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
+    """Return which of `surfaces`, vertices and triangles of each, a ray from `eye` (3,) meets first; −1 for none.
+
+    `directions` (m, 3); the answers (m,) are embree's, which is float32: not next to an outline.
+    """
+    from trimesh.ray.ray_pyembree import RayMeshIntersector as EmbreeIntersector
+
+    starts = np.cumsum([0, *(len(vertices) for vertices, _ in surfaces)])
+    triangles = np.concatenate([faces + start for (_, faces), start in zip(surfaces, starts)])
+    of = np.repeat(np.arange(len(surfaces)), [len(faces) for _, faces in surfaces])
+    mesh = trimesh.Trimesh(np.concatenate([vertices for vertices, _ in surfaces]), triangles, process=False)
+    met = EmbreeIntersector(mesh).intersects_first(np.broadcast_to(eye, directions.shape), directions)
+    return np.where(met < 0, -1, of[met])
+
+
 def load_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
     """Return (vertices (n, 3), triangles (t, 3)) of an STL, OBJ, PLY or GLB file, in the file's units and axes.
 
@@ -105,6 +166,18 @@ def load_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
     number = np.empty(len(order), dtype=np.int64)
     number[order] = np.arange(len(order))
     return vertices[order], number[merged.ravel()][np.asarray(mesh.faces)]
+
+
+def load_scene(path: str | Path) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Return vertices (n, 3) and triangles (t, 3) of each node of a GLB file, by its name; y up there is z up here."""
+    scene = trimesh.load_scene(path, process=False)
+    found = {}
+    for name in scene.graph.nodes_geometry:
+        matrix, geometry = scene.graph[name]
+        mesh = scene.geometry[geometry]
+        x, y, z = (np.array(mesh.vertices) @ matrix[:3, :3].T + matrix[:3, 3]).T
+        found[name] = np.stack([x, -z, y], axis=1), np.array(mesh.faces)
+    return found
 
 
 def _mesh(vertices: np.ndarray, triangles: np.ndarray) -> tuple[trimesh.Trimesh, np.ndarray]:

@@ -41,6 +41,13 @@ def corners_of(size: np.ndarray) -> np.ndarray:
     return signs * size
 
 
+# Of the corners of `corners_of`, which are numbered 4 x + 2 y + z; outward counter-clockwise.
+BOX_TRIANGLES = np.array(
+    [(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1), (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4)]
+    + [(1, 5, 7), (1, 7, 3)]
+)
+
+
 def depths_of_boxes(world: World) -> tuple[float, float]:
     """Return how deep [m] boxes of a World are at most inside each other, by FCL, and below its ground.
 

@@ -35,7 +35,7 @@ BROKEN = "engine broken"  # an engine that is installed gave no answer, or nonse
 ENGINE, LIBRARY = "third-party engine", "third-party library"
 KINDS = {
     ENGINE: "another simulator, or collision library, answers the same question",
-    LIBRARY: "mathematics of SciPy, libigl or trimesh, on formulas written apart from the core",
+    LIBRARY: "SciPy, libigl, trimesh or Pillow, on formulas written apart from the core, or on files that it wrote",
     "closed form": "a formula, evaluated by NumPy apart from the core",
     "exact arithmetic": "rational numbers: no rounding at all",
     "exhaustive search": "every possible answer tried, apart from the core",
@@ -356,6 +356,7 @@ class Report:
     settings: list[Setting] = field(default_factory=list)
     open_errata: list[OpenErratum] = field(default_factory=list)
     unnamed: list[str] = field(default_factory=list)  # public functions, dotted, that no claim names as its piece
+    unjudged: dict[str, str] = field(default_factory=dict)  # those that no claim can judge → why
     schema: str = SCHEMA
 
 

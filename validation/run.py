@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import softbody
 from validation.check import Check
-from validation.coverage import unnamed_functions
+from validation.coverage import UNJUDGED, unnamed_functions
 from validation.declared import Declared
 from validation.engines import environment, revision, version_of, versions
 from validation.errata import open_errata
@@ -110,6 +110,7 @@ def blank_report(plan: Plan) -> Report:
         settings=[Setting(*map(plain, row)) for row in settings_of(plan.subject)],
         open_errata=[] if plan.subject else open_errata(plan.checks),
         unnamed=[] if plan.subject else unnamed_functions(),
+        unjudged={} if plan.subject else {name: plain(why) for name, why in UNJUDGED.items()},
     )
 
 

@@ -123,9 +123,10 @@ class TrajectoryWriter:
         seconds = check_range(seconds, "seconds", "s", least=0.0)
         if time_step is not None:
             check_range(time_step, "time_step", "s", above=0.0, most=1.0 / self._rate)
-        if not self.frames:
+        is_first = not self.frames
+        if is_first:
             self._begun = self._world.time
-        if self._world.time > self.last_time:
+        if is_first or (time_step is None and self._world.time > self.last_time):
             self.frame()
         if time_step is None:
             for _ in self._world.frames(seconds, self._rate):

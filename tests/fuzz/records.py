@@ -59,7 +59,8 @@ def record() -> dict[str, Any]:
     ids = [claim.id for claim in report.claims]
     report.sensitivity = Sensitivity([PlantedFault("a sign", "softbody.vec.dot", ids, "caught")], None, 110, 97, 10)
     report.open_errata = [OpenErratum("E4", "divides", "does not", "both are the same")]
-    report.unnamed = ["softbody.World.view"]
+    report.unnamed = ["softbody.World.run"]
+    report.unjudged = {"softbody.World.view": "a page in a browser"}
     report.pictures = [Picture("film", "A film.", "pictures/film.webp", "pictures/film.png")]
     data: dict[str, Any] = finite(asdict(report))
     return data

@@ -243,3 +243,10 @@ def test_boxes_that_pass_have_no_points_in_common_on_their_way():
             assert overlap[k] > 0.0
         elif overlap[k] > 0.0:
             assert overlap[k] < 0.35  # so little that the grid's points go by
+
+
+def test_the_area_of_a_faceted_torus_is_that_of_its_triangles(cases):
+    vertices, triangles = cases.torus(1.0, 0.4, 7, 5)
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+    assert analytic.faceted_torus_area(1.0, 0.4, 7, 5) == pytest.approx(area, rel=1e-13)

@@ -30,3 +30,15 @@ def test_distances_triangles_and_points_are_those_of_a_cube(cases):
     assert_allclose(distance, [0.1, 2**0.5, 3.0], rtol=1e-14)
     assert_allclose(point, [[0.5, 0.25, 1.0], [1.0, 1.0, 1.0], [0.0, 0.5, 0.25]], atol=1e-15)
     assert (vertices[triangles[triangle[0]]][:, 2] == 1.0).all()
+
+
+@pytest.mark.parametrize(
+    ("kind", "as_text"), [("stl", True), ("stl", False), ("ply", False), ("obj", True), ("off", True)]
+)
+def test_files_of_trimesh_are_read_as_they_were_written(cases, tmp_path, kind, as_text):
+    from references import trimesh
+
+    vertices, triangles = cases.cube()
+    trimesh.write_mesh(tmp_path / f"a.{kind}", 0.25 * vertices, triangles, as_text)
+    found, faces = igl.read_mesh(tmp_path / f"a.{kind}")
+    assert np.array_equal(found[faces], 0.25 * vertices[triangles])

@@ -19,3 +19,10 @@ def test_angular_momentum_and_energy_stay():
     was, now = before @ inertia @ before.T @ start, after @ inertia @ after.T @ spin
     assert now == pytest.approx(was, abs=1e-10)
     assert now @ spin == pytest.approx(was @ start, rel=1e-10)
+
+
+def test_half_way_is_the_shortest_arc_whatever_the_signs():
+    one, other = [1.0, 0.0, 0.0, 0.0], [np.cos(0.4), 0.0, 0.0, np.sin(0.4)]
+    for sign in (1.0, -1.0):
+        middle = rotation.half_way(one, sign * np.array(other))
+        assert abs(middle @ [np.cos(0.2), 0.0, 0.0, np.sin(0.2)]) == pytest.approx(1.0)

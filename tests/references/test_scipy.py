@@ -113,3 +113,21 @@ def test_the_scale_at_a_time_does_not_depend_on_the_other_times():
     dense, _ = scipy.scale_motion(np.linspace(0.0, 2.0, 41), 1.0, 0.0, 2.0, 50.0, 10.0)
     assert sparse[0] == 1.0
     assert sparse[1] == pytest.approx(dense[-1], abs=1e-12)
+
+
+def test_a_hanging_body_is_at_rest_under_its_load_and_held_where_it_is(cases, rng):
+    x, triangles = cases.solid("icosahedron", 0.5)
+    edges = cases.edges(triangles)
+    rest, stiffness = lengths(x, edges) * rng.uniform(0.9, 1.1, len(edges)), rng.uniform(50.0, 100.0, len(edges))
+    load, fixed = np.tile([0.0, 0.0, -0.5], (len(x), 1)), [0, 3, 7, 9]
+    found = scipy.hanging(x, edges, rest, stiffness, triangles, 5.0, load, fixed)
+    left = scipy.forces(found.positions, edges, rest, stiffness, triangles, 5.0) + load
+    assert found.residual < 1e-13
+    assert np.abs(np.delete(left, fixed, axis=0)).max() < 1e-11
+    assert np.array_equal(found.positions[fixed], x[fixed])
+    assert left[fixed].sum(axis=0) == pytest.approx(load.sum(axis=0)), "what is fixed carries all"
+
+
+def test_chains_are_joined_to_their_first_and_what_is_farther_is_not():
+    points = np.array([(0.9 * k, 0.0, 0.0) for k in (0, 3, 1, 2)] + [(0.0, 1.1, 0.0), (9.0, 0.0, 0.0)])
+    assert scipy.places_joined(points, 1.0).tolist() == [0, 0, 0, 0, 4, 5]

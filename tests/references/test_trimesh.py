@@ -182,3 +182,37 @@ def test_answers_about_points_in_doubt_are_the_same_every_time(cases):
     first = trimesh.points_in_mesh(points, vertices, triangles)
     for _ in range(5):
         assert (trimesh.points_in_mesh(points, vertices, triangles) == first).all()
+
+
+def test_a_mesh_is_scaled_before_it_is_moved(cases):
+    vertices, triangles = cases.cube()
+    moved, volume, centroid = trimesh.scaled_and_moved(vertices, triangles, 2.0, np.array([1.0, 0.0, 0.0]))
+    assert_allclose(moved, 2.0 * vertices + [1.0, 0.0, 0.0])
+    assert volume == pytest.approx(8.0)
+    assert_allclose(centroid, [2.0, 1.0, 1.0])
+
+
+def test_an_icosphere_is_on_its_sphere_and_nearly_fills_it():
+    vertices, triangles = trimesh.icosphere(4, 2.0)
+    assert len(vertices) == 10 * 4**4 + 2
+    assert_allclose(np.linalg.norm(vertices, axis=1), 2.0, rtol=1e-13)
+    assert 0.99 < trimesh.volume(vertices, triangles) / (4.0 / 3.0 * np.pi * 8.0) < 1.0
+
+
+def test_the_first_surface_that_a_ray_meets(cases):
+    vertices, triangles = cases.cube()
+    near, far = (0.3 * vertices, triangles), (3.0 * vertices + [1.0, 5.0, 0.0], triangles)
+    rays = np.array([(0.1, 1.0, 0.1), (0.25, 1.0, 0.05), (0.5, 1.0, 0.2), (0.0, -1.0, 0.0)])
+    assert trimesh.first_met(np.array([0.0, -1.0, 0.0]), rays, [far, near]).tolist() == [1, 1, 0, -1]
+
+
+def test_a_corner_an_edge_or_the_face_is_closest():
+    corners = np.broadcast_to([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)], (3, 3, 3))
+    points = np.array([(-1.0, -1.0, 1.0), (0.5, -1.0, 0.0), (0.2, 0.2, 3.0)])
+    assert_allclose(trimesh.closest_on_triangles(points, corners), [(0, 0, 0), (0.5, 0, 0), (0.2, 0.2, 0)], atol=1e-15)
+
+
+def test_loose_triangles_are_merged_again(cases):
+    whole, loose, (vertices, triangles) = trimesh.cut_apart_and_merged(*cases.cube())
+    assert (len(whole.vertices), len(loose.vertices), len(vertices)) == (8, 36, 8)
+    assert trimesh.volume(vertices, triangles) == pytest.approx(1.0)

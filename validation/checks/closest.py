@@ -22,6 +22,8 @@ EDGE_LEFT_OUT = Fault(
     "square = np.inf",
 )
 PIECE = "softbody.geometry.bvh.closest_all_in_bvh"
+ONE = "softbody.geometry.triangle.closest_point_on_triangle"
+MANY = "softbody.geometry.triangle.closest_points_on_triangles"
 
 
 def points_near_and_far(mesh: Mesh, rng: np.random.Generator, count: int) -> np.ndarray:
@@ -177,7 +179,7 @@ def tree_is_exhaustive(run: Run) -> Comparison:
     family=FAMILY,
     claim="The weights are not negative, sum to one, and make of the triangle's corners a point at the distance given.",
     section="4.3",
-    piece="softbody.geometry.triangle.closest_point_on_triangle",
+    piece=ONE,
     reference="invariants, evaluated in NumPy",
     unit="of the size",
     kind="invariant",
@@ -211,6 +213,51 @@ def weights_make_the_point(run: Run) -> Comparison:
         asked.append(points)
     inputs = {"point": np.concatenate(asked)}
     return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds, inputs=inputs)
+
+
+@check(
+    family=FAMILY,
+    claim="The closest points of single triangles at large are those that trimesh finds, of points near and far.",
+    section="4.3",
+    piece=f"{ONE}, {MANY}",
+    reference="trimesh.triangles.closest_point",
+    engines=("trimesh",),
+    unit="of the size",
+    tolerance=1e-12,
+    because="trimesh divides by a triangle's area, of which thin ones have little: 5e-15 of 2 000, and more of more",
+    detects="a candidate that is left out, or not the nearest; another row's answer",
+    faults=(
+        Fault(
+            "the foot on a face, in any triangle at large",
+            triangle.closest_weights_on_triangle,
+            "_foot_on_face(pa_, pb_, pc_, ab_, ca_)",
+            "(1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0, 0.0)",
+        ),
+        Fault(
+            "closest points of many triangles of the first of them",
+            triangle.closest_points_on_triangles,
+            "load(corners[q], 0)",
+            "load(corners[0], 0)",
+        ),
+        Fault(
+            "an edge of a triangle of which the nearer end is taken",
+            triangle.closest_weights_on_triangle,
+            "(0.0, 1.0 - t_, t_)",
+            "(0.0, 1.0 - round(t_), round(t_) * 1.0)",
+        ),
+    ),
+)
+def one_triangle_by_trimesh(run: Run) -> Comparison:
+    from references import trimesh
+
+    rng, count = run.fresh_rng(), run.count(2_000, 20_000, 200_000)
+    corners, points = rng.normal(size=(count, 3, 3)), 1.5 * rng.normal(size=(count, 3))
+    found, _ = triangle.closest_points_on_triangles(points, corners)
+    single = [triangle.closest_point_on_triangle(*map(tuple, (p, *c)))[0] for p, c in zip(points[:200], corners)]
+    judged = trimesh.closest_on_triangles(points, corners)
+    kinds = ["many at once"] * count + ["one"] * len(single)
+    expected = np.concatenate([judged, judged[:200]])
+    return Comparison(np.concatenate([found, single]), expected, groups=kinds)
 
 
 @check(
@@ -250,7 +297,7 @@ def distance_is_invariant(run: Run) -> Comparison:
     claim="The closest point of a single triangle is one: its weights make it, none is negative, they sum to 1, and no"
     " corner lies beyond it, seen from the point; of triangles at large, thin ones and flat ones.",
     section="4.3",
-    piece="softbody.geometry.triangle.closest_points_on_triangles",
+    piece=MANY,
     reference="the conditions of the closest point of a convex set: (p − x) · (c − x) ≤ 0 for every corner c",
     unit="of the size",
     kind="bound",

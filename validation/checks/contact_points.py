@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import warnings
+from itertools import combinations
+
 import numpy as np
 
 from softbody import Box, SoftBody, World, contact_points, icosphere, landing, step
 from softbody.scenes import box_pile, boxes_on_torus, sphere_on_torus, tray
-from validation.check import Comparison, Run, check
+from validation.cases import BOX_TRIANGLES, corners_of, random_orientations, rotation_matrix
+from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault
 
 FAMILY = "what users set and ask"
@@ -21,7 +25,7 @@ HELD = 0.3  # [m] side of a load on a beam
     claim="A beam that lies on two edges, with a load somewhere on it, presses on each, and the load on it, as hard as"
     " in Bullet, after a second by default settings.",
     section="5.2",
-    piece="softbody.World.contact_points",
+    piece="softbody.World.contact_points, softbody.ContactPoints.of, softbody.ContactPoints.force_on",
     reference="pybullet (500 iterations), the impulses of its contacts; the lever says the same",
     engines=("pybullet",),
     unit="of the weight",
@@ -161,6 +165,92 @@ def forces_change_momenta(run: Run) -> Comparison:
                 changed.append((after[row] - before[row]) / size)
                 kinds.append(kind)
     return Comparison(np.array(told), np.array(changed), 1.0, kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="Of boxes, soft bodies and the ground, anyhow among each other, those touch that FCL finds inside each other:"
+    " by `pairs`, and by whether `of` has any for the two.",
+    section="4.2, 4.3, 4.4",
+    piece="softbody.ContactPoints.pairs, softbody.ContactPoints.of",
+    reference="FCL on convex meshes; pairs of which it says another thing where both are 3 % larger are left out",
+    engines=("fcl",),
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="yes or no",
+    detects="a pair that is missed, one that is not there, another body's number; the ground as a body",
+    faults=(
+        Fault(
+            "the ground first",
+            contact_points.ContactPoints.pairs,
+            "np.where(self.b == GROUND, self.a, np.minimum(self.a, self.b))",
+            "np.minimum(self.a, self.b)",
+        ),
+        Fault(
+            "pairs as they were found",
+            contact_points.ContactPoints.pairs,
+            "np.where(self.b == GROUND, self.b, np.maximum(self.a, self.b))",
+            "self.b",
+        ),
+        Fault(
+            "contacts in which the body is a",
+            contact_points.ContactPoints._has,
+            "(self.a == number) | (self.b == number)",
+            "self.a == number",
+        ),
+        Fault(
+            "boxes that count from 0",
+            contact_points.ContactPoints._number,
+            'self.first_box if body.kind == "box" else 0',
+            "0",
+        ),
+    ),
+)
+def who_touches_whom(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    told, judged, kinds = [], [], []
+    ball = icosphere(2, 0.5)
+    for _ in range(run.count(3, 12, 100)):
+        world, hulls = World((0.0, 0.0, 0.0)), []
+        world.add_ground()
+        places = iter(rng.uniform((0.0, 0.0, 0.2), (3.0, 2.0, 1.6), (9, 3)))
+        bodies: list[SoftBody | Box] = []
+        for _ in range(4):
+            body = world.add_soft_body(ball, 1.0, 100.0, 10.0, next(places), (0.0, 0.0, -0.01))
+            bodies.append(body)
+            hulls.append((body.positions.copy(), ball.triangles))
+        for place, turn in zip(places, random_orientations(rng, 5)):
+            size = rng.uniform(0.3, 1.0, 3)
+            bodies.append(world.add_box(size, 1.0, place, turn))
+            hulls.append((corners_of(size) @ rotation_matrix(turn).T + place, BOX_TRIANGLES))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # they are deep inside each other
+            world.step(1e-4)
+        points = world.contact_points()
+        pairs = points.pairs()
+        for i, j in combinations(range(9), 2):
+            meet = _meets(hulls[i], hulls[j])
+            if meet is not None:
+                told += [(i, j) in pairs, len(points.of(bodies[j], bodies[i])) > 0]
+                judged += [meet] * 2
+                kinds += [f"{bodies[i].kind} and {bodies[j].kind}{'' if meet else ', apart'}"] * 2
+        for i, (vertices, _) in enumerate(hulls):
+            if abs(low := float(vertices[:, 2].min())) > 1e-3:
+                told.append((i, -1) in pairs)
+                judged.append(low < 0.0)
+                kinds.append(f"{bodies[i].kind} and the ground{'' if low < 0.0 else ', apart'}")
+    return Comparison(np.array(told), np.array(judged), groups=kinds)
+
+
+def _meets(one: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.ndarray]) -> bool | None:
+    """Tell whether two convex meshes overlap, by FCL; None if it depends on 3 % of their size."""
+    from references import fcl
+
+    said = []
+    for factor in (0.97, 1.03):
+        grown = [(v.mean(axis=0) + factor * (v - v.mean(axis=0)), t) for v, t in (one, other)]
+        said.append(fcl.convex_overlap(*grown[0], *grown[1]))
+    return said[0] if said[0] == said[1] else None
 
 
 @check(

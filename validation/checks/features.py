@@ -224,6 +224,56 @@ def collapse_is_named(run: Run) -> Comparison:
     return Comparison(np.ravel(measured), np.ravel(expected))
 
 
+@check(
+    family=FAMILY,
+    claim="A regular solid without gas whose springs pull it together ends the run when its scalar equation of motion"
+    " has its volume fall below `deflated_below`, with the last step before.",
+    section="2.3",
+    piece="softbody.dynamics.soft_bodies.find_fault",
+    reference="SciPy's DOP853 on the one unknown that symmetry leaves",
+    engines=("scipy",),
+    unit="of the time",
+    tolerance=2e-3,
+    because="a step, of some 2 000 on the way, and half of one",
+    detects="a limit of another body, of the length in place of the volume, or that is not looked at",
+    faults=(
+        Fault(
+            "a limit of the size, cubed", soft_bodies.find_fault, "volume <= least_volume", "volume <= least_volume**3"
+        ),
+        Fault(
+            "a limit of the volume as it is now",
+            soft_bodies.move_body,
+            "bodies_.deflated_below[body] * bodies_.mesh_volume[body]",
+            "bodies_.deflated_below[body] ** 2 * bodies_.mesh_volume[body]",
+        ),
+    ),
+)
+def collapses_when_scipy_says(run: Run) -> Comparison:
+    from references import scipy
+
+    rng = run.fresh_rng()
+    ended, expected = [], []
+    for make in (softbody.tetrahedron, softbody.octahedron, softbody.icosahedron) * run.count(2, 6, 60):
+        shape, pull, limit = make(rng.uniform(0.5, 2.0)), rng.uniform(0.3, 0.6), rng.uniform(0.3, 0.9)
+        lengths, stiffness = edge_lengths(shape.vertices, shape.edges), rng.uniform(50.0, 200.0)
+        world = World(gravity=(0.0, 0.0, 0.0), integrator="rk4")
+        world.add_soft_body(shape, 1.0, stiffness, 0.0, rest_length=pull * lengths, deflated_below=limit)
+        inertia = (shape.vertices**2).sum() / len(shape.vertices)
+        # In units of the length at rest it begins at 1/pull, and would swing about 1.
+        swing = stiffness * (pull**2 * lengths**2).sum() / (pull**2 * inertia)
+        times = np.linspace(0.0, 0.5 * np.pi / np.sqrt(swing), 2_001)
+        scale, _ = scipy.scale_motion(times, 1.0 / pull, 0.0, inertia * pull**2, swing * pull**2 * inertia, 0.0)
+        when = float(np.interp(-(limit ** (1.0 / 3.0)), -pull * scale, times))
+        step = when / 2_000.5
+        try:
+            world.step(step, 4_000)
+            ended.append(np.inf)
+        except softbody.SimulationError as error:
+            ended.append((error.step + 0.5) * step / when)
+        expected.append(1.0)
+    return Comparison(ended, expected)
+
+
 def _volume(body: SoftBody) -> float:
     """Return a body's volume [m³], by NumPy."""
     a, b, c = (body.positions[body.triangles[:, k]] for k in range(3))

@@ -513,3 +513,77 @@ def unseen_by_the_paper(run: Run) -> Comparison:
         expected += [(0.0, 0.0, -1.0)] * len(body.velocities)
         kinds += [kind] * len(body.velocities)
     return Comparison(measured, expected, groups=kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="Whether the normal of a face parts two meshes is what NumPy finds by trying all, of convex and dented ones;"
+    " and of convex ones that one parts, FCL says that they are apart.",
+    section="4.3, 4.5",
+    piece="softbody.collision.sat_meshes.faces_part",
+    reference="projections of all points on all normals, by NumPy; FCL",
+    kind="closed form",
+    engines=("fcl",),
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="yes or no; pairs whose projections are within 1e-9 m of touching are left out",
+    detects="a normal that is left out, points of one mesh only, a dent's normal that looks at the other side",
+    faults=(
+        Fault(
+            "normals of one of the two meshes only",
+            sat_meshes.faces_part,
+            "_own_faces_part(points, triangles, other_points) or other_",
+            "_own_faces_part(points, triangles, other_points)",
+        ),
+        Fault(
+            "faces that all of the other lies before",
+            sat_meshes._is_beyond,
+            "farthest < nearest",
+            "farthest < nearest + 0.5 * abs(nearest)",
+        ),
+        Fault(
+            "the first half of the faces",
+            sat_meshes._own_faces_part,
+            "range(triangles.shape[0])",
+            "range(triangles.shape[0] // 2)",
+        ),
+    ),
+)
+def faces_part_by_projections(run: Run) -> Comparison:
+    from references import fcl
+
+    rng = run.fresh_rng()
+    told, judged, kinds = [], [], []
+    shapes = {
+        "spheres": (softbody.icosphere(1, 0.5), True),
+        "boxes": (softbody.box((1.0, 0.6, 0.4)), True),
+        "dented spheres": (dented_sphere(1, 0.6), False),
+    }
+    for kind, (shape, is_convex) in shapes.items():
+        for _ in range(run.count(60, 300, 3_000)):
+            away = rng.normal(size=3)
+            away *= rng.uniform(0.3, 1.6) / np.linalg.norm(away)
+            a, b = rotated(shape, rng), rotated(shape, rng).moved(away)
+            gap = _widest_gap(a, b)
+            if abs(gap) < 1e-9:
+                continue
+            told.append(bool(sat_meshes.faces_part(a.vertices, a.triangles, b.vertices, b.triangles)))
+            judged.append(gap > 0.0)
+            kinds.append(kind)
+            if is_convex and told[-1]:
+                told.append(False)
+                judged.append(fcl.convex_overlap(a.vertices, a.triangles, b.vertices, b.triangles))
+                kinds.append(f"{kind}, parted")
+    return Comparison(np.array(told), np.array(judged), groups=kinds)
+
+
+def _widest_gap(a: Mesh, b: Mesh) -> float:
+    """Return by how much [m] the best of all faces' normals parts two meshes; below 0: none does."""
+    gaps = []
+    for mesh in (a, b):
+        corners = mesh.vertices[mesh.triangles]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        one, other = a.vertices @ normals.T, b.vertices @ normals.T
+        gaps += [one.min(axis=0) - other.max(axis=0), other.min(axis=0) - one.max(axis=0)]
+    return float(np.concatenate(gaps).max())

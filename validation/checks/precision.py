@@ -12,7 +12,7 @@ from softbody.dynamics import soft_bodies, vertex_rings
 from softbody.dynamics.soft_bodies import motion_of
 from softbody.step import Work, run_alone
 from softbody.step import run as run_together
-from validation.cases import lumpy_sphere
+from validation.cases import edge_lengths, lumpy_sphere
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.checks.integrators import breathe
 from validation.checks.soft import forces
@@ -104,6 +104,49 @@ def threads_leave_every_bit(run: Run) -> Comparison:
             kinds += [precision] * len(other)
     agree = np.concatenate(same)
     return Comparison(agree, np.ones(len(agree), bool), groups=kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="Bodies that two and three threads move, many small ones and a larger one, swell as SciPy has them.",
+    section="5.1",
+    piece="softbody.dynamics.soft_bodies.move_on_threads",
+    reference="SciPy's DOP853 on springs and gas by its own formula",
+    engines=("scipy",),
+    unit="of the size",
+    tolerance=1e-10,
+    because="rk4 at a fiftieth of the stable step: 6e-12",
+    detects="a body that is left out, or moved twice",
+    faults=(
+        Fault(
+            "the last thread's bodies left where they are",
+            soft_bodies.move_on_threads,
+            "first_ * threads_ // last_ == thread_",
+            "first_ * threads_ // last_ == thread_ and thread_ < threads_ - 1",
+        ),
+    ),
+)
+def threads_by_scipy(run: Run) -> Comparison:
+    from references import scipy
+
+    measured, expected, kinds = [], [], []
+    for threads in (2, 3):
+        rng = run.fresh_rng()
+        world = World(gravity=(0.0, 0.0, 0.0), integrator="rk4")
+        for k in range(7):
+            world.add_soft_body(lumpy_sphere(rng, 2 if k == 3 else 1), 1.0, 100.0, 20.0, (4.0 * k, 0.0, 0.0))
+        starts = [body.positions.copy() for body in world.soft_bodies]
+        motion = motion_of(world.model.soft_particle_start, world.rings, threads)
+        parts = world.model, world.controls, world.state, motion, world.settings
+        step, steps = 0.02 * world.stable_time_step(), run.count(100, 300, 2_000)
+        run_alone(*parts, step, steps)
+        for body, start in zip(world.soft_bodies, starts):
+            springs = body.edges, edge_lengths(start, body.edges), np.full(len(body.edges), 100.0)
+            what = *springs, body.triangles, 20.0, 1.0 / len(start), steps * step
+            measured.append(body.positions.copy())
+            expected.append(scipy.motion(start, np.zeros_like(start), *what, rtol=1e-12)[0])
+            kinds += [f"{threads} threads"] * len(start)
+    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
 
 
 def crowd(rng: np.random.Generator) -> World:

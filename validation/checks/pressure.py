@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 import softbody
 from softbody import Mesh, World
+from softbody import shape_at_rest as resting
 from softbody.dynamics import integrators, plain_forces, pressure, ring_forces, soft_bodies
 from softbody.dynamics.plain_forces import add_pressure_forces, spring_virial
 from softbody.geometry import polyhedron
@@ -282,6 +283,80 @@ def shape_at_rest(run: Run) -> Comparison:
             scales.append(model.edge_rest_length)
             kinds += [kind] * len(model.edge_particles)
     return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="`World.equilibrium` moves bodies of any springs to the shape of least energy that SciPy finds: where they"
+    " hang on fixed particles, under their weight and forces; where they float, without weight; and stops them.",
+    section="2, 5.1",
+    piece="softbody.World.equilibrium",
+    reference="SciPy minimiser of springs, gas and work, and Newton's method, on its own energy, gradient and Hessian",
+    engines=("scipy",),
+    unit="of the size, and m/s",
+    tolerance=1e-11,
+    because="forces of 1e-14 k × size are left: 7e-13 at worst of four seeds",
+    detects="a load that is left out or acts on what floats, a pin that moves, a body that is forgotten",
+    faults=(
+        Fault(
+            "no weight at all",
+            resting.shape_at_rest,
+            "controls.gravity if is_held else np.zeros(3)",
+            "np.zeros(3)",
+        ),
+        Fault(
+            "bodies that are left as they were, but for the first",
+            World._relax,
+            "positions[slice(*self.model.soft_particle_start[b_:b_ + 2])] = shape",
+            "positions[: len(shape)] = shape if body == 0 else positions[: len(shape)]",
+        ),
+        Fault(
+            "bodies that go on moving",
+            World._relax,
+            "assign_together((self.state.particle_position, positions), (self.state.particle_velocity, 0.0))",
+            "assign_together((self.state.particle_position, positions))",
+        ),
+        Fault(
+            "a shape that is nearly at rest",
+            resting.shape_at_rest,
+            "tolerance * model.edge_stiffness.max()",
+            "1e6 * tolerance * model.edge_stiffness.max()",
+        ),
+    ),
+)
+def hanging_and_floating(run: Run) -> Comparison:
+    from references import scipy
+
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    for _ in range(run.count(2, 6, 40)):
+        gravity = rng.normal(0.0, 5.0, 3)
+        world, judged = World(gravity=gravity), []
+        for kind, mesh in (("hangs", softbody.icosphere(1, 0.5)), ("floats", softbody.torus(0.6, 0.25, 12, 6))):
+            count, mass, gas = len(mesh.vertices), rng.uniform(0.2, 1.0), rng.uniform(5.0, 30.0)
+            lengths = edge_lengths(mesh.vertices, mesh.edges) * rng.uniform(0.95, 1.05, len(mesh.edges))
+            stiffness = rng.uniform(100.0, 300.0, len(mesh.edges))
+            springs = mesh.edges, lengths, stiffness, mesh.triangles, gas
+            pins = rng.choice(count, 4, replace=False) if kind == "hangs" else np.empty(0, int)
+            body = world.add_soft_body(mesh, mass, stiffness, gas, rest_length=lengths, fixed=pins)
+            body.velocities[np.setdiff1d(np.arange(count), pins)] = rng.normal(size=3)
+            if kind == "hangs":
+                force = rng.normal(size=(count, 3)) / count
+                body.external_force = force
+                load = force + mass / count * gravity
+                judged.append(scipy.hanging(mesh.vertices, *springs, load, pins).positions)
+            else:
+                judged.append(scipy.equilibrium(mesh.vertices, *springs).positions)
+        world.equilibrium(1e-14)
+        for body, kind, shape in zip(world.soft_bodies, ("hangs", "floats"), judged):
+            if kind == "hangs":
+                measured.append(np.append(body.positions.ravel(), np.abs(body.velocities).max()))
+                expected.append(np.append(shape.ravel(), 0.0))
+            else:  # it may have turned, or drifted
+                measured.append(np.append(edge_lengths(body.positions, body.edges), np.abs(body.velocities).max()))
+                expected.append(np.append(edge_lengths(shape, body.edges), 0.0))
+            kinds += [kind] * len(expected[-1])
+    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
 
 
 @check(

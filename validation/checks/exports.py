@@ -1,0 +1,223 @@
+"""Do other programs find in a file what was in the world?"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from softbody import Trajectory, TrajectoryWriter, World
+from softbody.export import animation, files, meshes
+from validation.cases import BOX_TRIANGLES, corners_of, random_mesh, random_orientations, rotation_matrix
+from validation.check import Comparison, Run, check
+from validation.checks.kept import FAMILY
+from validation.fault import Fault
+
+LANE = "worlds"  # claims that share the kernels of a whole world, and a process
+
+Shown = Mapping[str, tuple[np.ndarray, np.ndarray]]  # name of a body → vertices (n, 3) [m] and triangles (t, 3)
+
+
+def crowded(rng: np.random.Generator) -> World:
+    """Return a world of two soft bodies and two boxes, some metres from the origin."""
+    world = World()
+    world.add_ground(-3.0)
+    for kind in ("torus", "lumpy sphere"):
+        world.add_soft_body(random_mesh(kind, rng), 1.0, 100.0, 10.0, 5.0 * rng.normal(size=3))
+    for mass in (1.0, None):
+        turn = random_orientations(rng, 1)[0]
+        world.add_box(rng.uniform(0.3, 2.0, 3), mass, 5.0 * rng.normal(size=3), turn)
+    return world
+
+
+def in_rows(shown: Shown, of: list[str]) -> np.ndarray:
+    """Return (m, 3): of each body its vertices, of a box in the order of their places, then a row with its volume."""
+    from references import trimesh
+
+    rows = []
+    for name in of:
+        vertices, triangles = shown.get(name, (np.zeros((4, 3)), np.zeros((1, 3), np.int64)))
+        volume = trimesh.volume(vertices, triangles)
+        in_order = vertices[np.lexsort(vertices.T)] if name.startswith("box") else vertices
+        rows += [in_order, np.full((1, 3), volume)]
+    return np.concatenate(rows)
+
+
+def as_they_are(world: World) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Return the bodies of a world, from raw arrays."""
+    shown = {f"soft_body_{k}": (b.positions.copy(), b.triangles.copy()) for k, b in enumerate(world.soft_bodies)}
+    for k, box in enumerate(world.boxes):
+        corners = corners_of(world.model.box_size[k]) @ rotation_matrix(box.orientation).T + box.position
+        shown[f"box_{k}"] = corners, BOX_TRIANGLES
+    return shown
+
+
+def parted(world: World, vertices: np.ndarray, triangles: np.ndarray) -> Shown:
+    """Return the bodies of one mesh, whose vertices and triangles are in order: soft bodies first, then boxes."""
+    shown, first, row = {}, 0, 0
+    counts = {f"soft_body_{k}": (len(b.positions), len(b.triangles)) for k, b in enumerate(world.soft_bodies)}
+    counts |= {f"box_{k}": (8, 12) for k in range(len(world.boxes))}
+    for name, (count, faces) in counts.items():
+        shown[name] = vertices[first : first + count], triangles[row : row + faces] - first
+        first, row = first + count, row + faces
+    return shown
+
+
+MOMENT = Fault("boxes that are not turned in a file", meshes.box_matrix, "matrix[:3, :3] = rotation_matrix(q_)", "")
+SINGLE = "positions in single precision, of some metres: 2.4e-7 each way, more in a volume"
+
+
+@check(
+    family=FAMILY,
+    claim="A world's PLY and OBJ, as libigl reads them, and its GLB, as trimesh and the specification of glTF do, have"
+    " its soft bodies, vertex by vertex, and its boxes, corner by corner, where they are, facing outwards.",
+    section="beyond the paper",
+    piece="softbody.World.export",
+    reference="libigl's reader of PLY and OBJ, trimesh's of GLB, and glTF 2.0 read by hand; raw arrays, boxes by NumPy",
+    engines=("igl", "trimesh", "scipy"),
+    unit="metres; and cubic metres, of volumes",
+    tolerance=1e-5,
+    because=SINGLE,
+    detects="a body that is left out, turned, or elsewhere; axes that are not as they are said to be",
+    faults=(
+        MOMENT,
+        Fault("z up in a GLB file, too", meshes.as_scene, "Y_UP", "np.eye(4)"),
+        Fault(
+            "boxes of half their size",
+            meshes.box_mesh,
+            "_cube().vertices * shapes.box_size[body]",
+            "0.5 * _cube().vertices * shapes.box_size[body]",
+        ),
+        Fault("an OBJ of three digits", files._obj, "17", "3"),
+    ),
+)
+def moments_as_files(run: Run) -> Comparison:
+    from references import gltf, igl, trimesh
+
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    for _ in range(run.count(2, 10, 100)):
+        world = crowded(rng)
+        truth = as_they_are(world)
+        names = list(truth)
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            for kind in ("ply", "obj", "glb"):
+                world.export(folder / f"now.{kind}")
+            found: dict[str, Shown] = {
+                f"{kind}, by libigl": parted(world, *igl.read_mesh(folder / f"now.{kind}")) for kind in ("ply", "obj")
+            }
+            found["glb, by trimesh"] = trimesh.load_scene(folder / "now.glb")
+            found["glb, by the specification"] = gltf.Film(folder / "now.glb").shown()
+        for kind, shown in found.items():
+            measured.append(in_rows(shown, names))
+            expected.append(in_rows(truth, names))
+            kinds += [kind] * len(expected[-1])
+    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="A trajectory's GLB shows, at the time of each frame, the bodies of that frame, and between two frames soft"
+    " bodies on the straight way and boxes on the shortest turn; its folders of PLY, OBJ and GLB have a file for each"
+    " frame, or every so many.",
+    section="beyond the paper",
+    piece="softbody.Trajectory.export",
+    reference="glTF 2.0 read by hand, as its specification says, turns by SciPy; libigl's reader of PLY and OBJ",
+    engines=("igl", "scipy", "trimesh"),
+    unit="metres; and cubic metres, of volumes",
+    tolerance=2e-5,
+    because=SINGLE,
+    detects="a frame at another's time, a shape that is added twice, a turn the long way round",
+    faults=(
+        MOMENT,
+        Fault(
+            "shapes from frame to frame, in place of from the first",
+            animation._Moving._targets,
+            "pose.particle_position[rows] - first",
+            "pose.particle_position[rows] - self._poses[max(0, k - 1)].particle_position[rows]",
+        ),
+        Fault(
+            "turns the long way round", animation._nearest_signs, "np.where(turned, -1.0, 1.0)", "np.ones(len(turned))"
+        ),
+        Fault(
+            "shapes a frame late",
+            animation._Moving.add_to,
+            "np.eye(frames, frames - 1, -1)",
+            "np.eye(frames, frames - 1, -2)",
+        ),
+        Fault("quaternions with w first", animation._Moving.add_to, "x_[:, [1, 2, 3, 0]]", "x_[:, [0, 1, 2, 3]]"),
+        Fault("two frames to a file", files.export_sequence, "f'{k:06d}.{kind}'", "f'{k // 2:06d}.{kind}'"),
+    ),
+)
+def films_as_files(run: Run) -> Comparison:
+    from references import gltf, igl
+
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    for _ in range(run.count(1, 4, 40)):
+        world = crowded(rng)
+        poses = []
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            with TrajectoryWriter(world, folder / "kept") as kept:
+                for k in range(6):
+                    _shake(world, rng)
+                    world.time = 0.125 * k
+                    kept.frame()
+                    poses.append((as_they_are(world), world.state.box_orientation.copy()))
+            film = Trajectory.open(folder / "kept")
+            film.export(folder / "film.glb")
+            shown = gltf.Film(folder / "film.glb")
+            names = list(poses[0][0])
+            for k, (truth, _) in enumerate(poses):
+                measured.append(in_rows(shown.shown(0.125 * k), names))
+                expected.append(in_rows(truth, names))
+                kinds += ["GLB that moves, at a frame"] * len(expected[-1])
+            for k in range(5):
+                measured.append(in_rows(shown.shown(0.125 * (k + 0.5)), names))
+                expected.append(in_rows(_half_way(world, poses[k], poses[k + 1]), names))
+                kinds += ["GLB that moves, between frames"] * len(expected[-1])
+            for kind in ("ply", "obj", "glb"):
+                film.export(folder / kind, kind, every=2)
+                for k, path in enumerate(sorted((folder / kind).iterdir())):
+                    one = gltf.Film(path).shown() if kind == "glb" else parted(world, *igl.read_mesh(path))
+                    measured.append(in_rows(one, names))
+                    expected.append(in_rows(poses[2 * k][0], names))
+                    kinds += [f"a folder of {kind}"] * len(expected[-1])
+                    last = k
+                measured.append(np.full((1, 3), float(last)))
+                expected.append(np.full((1, 3), 2.0))
+                kinds.append(f"a folder of {kind}")
+    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+
+
+def _shake(world: World, rng: np.random.Generator) -> None:
+    """Put everything a little aside; a quaternion may change its sign, and means the same."""
+    state = world.state
+    state.particle_position[:] += 0.01 * rng.normal(size=state.particle_position.shape)
+    state.box_position[:] += 0.1 * rng.normal(size=state.box_position.shape)
+    turned = state.box_orientation + 0.2 * rng.normal(size=state.box_orientation.shape)
+    turned *= rng.choice([-1.0, 1.0], (len(turned), 1))
+    state.box_orientation[:] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
+
+
+def _half_way(
+    world: World, one: tuple[Shown, np.ndarray], other: tuple[Shown, np.ndarray]
+) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Return what is between two poses: shapes and places half-way, turns by the shortest arc."""
+    from references import rotation
+
+    shown = {}
+    for name, (vertices, triangles) in one[0].items():
+        ahead = other[0][name][0]
+        if name.startswith("box"):
+            k = int(name.removeprefix("box_"))
+            middle = 0.5 * (vertices.mean(axis=0) + ahead.mean(axis=0))
+            turn = rotation.half_way(one[1][k], other[1][k])
+            shown[name] = corners_of(world.model.box_size[k]) @ rotation_matrix(turn).T + middle, triangles
+        else:
+            shown[name] = 0.5 * (vertices + ahead), triangles
+    return shown
