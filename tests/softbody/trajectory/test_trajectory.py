@@ -146,6 +146,15 @@ def test_a_run_keeps_a_frame_whenever_it_is_time(tmp_path):
         kept.run(1.0, 0.1)
 
 
+def test_runs_that_meet_between_frames_keep_those_of_one_run(tmp_path):
+    world = World()
+    world.add_box((1.0, 1.0, 1.0), 1.0)
+    with TrajectoryWriter(world, tmp_path / "t", 10.0) as kept:
+        kept.run(0.25, 0.01)
+        kept.run(0.25, 0.01)
+    np.testing.assert_allclose(Trajectory.open(tmp_path / "t").times, np.arange(6) * 0.1, atol=1e-12)
+
+
 def test_it_is_kept_in_a_loop_over_frames(tmp_path):
     world = World()
     world.add_box((1.0, 1.0, 1.0), 1.0)
