@@ -130,7 +130,7 @@ def moments_as_files(run: Run) -> Comparison:
     unit="metres; and cubic metres, of volumes",
     tolerance=2e-5,
     because=SINGLE,
-    detects="a frame at another's time, a shape that is added twice, a turn the long way round",
+    detects="a frame at another's time, a shape that is added twice, a turn of another order",
     faults=(
         MOMENT,
         Fault(
@@ -140,7 +140,10 @@ def moments_as_files(run: Run) -> Comparison:
             "pose.particle_position[rows] - self._poses[max(0, k - 1)].particle_position[rows]",
         ),
         Fault(
-            "turns the long way round", animation._nearest_signs, "np.where(turned, -1.0, 1.0)", "np.ones(len(turned))"
+            "turns a frame late",
+            animation._Moving.add_to,
+            "_nearest_signs(x_)",
+            "_nearest_signs(np.roll(x_, 1, axis=0))",
         ),
         Fault(
             "shapes a frame late",

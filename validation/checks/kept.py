@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import softbody
-from softbody import Trajectory, TrajectoryWriter, World, shapes
+from softbody import Trajectory, TrajectoryWriter, World
 from softbody.scenes import tray
 from softbody.trajectory import reader, writer
 from validation.cases import random_mesh, random_orientations
@@ -114,13 +114,16 @@ def rows_now(world: World) -> np.ndarray:
         Fault("a flush that waits", writer.TrajectoryWriter.flush, "self._flush()", "None"),
         Fault("a close that drops what was not written", writer.TrajectoryWriter.close, "self.flush()", "None"),
         Fault(
-            "no first frame of a trajectory", writer.TrajectoryWriter.run, "self._world.time > self.last_time", "False"
+            "a frame at once wherever two runs meet",
+            writer.TrajectoryWriter.run,
+            "is_first or (time_step is None and self._world.time > self.last_time)",
+            "self._world.time > self.last_time",
         ),
         Fault(
-            "frames kept twice where two runs meet",
+            "no first frame where the world chooses its steps",
             writer.TrajectoryWriter.run,
-            "self._world.time > self.last_time",
-            "True",
+            "is_first or (time_step is None and self._world.time > self.last_time)",
+            "False",
         ),
     ),
 )
@@ -191,15 +194,15 @@ def flights_are_kept(run: Run) -> Comparison:
         ),
         Fault(
             "triangles by numbers of all particles",
-            shapes.Shapes.triangles,
-            "self.triangle_particles[rows] - self.soft_particle_start[body]",
-            "self.triangle_particles[rows]",
+            reader.Trajectory.triangles,
+            "self._shapes.triangles(b_)",
+            "self._shapes.triangles(b_) + self._shapes.particles(body).start",
         ),
         Fault(
             "rows up to the last particle but one",
-            shapes.Shapes.particles,
-            "slice(*self.soft_particle_start[body:body + 2].tolist())",
-            "slice(int(self.soft_particle_start[body]), int(self.soft_particle_start[body + 1]) - 1)",
+            reader.Trajectory.particles,
+            "self._shapes.particles(b_)",
+            "slice(self._shapes.particles(b_).start, self._shapes.particles(b_).stop - 1)",
         ),
     ),
 )
