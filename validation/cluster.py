@@ -8,6 +8,7 @@ judged: the records would be of something else.
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import multiprocessing
 import platform
@@ -15,6 +16,7 @@ import threading
 from collections import deque
 from collections.abc import Callable, Generator
 from contextlib import suppress
+from dataclasses import replace
 from multiprocessing.connection import wait
 from typing import Any
 
@@ -52,8 +54,10 @@ class Cluster:
             ) from None
         logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what matters here is raised
         try:
+            if asyncio.run(asyncio.wait_for(_kind_of(address), PATIENCE)) != "Scheduler":
+                raise ValueError("what is there is no scheduler")
             self._client = Client(address, timeout=PATIENCE, set_as_default=False)
-        except (OSError, ValueError, TimeoutError) as error:
+        except Exception as error:  # dask raises many kinds for what is no address, or no scheduler
             raise CannotJudgeThereError(
                 f"no scheduler answers at {address} within {PATIENCE:g} s: start one with `dask scheduler` ({error})"
             ) from error
@@ -121,6 +125,14 @@ class Cluster:
         self._client.close(timeout=PATIENCE)
 
 
+async def _kind_of(address: str) -> str:
+    """Return what is at an address: a Client would wait for ever for an answer of something else."""
+    from distributed import rpc
+
+    async with rpc(address) as there:
+        return str((await there.identity())["type"])
+
+
 def all_that_decides(level: str, seed: int, subject: str | None) -> dict[str, Any]:
     """Return all that decides the records of a run, with Python itself."""
     return identity(level, seed, subject) | {"python": platform.python_version()}
@@ -136,18 +148,29 @@ def differences(theirs: dict[str, Any], ours: dict[str, Any]) -> list[str]:
 
 def _judge_there(task: Task, name: str, run: tuple[str, int, str | None], ours: dict[str, Any]) -> Ended:
     """Do a task of the run of some name in a process of its own on a dask worker."""
-    other = differences(all_that_decides(*run), ours)
-    if other:  # it has come later
-        raise CannotJudgeThereError(f"a worker on {platform.node()} has {', '.join(other)}")
     worker = _judge_of(threading.get_ident(), name)
-    worker.begin(task)
+    worker.begin(replace(task, work=_judged_by_the_same, arguments=(task.work, task.arguments, run, ours)))
     while name not in _over:
         wait(worker.news, GLANCE)
         ended = worker.look()
-        if ended is not None:
-            return ended
+        if ended is None:
+            continue
+        if ended.how is not None:
+            return replace(ended, task=task)
+        other, answer = ended.answer
+        if other:
+            raise CannotJudgeThereError(f"a worker on {platform.node()} has {', '.join(other)}")
+        return replace(ended, task=task, answer=answer)
     worker.stop()
     raise CannotJudgeThereError("the run is over")
+
+
+def _judged_by_the_same(
+    work: Callable[..., Any], arguments: tuple[Any, ...], run: tuple[str, int, str | None], ours: dict[str, Any]
+) -> tuple[list[str], Any]:
+    """Do some work, but with what we have: the files of a worker may have changed since it was asked. Else say it."""
+    other = differences(all_that_decides(*run), ours)
+    return other, None if other else work(*arguments)
 
 
 def _judge_of(thread: int, name: str) -> Worker:
