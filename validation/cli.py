@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from validation.declared import Declared
     from validation.record import Report
     from validation.run import Plan
+    from validation.terminal import Terminal
 
 ALL_HOLD, A_CLAIM_FAILS, WRONG_USAGE, ENGINE_MISSING, CANNOT_WRITE, NO_CLUSTER, INTERRUPTED = 0, 1, 2, 3, 4, 5, 130
 EXIT_CODES = """\b
@@ -164,7 +165,7 @@ def main(
     pictures = timings if pictures is None else pictures
     plan = Plan(checks, level, seed, jobs, out, timings, pictures, list(patterns), judged)
     terminal = Terminal(quiet)
-    with judging_on(scheduler, plan) as plan:
+    with judging_on(scheduler, plan, terminal) as plan:
         try:
             journal = Journal(out, identity(level, seed, subject), resume, terminal.say)
         except CannotRunHereError as error:
@@ -179,13 +180,13 @@ def main(
             terminal.summarize(report, out)
             if cut_short:
                 terminal.say("To go on: the same command with --resume.")
-                sys.exit(INTERRUPTED)
+                sys.exit(INTERRUPTED if isinstance(cut_short, KeyboardInterrupt) else NO_CLUSTER)
             journal.remove()
     sys.exit(exit_code(report, required, require_all))
 
 
 @contextmanager
-def judging_on(scheduler: str | None, plan: Plan) -> Iterator[Plan]:
+def judging_on(scheduler: str | None, plan: Plan, terminal: Terminal) -> Iterator[Plan]:
     """Have the plan carried out by a cluster, if a scheduler is named; raises NoCluster."""
     if scheduler is None:
         yield plan
@@ -193,14 +194,12 @@ def judging_on(scheduler: str | None, plan: Plan) -> Iterator[Plan]:
     from validation.cluster import CannotJudgeThereError, Cluster
 
     try:
-        cluster = Cluster(scheduler, plan.level, plan.seed, plan.subject.name if plan.subject else None)
+        subject = plan.subject.name if plan.subject else None
+        cluster = Cluster(scheduler, plan.level, plan.seed, subject, terminal.say)
     except CannotJudgeThereError as error:
         raise NoCluster(str(error)) from error
     with closing(cluster):
-        try:
-            yield replace(plan, cluster=cluster)
-        except CannotJudgeThereError as error:
-            raise NoCluster(f"{error}; what was judged is kept, and --resume goes on") from error
+        yield replace(plan, cluster=cluster)
 
 
 def pass_on(ctx: click.Context, level: str, seed: int) -> None:

@@ -85,6 +85,9 @@ def main(pattern: str, jobs: int, out: Path) -> None:
             judges.close()
     caught, escaped = (sum(each.verdict == verdict for each in outcomes) for verdict in (CAUGHT, ESCAPED))
     write(outcomes, caught, out)
+    for outcome in outcomes:  # those above may be far above, or cut off
+        if outcome.verdict == ESCAPED:
+            click.echo(line_of(outcome))
     click.echo(f"{len(outcomes)} of {len(faults)} faults: {caught} caught, {escaped} escaped; {out}")
     sys.exit(130 if interrupted else 1 if escaped else 0)
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import softbody
 from validation.check import Check
+from validation.cluster import CannotJudgeThereError
 from validation.coverage import UNJUDGED, unnamed_functions
 from validation.declared import Declared
 from validation.engines import environment, revision, version_of, versions
@@ -60,14 +61,16 @@ class Now:
         return self.part + (f", at {', '.join(sorted(self.names))}" if self.names else "")
 
 
-def run_all(plan: Plan, journal: Journal, terminal: Terminal) -> tuple[Report, bool]:
-    """Run what is planned; return the report, and whether Ctrl-C cut it short. Raises OSError if nothing can be kept.
+def run_all(
+    plan: Plan, journal: Journal, terminal: Terminal
+) -> tuple[Report, KeyboardInterrupt | CannotJudgeThereError | None]:
+    """Run what is planned; return the report, and what cut it short. Raises OSError if nothing can be kept.
 
     Claims that the journal has are not judged again.
     """
     start, now = time.perf_counter(), Now()
     report = blank_report(plan)
-    cut_short = False
+    cut_short = None
     try:
         judge_all(plan, journal, terminal, now)
         if plan.timings:
@@ -76,9 +79,9 @@ def run_all(plan: Plan, journal: Journal, terminal: Terminal) -> tuple[Report, b
         if plan.pictures:
             now.part = "the films"
             add_pictures(report, plan, terminal, now)
-    except KeyboardInterrupt:
-        cut_short = True
-        terminal.say(f"Interrupted in {now}: writing what is done.")
+    except (KeyboardInterrupt, CannotJudgeThereError) as stop:
+        cut_short = stop
+        terminal.say(f"{plain(stop) or 'Interrupted'} in {now}: writing what is done.")
         if now.part == "the timings":
             report.timings_why = "interrupted"
     for check in plan.checks:

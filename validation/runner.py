@@ -5,25 +5,23 @@ from __future__ import annotations
 from collections import Counter, deque
 from collections.abc import Callable, Generator
 from dataclasses import asdict
+from itertools import zip_longest
 from multiprocessing.connection import wait
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import psutil
 
 from validation.check import Check, Run
 from validation.judge import blank_record, judge
 from validation.record import FAILS, ClaimRecord, finite, from_json
 from validation.subject import find_check
-from validation.worker import RAISED, Ended, Task, Worker
+from validation.worker import RAISED, Ended, Task, Worker, memory_each
 
 if TYPE_CHECKING:
     from validation.cluster import Cluster
 
 # Seconds that one claim may take, the compilation of its kernels included, on a machine that does something else too.
 LIMITS = {"quick": 900.0, "standard": 1_200.0, "full": 7_200.0}
-# Bytes that one claim may hold at least, and of the machine's memory what all workers may hold together.
-LEAST_MEMORY, SHARE_OF_MEMORY = 2 * 2**30, 0.8
 GLANCE = 0.1  # [s] between two looks at time and memory
 
 
@@ -41,7 +39,8 @@ def run_checks(
 
     `jobs` workers take the lanes of checks one after the other, so that each kernel is compiled in one process only. A
     worker process that dies, holds more than `memory` [bytes] or takes longer than `limit` [s], which is the level's
-    else, fails the claim it was at, and a new one goes on with the next. A cluster, if there is one, judges instead.
+    else, fails the claim it was at, and a new one goes on with the next. A cluster, if there is one, judges instead: it
+    takes the lanes in turn, as its machines compile for themselves.
     """
     here = []
     for check in checks:
@@ -62,7 +61,7 @@ def run_checks(
         for name in sorted(sizes, key=lambda name: -sizes[name])
     ]
     for ended in (
-        cluster.run([task for lane in lanes for task in lane], started)
+        cluster.run([task for turn in zip_longest(*lanes) for task in turn if task], started)
         if cluster
         else run_tasks(lanes, jobs, started, memory)
     ):
@@ -97,7 +96,7 @@ def run_tasks(
 ) -> Generator[Ended, None, None]:
     """Yield what becomes of each task as it ends; one worker does a lane's tasks, one after the other."""
     if memory is None:
-        memory = max(LEAST_MEMORY, SHARE_OF_MEMORY * psutil.virtual_memory().total / jobs)
+        memory = memory_each(jobs)
     waiting = deque(deque(lane) for lane in lanes)
     workers: dict[Worker, deque[Task]] = {}
     try:

@@ -26,6 +26,8 @@ SHOWN = 600  # characters of them that are shown
 LONGEST = 1 << 26  # bytes of an answer
 CHUNK = 1 << 16  # bytes that are taken from its output at once
 PR_SET_PDEATHSIG = 1  # of Linux' prctl
+# Bytes that one process may hold at least, and of the machine's memory what all may hold together.
+LEAST_MEMORY, SHARE_OF_MEMORY = 2 * 2**30, 0.8
 
 DIED, TOO_LONG, TOO_LARGE, RAISED = "died", "took too long", "took too much memory", "raised"
 
@@ -184,6 +186,11 @@ class Worker:
         self._kill()
         self._end.close()
         self._output.close()
+
+
+def memory_each(processes: int, memory: float | None = None) -> float:
+    """Return the memory [bytes] that each of some processes may hold that share `memory`, or the machine's."""
+    return max(LEAST_MEMORY, SHARE_OF_MEMORY * (memory or psutil.virtual_memory().total) / processes)
 
 
 def last_words(output: bytes) -> str:

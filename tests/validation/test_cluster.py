@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import platform
 import shutil
 import signal
 import subprocess
@@ -65,6 +66,11 @@ def start() -> Iterator[Start]:
 def scheduler_of(folder: Path, start: Start) -> str:
     """Start a scheduler; return its address."""
     start(folder, "scheduler")
+    return address_in(folder)
+
+
+def address_in(folder: Path) -> str:
+    """Return the address of the scheduler that was started in a folder, as soon as it has one."""
     file = folder / "scheduler.json"
     address: str = wait_until(lambda: file.exists() and file.read_text() and json.loads(file.read_text())["address"])
     return address
@@ -79,6 +85,15 @@ def workers_of(folder: Path, address: str, start: Start, *kinds: str) -> list[su
     with Client(address, timeout=PATIENCE, set_as_default=False) as client:
         client.wait_for_workers(len(kinds), timeout=PATIENCE)
     return workers
+
+
+def with_other_claims(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with the same validation, but for a claim."""
+    elsewhere = tmp_path_factory.mktemp("elsewhere")
+    shutil.copytree(folder / "validation", elsewhere / "validation")
+    many = elsewhere / "validation" / "checks" / "many.py"
+    many.write_text(many.read_text().replace("1e-12", "1e-13"))
+    return elsewhere
 
 
 def records_of(folder: Path, out: str) -> list[dict[str, Any]]:
@@ -113,15 +128,81 @@ def test_a_cluster_that_cannot_judge_is_refused_before_any_work(place, start, tm
     idle = run(folder, "--out", "o", "--scheduler", address)
     assert idle.returncode == 5
     assert f"dask worker {address}" in idle.stderr
-    elsewhere = tmp_path_factory.mktemp("elsewhere")
-    shutil.copytree(folder / "validation", elsewhere / "validation")
-    many = elsewhere / "validation" / "checks" / "many.py"
-    many.write_text(many.read_text().replace("1e-12", "1e-13"))
-    workers_of(elsewhere, address, start, "--no-nanny")
+    workers_of(with_other_claims(folder, tmp_path_factory), address, start, "--no-nanny")
     other = run(folder, "--out", "o", "--scheduler", address)
     assert other.returncode == 5
     assert "has other claims or references" in other.stderr
     assert not (folder / "o" / "claims.jsonl").exists()
+
+
+def test_a_run_whose_workers_are_all_lost_says_so_and_goes_on_with_others(place, start):  # noqa: F811
+    folder = place(count=4, seconds=0.4)
+    address = scheduler_of(folder, start)
+    (only,) = workers_of(folder, address, start, "--no-nanny")
+    said = folder / "said"
+    with said.open("wb") as errors:
+        ours = subprocess.Popen(
+            command("--out", "o", "--scheduler", address), cwd=folder, env=variables(), stderr=errors
+        )
+    wait_until(lambda: (folder / "o" / "claims.jsonl").exists())
+    os.killpg(only.pid, signal.SIGKILL)
+    wait_until(
+        lambda: (
+            f"No worker is left, and nothing goes on until there is one: start some with `dask worker {address}"
+            in said.read_text()
+        )
+    )
+    workers_of(folder, address, start, "--no-nanny")
+    assert ours.wait(PATIENCE) == 0
+    assert "There are workers again." in said.read_text()
+    assert {claim["verdict"] for claim in records_of(folder, "o")} == {"holds"}
+
+
+def test_a_run_that_loses_its_scheduler_keeps_what_is_done_with_its_page(place, start):  # noqa: F811
+    folder = place(count=6, seconds=0.4)
+    scheduler = start(folder, "scheduler")
+    address = address_in(folder)
+    workers_of(folder, address, start, "--no-nanny")
+    ours = subprocess.Popen(
+        command("--out", "o", "--scheduler", address), cwd=folder, env=variables(), stderr=subprocess.PIPE
+    )
+    journal = folder / "o" / "claims.jsonl"
+    wait_until(lambda: journal.exists() and journal.read_bytes().count(b"\n") >= 3)
+    os.killpg(scheduler.pid, signal.SIGKILL)
+    _, said = ours.communicate(timeout=PATIENCE)
+    assert ours.returncode == 5
+    assert f"the scheduler at {address} was lost in the claims, at many.one_" in said.decode()
+    assert "--resume" in said.decode()
+    verdicts = [claim["verdict"] for claim in records_of(folder, "o")]
+    assert 2 <= verdicts.count("holds") < len(verdicts) == 6
+    assert (folder / "o" / "index.html").exists()
+    assert run(folder, "--out", "o", "--resume").returncode == 0
+    assert {claim["verdict"] for claim in records_of(folder, "o")} == {"holds"}
+
+
+def test_a_worker_that_comes_later_with_other_claims_stops_the_run_by_name(place, start, tmp_path_factory):  # noqa: F811
+    folder = place(count=6, seconds=0.4)
+    address = scheduler_of(folder, start)
+    (first,) = workers_of(folder, address, start, "--no-nanny")
+    ours = subprocess.Popen(
+        command("--out", "o", "--scheduler", address), cwd=folder, env=variables(), stderr=subprocess.PIPE
+    )
+    journal = folder / "o" / "claims.jsonl"
+    wait_until(lambda: journal.exists() and journal.read_bytes().count(b"\n") >= 2)
+    start(
+        with_other_claims(folder, tmp_path_factory),
+        "worker",
+        address,
+        "--nthreads",
+        "1",
+        "--no-dashboard",
+        "--no-nanny",
+    )
+    os.killpg(first.pid, signal.SIGKILL)
+    _, said = ours.communicate(timeout=PATIENCE)
+    assert ours.returncode == 5
+    assert f"a worker on {platform.node()} has other claims or references" in said.decode()
+    assert "Traceback" not in said.decode()
 
 
 def test_a_worker_that_ends_the_process_of_a_claim_goes_on(place, start):  # noqa: F811

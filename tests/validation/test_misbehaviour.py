@@ -112,8 +112,8 @@ for number, kind in enumerate(kinds):
 """
 
 COMMAND = f"""
-import validation.runner as runner
-runner.LIMITS["quick"], runner.LEAST_MEMORY, runner.SHARE_OF_MEMORY = {LIMIT}, {MEMORY} * 2**20, 0.0
+from validation import runner, worker
+runner.LIMITS["quick"], worker.LEAST_MEMORY, worker.SHARE_OF_MEMORY = {LIMIT}, {MEMORY} * 2**20, 0.0
 from validation.cli import main
 main()
 """

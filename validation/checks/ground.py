@@ -86,7 +86,7 @@ def ground_is_as_told(run: Run) -> Comparison:
         kinds.append("slides, of the way")
 
         drop = rng.uniform(0.5, 1.0)
-        box = jumping.add_box(size, 1.0, (0.0, 0.0, top + drop), restitution=restitution)
+        box = jumping.add_box(size, 1.0, (0.0, 0.0, top + drop))  # it jumps by the ground's restitution alone
         fallen = np.sqrt(2.0 * drop / FALL)
         jumping.run(fallen * (1.0 + restitution), STEP)  # to the highest place after it
         measured.append((box.position[2] - top) / drop)
