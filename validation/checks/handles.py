@@ -152,7 +152,8 @@ def set_on_the_way(run: Run) -> Comparison:
             "files in single precision",
             world_file.write,
             "np.savez(file, **snapshot)",
-            "np.savez(file, **{k: v if v.dtype.kind != 'f' else v.astype('f4').astype('f8') for k, v in snapshot.items()})",
+            "np.savez(file, **{k: np.float64(np.float32(v)) if v.dtype.kind == 'f' else v"
+            " for k, v in snapshot.items()})",
         ),
         Fault(
             "settings that are not restored, as SciPy sees it",
