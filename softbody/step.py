@@ -30,6 +30,7 @@ from softbody.vec import load, store
 # Faults beside DIVERGED and COLLAPSED, of runs that begin or end before a step is taken.
 NO_ROOM = 3  # there are more contacts than rows for them
 UNSEEN = 4  # something is not finite, or particles are not where the last run has left them: to be looked at first
+LEFT = 5  # the step was left before it was done, as somebody is in haste
 
 
 class Work(NamedTuple):
@@ -66,21 +67,24 @@ def step(
     contacts: Contacts,
     settings: Settings,
     h: float,
+    hasty: bool,
 ) -> tuple[Contacts, int, int]:
     """Advance a world by `h` [s]; return (contacts, fault, body), boxes numbered after soft bodies.
 
-    The contacts are those of this step, in longer arrays if there was no room for all. On a fault (DIVERGED or
-    COLLAPSED, else 0) the step must be undone, to `work.start`.
+    The contacts are those of this step, in longer arrays if there was no room for all. On a fault (DIVERGED, COLLAPSED
+    or LEFT, else 0) the step must be undone, to `work.start`. It is LEFT, with the contacts as they were, only if it is
+    `hasty` and `work.stop` is not 0 while soft bodies move.
     """
-    contacts.number[0] = contacts.number[1] = 0
     copy_state(state, work.start)
     slow_boxes(model, state, work.grounded, h)
     controls = with_joints(controls, state, work.joints, work.acting, settings, h)
+    bodies = soft_bodies_of(model, controls, state)
+    done, fault, body = move_soft_bodies(bodies, work.motion, settings, h, 1, -np.inf, BARE, hasty)
+    if fault or done == 0:
+        return contacts, fault or LEFT, body
+    contacts.number[0] = contacts.number[1] = 0
     if not settings.single_contact:
         contacts = find_box_contacts(model, controls, state, work.manifold, contacts, settings, h)
-    _, fault, body = move_soft_bodies(soft_bodies_of(model, controls, state), work.motion, settings, h, 1)
-    if fault:
-        return contacts, fault, body
     if settings.single_contact:
         move_boxes_singly(model, controls, state, work.grounded, settings, h)
     else:
@@ -157,13 +161,14 @@ def run(
     h: float,
     steps: int,
     grows: bool = True,
+    hasty: bool = False,
 ) -> tuple[Contacts, int, int, int]:
     """Advance any world by `steps` steps of `h` [s]; return (contacts, steps done, fault, body).
 
     Where bodies would jump through each other a step is taken in equal parts. On a fault the state is that of the last
-    good step. Where `work.stop` is not 0, the run ends after the step. Where there is no room for all contacts, the run
-    goes on with longer arrays, if it `grows`; else that is a fault like others, NO_ROOM, and "body" is how many rows
-    there must be.
+    good step. Where `work.stop` is not 0, the run ends after the step, or if it is `hasty` before. Where there is no
+    room for all contacts, the run goes on with longer arrays, if it `grows`; else that is a fault like others, NO_ROOM,
+    and "body" is how many rows there must be.
     """
     stray = -1 if work.grounded is None else box_astray(model, state, h)
     if stray >= 0:
@@ -175,8 +180,9 @@ def run(
         if parts > 1:
             start, cache = copied(state), copied_cache(contacts.cache)
         room = contacts.depth.shape[0]
-        for _ in range(parts):
-            contacts, fault, body = step(model, controls, state, work, contacts, settings, h / parts)
+        for part in range(parts):
+            in_haste = hasty and part == 0  # later the contacts are not as they were
+            contacts, fault, body = step(model, controls, state, work, contacts, settings, h / parts, in_haste)
             if not grows and contacts.depth.shape[0] > room:
                 fault, body, contacts = NO_ROOM, contacts.depth.shape[0], given
             if fault:
@@ -185,6 +191,8 @@ def run(
                     copy_cache(cache, contacts.cache)
                 else:
                     copy_state(work.start, state)
+                if fault == LEFT:
+                    return contacts, done, 0, -1
                 contacts.number[0] = contacts.number[1] = 0
                 return contacts, done, fault, body
         if work.stop[0] != 0:
@@ -194,7 +202,14 @@ def run(
 
 @jit
 def run_alone(
-    model: Model, controls: Controls, state: State, motion: Motion, settings: Settings, h: float, steps: int
+    model: Model,
+    controls: Controls,
+    state: State,
+    motion: Motion,
+    settings: Settings,
+    h: float,
+    steps: int,
+    hasty: bool = False,
 ) -> tuple[int, int, int]:
     """Advance a world of one soft body, and perhaps the ground, by `steps` steps of `h` [s].
 
@@ -203,7 +218,7 @@ def run_alone(
     bodies, material = soft_bodies_of(model, controls, state), BARE
     if model.soft_count == 1:
         material = material_on_ground(model, 0)
-    return move_soft_bodies(bodies, motion, settings, h, steps, model.ground_height, material)
+    return move_soft_bodies(bodies, motion, settings, h, steps, model.ground_height, material, hasty)
 
 
 @jit
@@ -219,6 +234,7 @@ def run_by_clock(
     clock: Clock,
     begun: tuple[int, float],
     is_seen: bool,
+    hasty: bool,
 ) -> tuple[int, int]:
     """Advance any world like `run`, which does not grow, and its clock; return (fault, body).
 
@@ -229,7 +245,7 @@ def run_by_clock(
     """
     if not (is_seen or _looks_as_left(controls, state, clock)):
         return UNSEEN, -1
-    _, done, fault, body = run(model, controls, state, work, contacts, settings, h, steps, False)
+    _, done, fault, body = run(model, controls, state, work, contacts, settings, h, steps, False, hasty)
     _advance_clock(clock, begun, done, h, state)
     return fault, body
 
@@ -246,6 +262,7 @@ def run_alone_by_clock(
     clock: Clock,
     begun: tuple[int, float],
     is_seen: bool,
+    hasty: bool,
     ground_impulse: np.ndarray,
 ) -> tuple[int, int]:
     """Advance a world of one soft body like `run_alone`, and its clock, like `run_by_clock`; return (fault, body).
@@ -256,12 +273,13 @@ def run_alone_by_clock(
         return UNSEEN, -1
     done, fault, body = 0, 0, -1
     if steps > 1:
-        done, fault, body = run_alone(model, controls, state, motion, settings, h, steps - 1)
+        done, fault, body = run_alone(model, controls, state, motion, settings, h, steps - 1, hasty)
     if done == steps - 1 and fault == 0:
         bodies = soft_bodies_of(model, controls, state)
-        last, fault, body = move_soft_bodies(bodies, motion, settings, h, 1, -np.inf, BARE)
+        last, fault, body = move_soft_bodies(bodies, motion, settings, h, 1, -np.inf, BARE, hasty)
         done += last
-        resolve_ground(model, state, ground_impulse)
+        if last == 1:
+            resolve_ground(model, state, ground_impulse)
     _advance_clock(clock, begun, done, h, state)
     return fault, body
 

@@ -494,7 +494,8 @@ class World(StrictNames):
 
         Raises ParameterError for a step that is too long to be stable, unless told to allow it, and
         SimulationError if a body diverges or a soft one collapses; the state is then that of the last good step.
-        An interrupt is heard after the step that it comes in: state, `steps` and `time` are then those after it.
+        An interrupt is heard in the step that it comes in, which then has not happened, or after it: state, `steps` and
+        `time` belong together.
         """
         h = check_range(time_step, "time_step", "s", above=0.0)
         steps, substeps = check_whole(steps, "steps", 0), check_whole(substeps, "substeps", 1)
@@ -581,12 +582,15 @@ class World(StrictNames):
     def _run_until(
         self, end: int, time_step: float, settings: Settings, begun: tuple[int, float], is_seen: bool, bell: Bell
     ) -> tuple[int, int]:
-        """Run kernels until the clock shows as many steps; each run is over when the bell is struck."""
-        (model, controls, state, *_), clock = self._parts, self._clock
+        """Run kernels until the clock shows as many steps; each run is over when the bell is struck.
+
+        That is in the midst of a step, once: then one is always done, so that the world goes on however often it rings.
+        """
+        (model, controls, state, *_), clock, hasty = self._parts, self._clock, True
         collides = self._may_collide()
         while (left := end - self.steps) > 0:
             bell.still()
-            how = settings, time_step, left, clock, begun, is_seen
+            how, before = (settings, time_step, left, clock, begun, is_seen, hasty), self.steps
             if collides:
                 fault, body = run_by_clock(model, controls, state, self._work(bell), self.contacts, *how)
             else:
@@ -596,7 +600,7 @@ class World(StrictNames):
                 self.contacts = remembering(remembered(self.contacts), body)
             elif fault:
                 return fault, body
-            is_seen = True
+            is_seen, hasty = True, hasty and self.steps > before
         return 0, -1
 
     def _may_collide(self) -> bool:

@@ -50,6 +50,7 @@ class Stretch(NamedTuple):
     height: float  # of the ground [m]; −inf: there is none
     restitution: float  # of body and ground together, as is the
     friction: float
+    hasty: bool  # where it is to end early, that is in the midst of a step, which then has not happened
 
 
 class StageRows(NamedTuple):
@@ -87,7 +88,8 @@ def _advance_body(
     Its blocks are done in shares, of which share i has blocks cut[i] … cut[i + 1]; they write to places of their own,
     so that the result is the same for any `cut`. `block_moment` (blocks,) is scratch. Returns the least volume [m³]
     of all starts of steps and of the end (NaN if one is NaN), and how many steps were made: where `stop` (1,) is not 0,
-    only those to the next landing.
+    only those to the next landing. In haste a step that follows a landing is left at once, with the rows where it
+    began; and so are all before the first landing, but then the rows are scratch: −1.
     """
     h, steps, integrator = stretch.h, stretch.steps, stretch.integrator
     one, other = work[POSITION : POSITION + 6], work[NEXT_POSITION : NEXT_POSITION + 6]
@@ -122,9 +124,12 @@ def _advance_body(
         volume /= 18.0
         if stage == 0 and not volume >= least:  # so that NaN stays
             least = volume
-        if stage == 0 and step > 0 and stop[0] != 0 and (stretch.begin + step) % stretch.landing == 0:
-            steps = step
-        if step == steps:
+        if turn > 0 and stop[0] != 0:
+            if (stretch.begin + step) % stretch.landing == 0 and (stage == 0 or stretch.hasty):
+                steps = step
+            elif stretch.begin + step < stretch.landing and stretch.hasty:
+                steps = -1
+        if step >= steps:
             break
         lead = h if stage >= 2 or integrator == SYMPLECTIC_EULER else 0.5 * h
         pace = Pace(stage, real(gas_pressure(bodies.gas[body], volume) / 6.0), real(lead), real(h / 6.0), damped)

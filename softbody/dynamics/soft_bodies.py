@@ -103,6 +103,7 @@ def move_soft_bodies(
     steps: int,
     height: float = -np.inf,
     material: Material = BARE,
+    hasty: bool = False,
 ) -> tuple[int, int, int]:
     """Advance the soft bodies alone by `steps` steps of `h` [s], each in sub-steps; return (steps done, fault, body).
 
@@ -110,20 +111,20 @@ def move_soft_bodies(
     that of body and ground together.
 
     On a fault (DIVERGED or COLLAPSED, else 0) the bodies are where they are after the last good step of all. `motion`
-    is None where there are none. Where `motion.memory.stop` is not 0, the run ends after one of the next steps.
+    is None where there are none. Where `motion.memory.stop` is not 0, the run ends after one of the next steps, or in
+    haste before one is done.
     """
     if motion is None or bodies.gas.shape[0] == 0:
         return steps, 0, -1
     rings, memory, threads = motion
-    fault, culprit = _move_all(bodies, rings, memory, _stretch(settings, h, steps, height, material), threads)
+    fault, culprit = _move_all(bodies, rings, memory, _stretch(settings, h, steps, height, material, hasty), threads)
     least = memory.done.min() // settings.substeps
     while (memory.done != least * settings.substeps).any():
         # Once more, now that it is known how far all can go.
-        memory.stop[0] = 0
         steps = least
-        _move_all(bodies, rings, memory, _stretch(settings, h, steps, height, material), threads)
+        _move_all(bodies, rings, memory, _stretch(settings, h, steps, height, material, False), threads)
         least = memory.done.min() // settings.substeps
-        if least < steps:  # stopped once more, before there was a fault
+        if least < steps:  # stopped before there was a fault
             fault, culprit = 0, -1
     steps = least
     for i in range(bodies.position.shape[0]):
@@ -133,11 +134,11 @@ def move_soft_bodies(
 
 
 @jit_lean
-def _stretch(settings: Settings, h: float, steps: int, height: float, material: Material) -> Stretch:
+def _stretch(settings: Settings, h: float, steps: int, height: float, material: Material, hasty: bool) -> Stretch:
     """Return `steps` steps of `h` [s] as a stretch of sub-steps, after each of which steps the ground acts."""
     substeps = settings.substeps
     e, mu = material
-    return Stretch(h / substeps, 0, steps * substeps, settings.integrator, substeps, height, e, mu)
+    return Stretch(h / substeps, 0, steps * substeps, settings.integrator, substeps, height, e, mu, hasty)
 
 
 @jit
@@ -202,15 +203,21 @@ def move_body(
     cut = rings.block_start[body : body + 2] if threads is None else even_cut(rings, body, threads)
     least_volume = bodies.deflated_below[body] * bodies.mesh_volume[body]
     done, fault, look, most = 0, 0, LOOK, memory.most_extent[body]
-    h, _, steps, integrator, landing, height, restitution, friction = stretch
+    h, _, steps, integrator, landing, height, restitution, friction, hasty = stretch
     while done < steps and fault == 0 and (done == 0 or memory.stop[0] == 0 or done % landing != 0):
-        part = Stretch(h, done, min(look, steps - done), integrator, landing, height, restitution, friction)
+        part = Stretch(h, done, min(look, steps - done), integrator, landing, height, restitution, friction, hasty)
         if threads is None:
             volume, made = advance_body(bodies, rings, body, part, cut, work, memory.block_moment, memory.stop)
         else:
             volume, made = advance_body_on_threads(
                 bodies, rings, body, part, cut, work, memory.block_moment, memory.stop
             )
+        if made <= 0:
+            # Left in the midst of a step.
+            if made < 0:
+                done = 0
+                _load_rows(bodies.position, bodies.velocity, particle, work)
+            break
         fault = find_fault(rings, body, work[POSITION : POSITION + 6], h, volume, least_volume, most)
         if fault == 0:
             done += made

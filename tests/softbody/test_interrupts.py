@@ -96,6 +96,54 @@ def test_a_handler_that_raises_nothing_lets_the_run_go_on_to_the_same_bits():
     assert same(world, other)
 
 
+def balls_and_a_box():
+    world = ball()
+    world.add_soft_body(softbody.icosphere(2, 0.5), 1.0, 200.0, 30.0, (0.0, 0.0, 1.65))
+    world.add_box((1.0, 1.0, 0.5), 1.0, (0.0, 0.0, 2.5))
+    return world
+
+
+@posix
+@compiled
+@pytest.mark.parametrize("build", [ball, balls_and_a_box])
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_step_that_takes_long_is_left_in_its_midst_and_has_not_happened(alarm, build, threads):
+    world, other = build(), build()
+    world.threads = threads
+    h = 0.3 * world.stable_time_step()
+    for each in (world, other):
+        each.step(h, 2)
+    contacts, depth = world.contacts.number.tolist(), world.contacts.depth.copy()
+    alarm(0.2)
+    with pytest.raises(StopError):
+        world.step(20_000 * h, substeps=20_000, allow_unstable=True)
+    assert (world.steps, same(world, other)) == (2, True)
+    assert world.contacts.number.tolist() == contacts
+    assert np.array_equal(world.contacts.depth, depth)
+    for each in (world, other):
+        each.step(h, 3)
+    assert same(world, other)
+
+
+@posix
+@compiled
+@pytest.mark.parametrize("build", [ball, balls_and_a_box])
+def test_signals_that_come_more_often_than_steps_end_do_not_keep_a_world_from_going_on(build):
+    world, other = build(), build()
+    h = 0.003 * world.stable_time_step()
+    heard = []
+    before = signal.signal(signal.SIGPROF, lambda *_: heard.append(world.steps))
+    try:
+        signal.setitimer(signal.ITIMER_PROF, 0.004, 0.004)
+        world.step(1_000 * h, 3, substeps=1_000)
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        signal.signal(signal.SIGPROF, before)
+    other.step(1_000 * h, 3, substeps=1_000)
+    assert len(heard) > 3
+    assert (world.steps, same(world, other)) == (3, True)
+
+
 @posix
 @compiled
 def test_an_equilibrium_that_is_interrupted_moves_nobody(alarm):
