@@ -119,7 +119,7 @@ def test_a_step_that_takes_long_is_left_in_its_midst_and_has_not_happened(alarm,
         world.step(400_000 * h, substeps=400_000, allow_unstable=True)
     assert (world.steps, same(world, other)) == (2, True)
     assert world.contacts.number.tolist() == contacts
-    assert np.array_equal(world.contacts.depth, depth)
+    assert world.contacts.depth.tobytes() == depth.tobytes()  # rows beyond their number hold anything
     for each in (world, other):
         each.step(h, 3)
     assert same(world, other)
@@ -130,17 +130,17 @@ def test_a_step_that_takes_long_is_left_in_its_midst_and_has_not_happened(alarm,
 @pytest.mark.parametrize("build", [ball, balls_and_a_box])
 def test_signals_that_come_more_often_than_steps_end_do_not_keep_a_world_from_going_on(build):
     world, other = build(), build()
-    h = 0.003 * world.stable_time_step()
+    h = 0.0003 * world.stable_time_step()  # a step takes many signals long on any machine
     heard = []
     before = signal.signal(signal.SIGPROF, lambda *_: heard.append(world.steps))
     try:
         signal.setitimer(signal.ITIMER_PROF, 0.004, 0.004)
-        world.step(1_000 * h, 3, substeps=1_000)
+        world.step(10_000 * h, 3, substeps=10_000)
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0.0)
         signal.signal(signal.SIGPROF, before)
-    other.step(1_000 * h, 3, substeps=1_000)
-    assert len(heard) > 3
+    other.step(10_000 * h, 3, substeps=10_000)
+    assert heard[0] == 0
     assert (world.steps, same(world, other)) == (3, True)
 
 
