@@ -1,4 +1,4 @@
-// Without this script the page lacks its search, and nothing else.
+// Without this script the page lacks its search, and nothing else; player.js is what turns scenes.
 (() => {
   const claims = [...document.querySelectorAll("details.claim")];
   const families = [...document.querySelectorAll("details.family")];

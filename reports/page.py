@@ -8,15 +8,17 @@ import math
 import re
 import shlex
 import statistics
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 
 from markupsafe import Markup
 
-from reports import ledger, notation, overview, plots, sensitivity, traces, verdicts
+from reports import ledger, motions, notation, overview, plots, sensitivity, traces, verdicts
 from reports.reading import CannotRead
 from reports.template import HERE, rendered
-from validation.record import HOLDS, Arbitration, Case, ClaimRecord, Erratum, OpenErratum, Report, Timing
+from reports.three_js import three_js
+from validation.record import HOLDS, Arbitration, Case, ClaimRecord, Erratum, OpenErratum, Picture, Report, Timing
 
 ERRATA = CONFIRMED, NOT_CONFIRMED, UNMEASURED = "confirmed", "not confirmed", "not measured"  # what one may be
 NEAREST = 3  # to failing, of the claims that are named first
@@ -69,9 +71,11 @@ class Dispute:
 class Film:
     """A scene as the page shows it: its images are in the page itself."""
 
+    name: str
     caption: str
     animation: str
     still: str
+    motion: motions.Motion | None
 
 
 @dataclass
@@ -120,7 +124,9 @@ def page(report: Report, folder: Path | None = None) -> str:
     axis = overview.axis_of(value for three in ratios if three for value in three)
     rows = [row_of(report, claim, number, axis) for number, claim in enumerate(report.claims, 1)]
     errata_axis, errata = errata_of(rows, report.open_errata)
-    script = (HERE / "page.js").read_text(encoding="utf-8")
+    films = films_of(report, folder)
+    three = three_js() if any(film.motion for film in films) else None
+    scripts = [(HERE / name).read_text(encoding="utf-8") for name in (["player.js"] if three else []) + ["page.js"]]
     return rendered(
         "page.html.jinja",
         report=report,
@@ -147,10 +153,16 @@ def page(report: Report, folder: Path | None = None) -> str:
         command=command_of(report),
         tables=tables_of(report.timings),
         has_trends=any(timing.trend for timing in report.timings),
-        pictures=films_of(report, folder),
-        script=Markup(script),
-        script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
+        pictures=films,
+        three=base64.b64encode(zlib.compress(three.encode(), 9)).decode() if three else None,
+        scripts=[Markup(script) for script in scripts],
+        hashes=[hash_of(script) for script in [*scripts, three] if script],
     )
+
+
+def hash_of(script: str) -> str:
+    """Return by what the page's policy knows a script; no other runs there."""
+    return base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
 
 
 def contents_of(report: Report) -> list[tuple[str, str]]:
@@ -299,8 +311,14 @@ def films_of(report: Report, folder: Path | None) -> list[Film]:
         files = [folder / name for name in (picture.animation, picture.still)]
         if all(file.is_file() for file in files):
             animation, still = (data_address(file, folder, f"pictures[{number}]") for file in files)
-            found.append(Film(picture.caption, animation, still))
+            found.append(Film(picture.name, picture.caption, animation, still, motion_of(picture, folder, number)))
     return found
+
+
+def motion_of(picture: Picture, folder: Path, number: int) -> motions.Motion | None:
+    """Return what moved in a scene, if that was kept."""
+    file = folder / picture.motion if picture.motion else None
+    return motions.read_motion(file, folder, f"pictures[{number}]") if file and file.is_file() else None
 
 
 def data_address(file: Path, folder: Path, entry: str) -> str:

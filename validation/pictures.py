@@ -1,7 +1,8 @@
-"""What do the scenes look like? Runs each and leaves a still and a looping animation."""
+"""What do the scenes look like? Runs each and leaves a still, a looping film, and what moved, to be turned in a page."""
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -20,6 +21,8 @@ from softbody.scenes import (
     torus_stack,
     tray,
 )
+from validation.behaviour import depths
+from validation.motion import Motion
 from validation.record import Picture
 
 FRAMES_A_SECOND = 20
@@ -61,17 +64,40 @@ SCENES = [
 
 
 def make_picture(scene: Scene, folder: Path) -> Picture:
-    """Film a scene; write NAME.png (its last frame) and NAME.webp (looping) to `folder`."""
+    """Film a scene; write NAME.png (its last frame), NAME.webp (looping) and NAME.npz (what moved) to `folder`."""
     folder.mkdir(parents=True, exist_ok=True)
     world, film = scene.build(), folder / f"{scene.name}.webp"
-    camera = partial(following, scene.camera) if scene.follow else scene.camera
+    camera = partial(following if scene.follow else standing, scene.camera)
     steps = max(1, round(1.0 / FRAMES_A_SECOND / min(BOX_STEP, STEP * world.stable_time_step())))
-    still = folder / f"{scene.name}.png"
+    time_step = 1.0 / FRAMES_A_SECOND / steps
+    still, moved, motion = folder / f"{scene.name}.png", folder / f"{scene.name}.npz", Motion(world)
     look = Recorder(world, film, FRAMES_A_SECOND, camera=camera, size=SIZE, quality=QUALITY, last_frame=LAST_FRAME)
     with look as recorder:
-        recorder.run(scene.seconds, 1.0 / FRAMES_A_SECOND / steps)
+        for frame in range(round(scene.seconds * FRAMES_A_SECOND) + 1):
+            if frame:
+                world.step(time_step, steps)
+            recorder.frame()
+            motion.frame(camera(world), depths(world))
         recorder.still(still)
-    return Picture(scene.name, scene.caption, f"{folder.name}/{film.name}", f"{folder.name}/{still.name}")
+    motion.save(moved, code_of(scene, time_step))
+    return Picture(scene.name, scene.caption, *(f"{folder.name}/{file.name}" for file in (film, still, moved)))
+
+
+def code_of(scene: Scene, time_step: float) -> str:
+    """Return the lines that made a scene, and those that run it."""
+    module = inspect.getmodule(scene.build)
+    name = module.__name__.rpartition(".")[2] if module else "scene"
+    source = inspect.getsource(module or scene.build).strip()
+    return (
+        f"from softbody.scenes import {name}\n\nworld = {name}.build()\n"
+        f"world.run({scene.seconds:g}, time_step={time_step:.6g})  # or world.view(), to steer it\n\n"
+        f"# softbody/scenes/{name}.py\n{source}\n"
+    )
+
+
+def standing(camera: Camera, _: World) -> Camera:
+    """Return the camera itself."""
+    return camera
 
 
 def following(camera: Camera, world: World) -> Camera:

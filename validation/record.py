@@ -23,6 +23,7 @@ LARGEST_FILE = 64 * 2**20  # bytes; a run of all claims leaves some hundred kilo
 SHORTEST, LONGEST = 1e-12, 1e18  # nanoseconds, and ratios of them
 LOGS = 400.0  # no double has a larger absolute log10
 IMAGES = (".png", ".webp")
+ARRAYS = (".npz",)
 
 Document = TypeVar("Document")
 
@@ -268,13 +269,15 @@ class Picture:
     caption: str
     animation: str
     still: str
+    motion: str | None = None  # what moved, as arrays: see validation/motion.py
 
     def __post_init__(self) -> None:
         """Raise ValueError for a path that leads out of the report's folder, or to no image."""
-        for path in (self.animation, self.still):
+        for path in filter(None, (self.animation, self.still, self.motion)):
             parts = PurePosixPath(path.replace("\\", "/"))
-            if parts.is_absolute() or PureWindowsPath(path).drive or ".." in parts.parts or parts.suffix not in IMAGES:
-                raise ValueError(f"{path!r} is no image inside the report's folder")
+            kinds = ARRAYS if path is self.motion else IMAGES
+            if parts.is_absolute() or PureWindowsPath(path).drive or ".." in parts.parts or parts.suffix not in kinds:
+                raise ValueError(f"{path!r} is no {' or '.join(kinds)} inside the report's folder")
 
 
 @dataclass
