@@ -131,7 +131,7 @@ def _rounded(arrays: dict[str, np.ndarray]) -> list[list[float]]:
 
 
 def coded(places: np.ndarray) -> bytes:
-    """Return whole numbers below 2¹³ (f, n, 3) as how each departs from going straight on: all low bytes, then all high.
+    """Return whole numbers below 2¹³ (f, n, 3) by how each departs from going straight on: low bytes, then high ones.
 
     Of each frame first x of all, then y, then z. An even code is a departure of half of it, an odd one of less than 0.
     """

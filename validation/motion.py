@@ -33,7 +33,7 @@ class Motion:
         self._measured.append((self._world.time, self._world.energy(), max(depths, default=0.0)))
 
     def save(self, path: Path, code: str) -> None:
-        """Write an .npz of plain arrays; `code` made the scene. What is farther than 1/2 part from its place is none."""
+        """Write an .npz of plain arrays; `code` made the scene. Places are right to half a part."""
         things, places = self._things, np.array(self._places)
         low = places.min(axis=(0, 1))
         part = float((places.max(axis=(0, 1)) - low).max()) / FINENESS

@@ -1,4 +1,4 @@
-"""What do the scenes look like? Runs each and leaves a still, a looping film, and what moved, to be turned in a page."""
+"""What do the scenes look like? Runs each and leaves a still, a loop, and what moved, to be turned in a page."""
 
 from __future__ import annotations
 

@@ -14,7 +14,8 @@ def test_a_scene_leaves_its_last_frame_and_a_loop(tmp_path):
 
     build, camera = softbody.scenes.ball_drop.build, Camera((0.0, -6.0, 1.0), (0.0, 0.0, 1.0))
     picture = make_picture(Scene("drop", "Balls.", build, camera, seconds=0.1), tmp_path / "pictures")
-    assert (picture.name, picture.animation, picture.still) == ("drop", "pictures/drop.webp", "pictures/drop.png")
+    assert (picture.name, picture.animation) == ("drop", "pictures/drop.webp")
+    assert (picture.still, picture.motion) == ("pictures/drop.png", "pictures/drop.npz")
     loop, still = (Image.open(tmp_path / place) for place in (picture.animation, picture.still))
     assert (loop.n_frames, loop.size, still.size) == (3, SIZE, SIZE)
     loop.seek(2)
