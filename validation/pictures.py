@@ -27,7 +27,7 @@ from validation.record import Picture
 
 FRAMES_A_SECOND = 20
 LAST_FRAME = 1.5  # [s] that the last one stays longer, before the film begins again
-SIZE = (480, 360)
+SIZE = (360, 270)
 QUALITY = 45  # of films, 1 … 100: all of them, and the page, are to stay below 5 MB
 STEP = 0.8  # of the stable time step
 BOX_STEP = 1.0 / 240.0  # [s] at most, where there are boxes
