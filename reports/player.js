@@ -61,13 +61,15 @@
     const scene = new THREE.Scene();
     scene.background = new THREE.Color(0xedf2fa);
     const middle = low.map((one, k) => 0.5 * (one + high[k])), radius = 0.5 * Math.hypot(...low.map((one, k) => high[k] - one));
-    scene.add(new THREE.HemisphereLight(0xffffff, 0x9aa3ad, 0.75));
-    const sun = new THREE.DirectionalLight(0xffffff, 0.55);
+    const sky = new THREE.HemisphereLight(0xffffff, 0x9aa3ad, 0.7);
+    sky.position.set(0, 0, 1);
+    scene.add(sky);
+    const sun = new THREE.DirectionalLight(0xffffff, 0.45);
     sun.position.set(middle[0] - 0.9 * radius, middle[1] - 0.8 * radius, middle[2] + 2 * radius);
     sun.target.position.set(...middle);
     sun.castShadow = true;
     sun.shadow.mapSize.set(2048, 2048);
-    sun.shadow.bias = -0.002;
+    Object.assign(sun.shadow, { bias: -0.0005, normalBias: 0.02 });
     Object.assign(sun.shadow.camera, { left: -radius, right: radius, top: radius, bottom: -radius, near: 0.1, far: 6 * radius });
     scene.add(sun, sun.target, ...meshes);
     if (motion.ground !== null) {
@@ -174,13 +176,18 @@
         if (time >= end) { time = end; run(false); }
       }
       lastTick = now;
-      if (time !== seen) { const moved = seen !== -1; shape(); seen = time; if (moved) controls.update(); renderer.render(scene, camera); seen = time; }
       controls.update();
+      if (time !== seen) {
+        shape();
+        controls.update();
+        renderer.render(scene, camera);
+        seen = time;
+      }
       requestAnimationFrame(tick);
     };
     const run = (whether) => {
       running = whether;
-      play.textContent = running ? "⏸" : "▶";
+      play.textContent = running ? "❚❚" : "▶";
       if (running && time >= end) time = 0;
     };
     const to = (frame) => { run(false); time = motion.time[Math.min(last, Math.max(0, frame))]; };

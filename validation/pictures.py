@@ -25,7 +25,8 @@ from validation.behaviour import depths
 from validation.motion import Motion
 from validation.record import Picture
 
-FRAMES_A_SECOND = 20
+FRAMES_A_SECOND = 20  # of what moved; the film takes every second, for it is small and the page has to be
+FILM = 10  # frames a second
 LAST_FRAME = 1.5  # [s] that the last one stays longer, before the film begins again
 SIZE = (360, 270)
 QUALITY = 45  # of films, 1 … 100: all of them, and the page, are to stay below 5 MB
@@ -71,12 +72,13 @@ def make_picture(scene: Scene, folder: Path) -> Picture:
     steps = max(1, round(1.0 / FRAMES_A_SECOND / min(BOX_STEP, STEP * world.stable_time_step())))
     time_step = 1.0 / FRAMES_A_SECOND / steps
     still, moved, motion = folder / f"{scene.name}.png", folder / f"{scene.name}.npz", Motion(world)
-    look = Recorder(world, film, FRAMES_A_SECOND, camera=camera, size=SIZE, quality=QUALITY, last_frame=LAST_FRAME)
+    look = Recorder(world, film, FILM, camera=camera, size=SIZE, quality=QUALITY, last_frame=LAST_FRAME)
     with look as recorder:
         for frame in range(round(scene.seconds * FRAMES_A_SECOND) + 1):
             if frame:
                 world.step(time_step, steps)
-            recorder.frame()
+            if frame % (FRAMES_A_SECOND // FILM) == 0:
+                recorder.frame()
             motion.frame(camera(world), depths(world))
         recorder.still(still)
     motion.save(moved, code_of(scene, time_step))

@@ -172,7 +172,7 @@ def mask(png):
     picture = Image.open(BytesIO(png)).convert("RGB")
     aside = (picture.width - picture.height * 4 / 3) / 2
     middle = picture.resize((480, 360), box=(aside, 0, picture.width - aside, picture.height))
-    return np.ptp(np.asarray(middle).astype(int), axis=2) > 45
+    return np.ptp(np.asarray(middle).astype(int), axis=2) > 20
 
 
 def overlap(a, b):
