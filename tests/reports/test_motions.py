@@ -206,10 +206,10 @@ def test_the_player_shows_what_the_film_shows_and_stops_steps_and_turns(filmed, 
         assert browser.evaluate(CLOCK) == "0.60 s of 0.60 s"
         assert overlap(shown, mask((folder / picture.still).read_bytes())) > 0.93  # but for pale stripes and edges
         click("One frame back")
-        assert overlap(seen(), shown) < 0.99
+        assert (before := (seen() != shown).sum()) > 20
         assert browser.evaluate(CLOCK) == "0.55 s of 0.60 s"
         click("One frame on")
-        assert overlap(seen(), shown) > 0.999
+        assert (seen() != shown).sum() < before / 10
         x, y = browser.evaluate(MIDDLE)
         browser.mouse("Pressed", x, y)
         browser.mouse("Moved", x + 160, y + 20, buttons=1)
@@ -217,9 +217,12 @@ def test_the_player_shows_what_the_film_shows_and_stops_steps_and_turns(filmed, 
         assert overlap(seen(), shown) < 0.95
         click("Look from where the film does")
         assert overlap(seen(), shown) > 0.999
+        browser.evaluate(
+            "document.querySelector('.controls select').value = '0.1'"
+        )  # far from its end when it is stopped
         click("Play or pause")
-        browser.wait_for(f"parseFloat({CLOCK}) > 0.1")
+        browser.wait_for(f"parseFloat({CLOCK}) > 0")
         click("Play or pause")
         stopped = browser.evaluate(CLOCK)
         browser.evaluate(FRAMES)
-        assert browser.evaluate(CLOCK) == stopped
+        assert browser.evaluate(CLOCK) == stopped != "0.60 s of 0.60 s"
