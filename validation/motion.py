@@ -11,7 +11,7 @@ from softbody import Camera, World
 from softbody.render.drawing import Drawing, ground_of
 from softbody.render.rasteriser import Thing
 
-FINENESS = 2**12 - 1  # parts of the scene's largest extent: a millimetre in 4 m, a fifth of a pixel of the page
+FINENESS = 2**11 - 1  # parts of the scene's largest extent: two millimetres in 4 m, less than half a pixel of a page
 
 
 class Motion:
