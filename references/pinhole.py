@@ -22,6 +22,7 @@ class Disc(NamedTuple):
 
     middle: np.ndarray  # (2,) column and row [pixels], from the upper left corner
     area: float  # [pixels²]
+    reach: float  # half of its longest axis [pixels]
 
 
 def axes(eye: ArrayLike, target: ArrayLike) -> np.ndarray:
@@ -64,4 +65,5 @@ def disc(
         raise ValueError("the outline of the sphere is no ellipse: the camera is too near, or looks elsewhere")
     aside = f * tilt / q * to[:2] / away
     middle = np.array([0.5 * size[0] + aside[0], 0.5 * size[1] - aside[1]])
-    return Disc(middle, float(np.pi * (f * sine * cosine / q) * (f * sine / np.sqrt(q))))
+    long, short = float(f * sine * cosine / q), float(f * sine / np.sqrt(q))
+    return Disc(middle, np.pi * long * short, long)

@@ -39,5 +39,7 @@ def test_a_disc_covers_the_rays_that_meet_the_sphere(rng):
     disc = pinhole.disc(eye, target, view, size, centre, radius)
     assert_allclose([columns.mean() + 0.5, rows.mean() + 0.5], disc.middle, atol=0.05)
     assert meets.sum() == pytest.approx(disc.area, rel=2e-3)
+    farthest = np.hypot(columns + 0.5 - disc.middle[0], rows + 0.5 - disc.middle[1]).max()
+    assert farthest == pytest.approx(disc.reach, abs=1.5)
     with pytest.raises(ValueError, match="too near, or looks elsewhere"):
         pinhole.disc(eye, target, view, size, np.array(eye) - (0.0, 3.0, 0.0), radius)
