@@ -131,7 +131,8 @@ def balls_are_seen_where_they_are(run: Run) -> Comparison:
 
     rng = run.fresh_rng()
     ball = softbody.icosphere(4, 1.0)
-    measured, expected = [], []
+    measured: list[np.ndarray] = []
+    expected: list[list[float]] = []
     while len(measured) < run.count(20, 100, 1_000):
         size = int(rng.integers(160, 320)), int(rng.integers(160, 320))
         view, centre = rng.uniform(20.0, 90.0), 5.0 * rng.normal(size=3)
