@@ -1,13 +1,18 @@
 """What do other packages add? Engines, claims and subjects, which they name by entry points.
 
 `softbody.engines` and `softbody.subjects` name modules that are read, as files of references/ are, `softbody.claims`
-one that declares claims when it is imported. A plug-in that is broken costs its own claims, and is said.
+one that declares claims when it is imported. A plug-in that is broken costs its own claims, and is said: it is imported
+in a process of its own first, which it may end, or keep for ever.
 """
 
 from __future__ import annotations
 
 import importlib
 import importlib.util
+import json
+import os
+import subprocess
+import sys
 from collections.abc import Callable
 from functools import cache
 from importlib import metadata
@@ -21,6 +26,10 @@ ENGINES, CLAIMS, SUBJECTS = "softbody.engines", "softbody.claims", "softbody.sub
 
 Found = TypeVar("Found")
 
+PATIENCE = 60.0  # seconds that an import may take
+TRIED = "SOFTBODY_TRIED_PLUG_INS"  # environment variable: what came of it, for the processes that we start
+# What raises is left for us to hear; the exit status tells that the import came to an end.
+TRY, ENDED = "import os, sys\nsys.path[:] = {}\ntry:\n    import {}\nfinally:\n    os._exit({})", 77
 
 BROKEN: dict[str, str] = {}  # group, package and name of an entry point that cannot be used → why
 
@@ -43,6 +52,9 @@ def load_claims() -> None:
     from validation.check import CHECKS
 
     def declare(point: metadata.EntryPoint) -> None:
+        why = _fatal(point.module)
+        if why:
+            raise ValueError(why)
         before = set(CHECKS)
         try:
             importlib.import_module(point.module)
@@ -73,6 +85,27 @@ def _each(group: str, use: Callable[[metadata.EntryPoint], Found]) -> list[Found
             what = plain(error) if isinstance(error, ValueError) else f"{type(error).__name__}: {plain(error)}"
             BROKEN[name] = f"{plain(package)} (entry point {plain(point.value)}) is broken: {what}"
     return found
+
+
+def _fatal(module: str) -> str | None:
+    """Return what becomes of a process that imports a module, if it does not outlive it."""
+    tried: dict[str, str | None] = json.loads(os.environ.get(TRIED, "{}"))
+    if module not in tried:
+        tried[module] = _fate(module)
+        os.environ[TRIED] = json.dumps(tried)
+    return tried[module]
+
+
+def _fate(module: str) -> str | None:
+    command = [sys.executable, "-c", TRY.format(sys.path, module, ENDED)]
+    null = subprocess.DEVNULL
+    try:
+        status = subprocess.run(command, stdin=null, stdout=null, stderr=null, timeout=PATIENCE, check=False).returncode
+    except subprocess.TimeoutExpired:
+        return f"its import is not done after {PATIENCE:g} s"
+    if status == ENDED:
+        return None
+    return f"its import ends the process ({f'signal {-status}' if status < 0 else f'exit status {status}'})"
 
 
 def _points(group: str) -> list[metadata.EntryPoint]:

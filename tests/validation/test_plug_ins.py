@@ -73,6 +73,8 @@ BROKEN = {  # module → its text, and what is said of it
     "absent": (None, "No module named 'acme_broken.absent'"),
     "raises": ("raise ValueError('no licence \\x1b[2J')", "no licence \\x1b[2J"),
     "exits": ("import sys\nsys.exit(0)", "SystemExit: 0"),
+    "aborts": ("import os\nos.abort()", "its import ends the process (signal 6)"),
+    "leaves": ("import os\nos._exit(0)", "its import ends the process (exit status 0)"),
     "no_python": ("def", "SyntaxError"),
     "no_engine": (CLAIMS.replace("acme_hulls", "crystal_ball"), "leans on 'crystal_ball'"),
     "half": (CLAIMS.replace('("acme_hulls",)', '("scipy",)') + "\n1 / 0\n", "ZeroDivisionError"),

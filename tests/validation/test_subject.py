@@ -65,6 +65,20 @@ def test_the_same_cases_are_asked_of_everybody() -> None:
     assert all(np.array_equal(a, b) for a, b in zip(seen[:half], seen[half:]))
 
 
+@pytest.mark.parametrize("who", sorted(subjects()))
+def test_a_subject_answers_what_it_can_and_says_of_the_rest_why_not(who: str) -> None:
+    first = {"move_boxes": "boxes.fly", "boxes_overlap": "overlap.at_random", "gas_volume": "gas.rest"}
+    first |= {"gas_period": "gas.breathe", "points_in_mesh": "inside.anywhere"}
+    adapter = subjects()[who]
+    for question, claim in first.items():
+        assert (question in adapter.functions) != (question in adapter.cannot)
+        check = find_check(f"{who}:{claim}")
+        if not check.hindrance:
+            record = judge(check, Run("quick", 2, check.id))
+            assert record.verdict in (HOLDS, FAILS), record.why
+            assert record.value is not None and record.value < 0.1, "an answer, as good as single precision at least"
+
+
 def frozen(answer: Callable) -> Callable:
     """Return an engine that leaves everything where it is."""
 
