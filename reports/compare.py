@@ -59,11 +59,16 @@ def refuse_other_cases(before: Path, now: Path, a: Report, b: Report) -> None:
     judged = [report.subject.name if report.subject else "softbody" for report in (a, b)]
     if judged[0] != judged[1]:
         raise CannotRead(f"{before} judges {judged[0]}, {now} {judged[1]}; give two runs about the same engine")
-    if (a.level, a.seed) != (b.level, b.seed):
+    if (a.level, a.seed, a.draws) != (b.level, b.seed, b.draws):
         raise CannotRead(
-            f"{before} is of level {a.level} and seed {a.seed}, {now} of level {b.level} and seed {b.seed}: "
-            "their cases differ; run both by `python -m validation` with the same --level and --seed"
+            f"{before} is {_cases_of(a)}, {now} {_cases_of(b)}: their cases differ; run both by `python -m validation` "
+            "with the same --level, --seed and --draws"
         )
+
+
+def _cases_of(report: Report) -> str:
+    draws = f", {report.draws} draws" if report.draws > 1 else ""
+    return f"of level {report.level} and seed {report.seed}{draws}"
 
 
 def claims_table(found: list[Change]) -> Table:

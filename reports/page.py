@@ -233,7 +233,8 @@ def command_of(report: Report) -> str:
     """Return the command that makes the report again."""
     subject = f" --subject {shlex.quote(report.subject.name)}" if report.subject else ""
     patterns = subject + "".join(f" -k {shlex.quote(pattern)}" for pattern in report.patterns)
-    return f"python -m validation{patterns} --seed {report.seed} --level {shlex.quote(report.level)}"
+    draws = f" --draws {report.draws}" if report.draws > 1 else ""
+    return f"python -m validation{patterns} --seed {report.seed} --level {shlex.quote(report.level)}{draws}"
 
 
 def subject_of(report: Report) -> str:

@@ -118,6 +118,13 @@ class Commands(click.Group):
 @click.option(
     "--scheduler", metavar="ADDRESS", help="Judge on the workers of a dask cluster, such as tcp://host:8786, instead."
 )
+@click.option(
+    "--draws",
+    type=click.IntRange(min=1),
+    default=1,
+    show_default=True,
+    help="Judge each claim so often, on cases drawn by the seeds from --seed on.",
+)
 @click.option("--quiet", is_flag=True, help="Say only what does not hold, and the sum.")
 @click.pass_context
 def main(
@@ -135,6 +142,7 @@ def main(
     pictures: bool | None,
     jobs: int,
     scheduler: str | None,
+    draws: int,
     quiet: bool,
 ) -> None:
     """Check every claim about the core against its judge, and write a report.
@@ -163,7 +171,7 @@ def main(
 
     timings = not (patterns or subject) if timings is None else timings
     pictures = timings if pictures is None else pictures
-    plan = Plan(checks, level, seed, jobs, out, timings, pictures, list(patterns), judged)
+    plan = Plan(checks, level, seed, jobs, out, timings, pictures, list(patterns), judged, draws=draws)
     terminal = Terminal(quiet)
     with judging_on(scheduler, plan, terminal) as plan:
         try:

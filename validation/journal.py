@@ -78,7 +78,7 @@ class Journal:
         What an unfinished run has left is kept under another name. Raises CannotRunHereError, saying why; OSError.
         """
         self.path = folder / NAME
-        self.records: dict[str, ClaimRecord] = {}
+        self.records: dict[tuple[str, int], ClaimRecord] = {}  # by claim and seed
         if resume and not self.path.exists():
             raise CannotRunHereError(f"{self.path} does not exist: no run was cut short there; run without --resume")
         self._file: IO[bytes] = self.path.open("r+b" if self.path.exists() else "w+b", buffering=0)
@@ -137,12 +137,12 @@ class Journal:
                 raise CannotRunHereError(
                     f"{self.path}, line {number}, is damaged: {error}; run without --resume"
                 ) from None
-            self.records[record.id] = record
+            self.records[record.id, record.seed] = record
 
     def add(self, record: ClaimRecord) -> None:
         """Write a claim that has ended; raises OSError."""
         self._write(finite(asdict(record)))
-        self.records[record.id] = record
+        self.records[record.id, record.seed] = record
 
     def _write(self, data: dict[str, Any]) -> None:
         line = json.dumps(data, ensure_ascii=False).encode() + b"\n"

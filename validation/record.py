@@ -160,7 +160,7 @@ class ClaimRecord:
     because: str  # why that tolerance
     detects: str  # the smallest fault that turns the claim red
     n: int  # comparisons made
-    seed: int
+    seed: int  # that replays it: of several draws, the worst one's
     verdict: str  # HOLDS, FAILS, NOT_RUN or BROKEN
     why: str | None  # if it does not hold, in words
     seconds: float
@@ -172,6 +172,7 @@ class ClaimRecord:
     worst: Case | None = None  # the case with the largest error, also of a claim that holds
     arbitrations: list[Arbitration] = field(default_factory=list)  # who was right, where answers differ
     faults: list[str] = field(default_factory=list)  # names of those that are planted to turn it red
+    draws: int = 1  # of its cases, with seeds of their own: what is said is the worst, or the sum (validation/draws.py)
 
     def __post_init__(self) -> None:
         """Raise ValueError for numbers that contradict each other."""
@@ -357,6 +358,7 @@ class Report:
     patterns: list[str] = field(default_factory=list)  # given by -k; all claims were judged if there are none
     subject: Subject | None = None  # who was judged; None: the core
     settings: list[Setting] = field(default_factory=list)
+    draws: int = 1  # of each claim's cases, by the seeds from `seed` on
     open_errata: list[OpenErratum] = field(default_factory=list)
     unnamed: list[str] = field(default_factory=list)  # public functions, dotted, that no claim names as its piece
     unjudged: dict[str, str] = field(default_factory=dict)  # those that no claim can judge → why

@@ -16,6 +16,7 @@ from validation.check import Check
 from validation.cluster import CannotJudgeThereError
 from validation.coverage import UNJUDGED, unnamed_functions
 from validation.declared import Declared
+from validation.draws import seeds_of, together
 from validation.engines import environment, revision, version_of, versions
 from validation.errata import open_errata
 from validation.journal import Journal
@@ -48,6 +49,12 @@ class Plan:
     patterns: list[str]
     subject: Declared | None = None  # who is judged; None: the core
     cluster: Cluster | None = None  # who judges; None: processes here
+    draws: int = 1  # of each claim's cases
+
+    @property
+    def seeds(self) -> list[int]:
+        """One a draw."""
+        return seeds_of(self.seed, self.draws)
 
 
 @dataclass
@@ -85,10 +92,12 @@ def run_all(
         if now.part == "the timings":
             report.timings_why = "interrupted"
     for check in plan.checks:
-        record = journal.records.get(check.id)
-        if record is None:
-            record = blank_record(check, plan.seed)
+        done = [journal.records[check.id, seed] for seed in plan.seeds if (check.id, seed) in journal.records]
+        record = together(done) if done else blank_record(check, plan.seed)
+        if not done:
             record.why = "interrupted while it ran" if check.id in now.names else "interrupted before it began"
+        elif len(done) < plan.draws:
+            record.notes = [*record.notes, f"interrupted: {len(done)} of {plan.draws} draws are judged"]
         report.claims.append(record)
     report.seconds = time.perf_counter() - start
     return report, cut_short
@@ -99,6 +108,7 @@ def blank_report(plan: Plan) -> Report:
     return Report(
         level=plan.level,
         seed=plan.seed,
+        draws=plan.draws,
         created=datetime.now(timezone.utc).isoformat(timespec="seconds"),
         seconds=0.0,
         softbody_version=softbody.__version__,
@@ -119,9 +129,11 @@ def blank_report(plan: Plan) -> Report:
 
 def judge_all(plan: Plan, journal: Journal, terminal: Terminal, now: Now) -> None:
     """Judge all claims that the journal has not, and write each to it as it ends."""
-    left = [check for check in plan.checks if check.id not in journal.records]
-    if len(left) < len(plan.checks):
-        terminal.say(f"{len(plan.checks) - len(left)} of {len(plan.checks)} claims have been judged before.")
+    every = [(check, seed) for seed in plan.seeds for check in plan.checks]
+    left = [(check, seed) for check, seed in every if (check.id, seed) not in journal.records]
+    if len(left) < len(every):
+        what = "claims" if plan.draws == 1 else "claims, by seeds of their own,"
+        terminal.say(f"{len(every) - len(left)} of {len(every)} {what} have been judged before.")
     if not left:
         return
 
@@ -129,11 +141,11 @@ def judge_all(plan: Plan, journal: Journal, terminal: Terminal, now: Now) -> Non
         now.names.add(name)
         terminal.started(name)
 
-    records = run_checks(left, plan.level, plan.seed, plan.jobs, started, cluster=plan.cluster)
+    records = run_checks(left, plan.level, plan.jobs, started, cluster=plan.cluster)
     with terminal.following("claims", len(left)), closing(records):
         for record in records:
             journal.add(record)
-            now.names.discard(record.id)
+            now.names -= {record.id, f"{record.id} (seed {record.seed})"}
             terminal.ended(record)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Callable, Generator
 from dataclasses import asdict
 from itertools import zip_longest
@@ -26,46 +26,51 @@ GLANCE = 0.1  # [s] between two looks at time and memory
 
 
 def run_checks(
-    checks: list[Check],
+    runs: list[tuple[Check, int]],
     level: str,
-    seed: int,
     jobs: int,
     started: Callable[[str], None],
     limit: float | None = None,
     memory: float | None = None,
     cluster: Cluster | None = None,
 ) -> Generator[ClaimRecord, None, None]:
-    """Yield the record of each check as it ends; `started` hears the id of each as it begins.
+    """Yield the record of each check and seed as it ends; `started` hears the id, and the seed of a later draw.
 
-    `jobs` workers take the lanes of checks one after the other, so that each kernel is compiled in one process only. A
+    `jobs` workers take the lanes of checks one after the other, so that each kernel is compiled in one process only;
+    the lanes of later draws come last, when all is compiled. A
     worker process that dies, holds more than `memory` [bytes] or takes longer than `limit` [s], which is the level's
     else, fails the claim it was at, and a new one goes on with the next. A cluster, if there is one, judges instead: it
     takes the lanes in turn, as its machines compile for themselves.
     """
-    here = []
-    for check in checks:
+    here: dict[int, dict[str, list[Check]]] = {}  # seed → lane → its checks
+    for check, seed in runs:
         if check.hindrance:
             record = blank_record(check, seed)
             record.verdict, record.why = check.hindrance
             yield record
         else:
-            here.append(check)
-    # First the lane with most claims, which is that of worlds: its kernel takes longer to compile than all others.
-    sizes = Counter(check.lane for check in here)
+            here.setdefault(seed, {}).setdefault(check.lane, []).append(check)
+    first = next(iter(here), None)
     lanes = [
         [
-            Task(check.id, judged, (check.id, level, seed), limit or LIMITS[level])
-            for check in here
-            if check.lane == name
+            Task(
+                check.id if seed == first else f"{check.id} (seed {seed})",
+                judged,
+                (check.id, level, seed),
+                limit or LIMITS[level],
+            )
+            for check in lane
         ]
-        for name in sorted(sizes, key=lambda name: -sizes[name])
+        for seed, of_seed in here.items()
+        # First the lane with most claims, which is that of worlds: its kernel takes longer to compile than all others.
+        for lane in sorted(of_seed.values(), key=len, reverse=True)
     ]
     for ended in (
         cluster.run([task for turn in zip_longest(*lanes) for task in turn if task], started)
         if cluster
         else run_tasks(lanes, jobs, started, memory)
     ):
-        yield record_of(ended, seed)
+        yield record_of(ended)
 
 
 def judged(check_id: str, level: str, seed: int) -> dict[str, Any]:
@@ -76,9 +81,10 @@ def judged(check_id: str, level: str, seed: int) -> dict[str, Any]:
     return data
 
 
-def record_of(ended: Ended, seed: int) -> ClaimRecord:
+def record_of(ended: Ended) -> ClaimRecord:
     """Return what became of a check, whatever became of its process."""
-    record = blank_record(find_check(ended.task.name), seed)
+    check_id, _, seed = ended.task.arguments
+    record = blank_record(find_check(check_id), seed)
     why = ended.why
     if ended.how is None:
         try:

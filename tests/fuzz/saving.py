@@ -229,7 +229,7 @@ def a_trajectory(path: Path, rng: Rng) -> str | None:
             _kill(keep, float(rng.uniform(0.0, 0.02)))
         elif way == 1:
             _interrupt(keep, float(rng.uniform(1e-5, 0.02)))
-        elif wrong := _refused(keep, int(rng.integers(0, 2_000))):
+        elif wrong := _refused(keep, int(rng.integers(0, min(one.stat().st_size for one in folder.glob("0*.npz"))))):
             return wrong
         if wrong := _flaw_of(folder):
             return wrong

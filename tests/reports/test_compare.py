@@ -192,13 +192,13 @@ def test_judges_of_another_version_are_said(now, compare):
     assert "trimesh: 4.4.1 → missing" in said
 
 
-@pytest.mark.parametrize(("field", "value"), [("level", "full"), ("seed", 7)])
+@pytest.mark.parametrize(("field", "value"), [("level", "full"), ("seed", 7), ("draws", 3)])
 def test_reports_of_other_cases_are_refused(now, compare, field, value):
     setattr(now, field, value)
     done = compare()
     assert done.exit_code == 2
     assert str(value) in done.output
-    assert "the same --level and --seed" in done.output
+    assert "the same --level, --seed and --draws" in done.output
 
 
 @pytest.mark.parametrize(("text", "words"), [("{", "is not JSON"), ("{}", "has schema None"), (None, "does not exist")])

@@ -167,6 +167,14 @@ def test_a_run_of_other_things_is_not_resumed_and_the_reason_is_said(cut, change
     assert (journal.read_text() if journal.exists() else None) == before
 
 
+def test_a_run_is_gone_on_with_by_more_draws(cut):
+    folder, _, _ = cut
+    done = run(folder, "--out", "out", "--resume", "--draws", "2", "--workers", "2")
+    assert done.returncode == 0, done.stderr
+    assert "of 18 claims, by seeds of their own, have been judged before" in done.stderr
+    assert all(claim.draws == 2 and claim.n == 2_000 for claim in read_report(folder / "out" / "report.json").claims)
+
+
 def test_a_new_run_keeps_what_an_unfinished_one_has_left(cut):
     folder, _, _ = cut
     left = (folder / "out" / NAME).read_bytes()
@@ -183,7 +191,7 @@ def test_a_line_that_was_cut_off_is_not_taken_and_not_left(tmp_path):
     path = tmp_path / NAME
     path.write_bytes(path.read_bytes() + b'{"id": "half a li')
     with Journal(tmp_path, head, True, print) as journal:
-        assert list(journal.records) == [one.id]
+        assert list(journal.records) == [(one.id, 1)]
         journal.add(two)
     assert [line["id"] for line in lines(path)] == [one.id, two.id]
 

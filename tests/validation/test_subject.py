@@ -76,7 +76,8 @@ def test_a_subject_answers_what_it_can_and_says_of_the_rest_why_not(who: str) ->
         if not check.hindrance:
             record = judge(check, Run("quick", 2, check.id))
             assert record.verdict in (HOLDS, FAILS), record.why
-            assert record.value is not None and record.value < 0.1, "an answer, as good as single precision at least"
+            assert record.value is not None
+            assert record.value < 0.1, "as good as single precision at least"
 
 
 def frozen(answer: Callable) -> Callable:
