@@ -79,15 +79,17 @@ def parser() -> argparse.ArgumentParser:
     run.set_defaults(command=_run)
 
     export = commands.add_parser(
-        "export", help="write a kept run, or a saved world, as PLY, OBJ or GLB (softbody[files])"
+        "export", help="write a kept run, or a saved world, as PLY, OBJ, GLB or USD (softbody[files], [usd])"
     )
     export.add_argument(
         "source", metavar="SOURCE", help="the folder of a run or of a trajectory, or a file of World.save"
     )
     export.add_argument(
-        "file", metavar="FILE", help="film.glb, which moves; of a saved world now.ply, now.obj or now.glb"
+        "file", metavar="FILE", help="film.glb or film.usdc, which move; of a saved world also now.ply or now.obj"
     )
-    export.add_argument("--each", choices=("ply", "obj", "glb"), help="a file for each frame, in a new folder FILE")
+    export.add_argument(
+        "--each", choices=("ply", "obj", "glb", "usda", "usdc"), help="a file for each frame, in a new folder FILE"
+    )
     export.add_argument("--every", type=int, default=1, help="take every so many frames (1)")
     export.set_defaults(command=_export)
     return result

@@ -58,8 +58,7 @@ class Body(StrictNames):
 
     def _title(self) -> str:
         """Return what `repr` calls it: its kind, number and name."""
-        name = self.name
-        return f"{self.kind} {self.index}" + (f" {name!r}" if name else "")
+        return self.world._names.title(self._who()) if self.is_there else f"{self.kind} {self.index}"
 
     def _count(self) -> int:
         """Return how many bodies of this kind there are."""

@@ -16,6 +16,7 @@ from softbody.dynamics.soft_bodies import COLLAPSED
 from softbody.dynamics.stability import longest_stable_step, shortest_stable_step
 from softbody.errors import MassRatioWarning, OverlapWarning, ParameterError, SimulationError
 from softbody.joint_forces import joint_rates
+from softbody.names import Names, Who
 from softbody.settings import Settings, integrator_name
 from softbody.state import Controls, Joints, Model, State
 
@@ -209,7 +210,7 @@ def check_pace(model: Model, state: State, h: float, box: int) -> None:
         )
 
 
-def warn_of_overlap(model: Model, surfaces: Surfaces) -> None:
+def warn_of_overlap(model: Model, surfaces: Surfaces, names: Names) -> None:
     """Warn of bodies whose deepest contact, of those noted, is a DEEP one."""
     depth, (box, particle) = float(surfaces.deepest[0]), surfaces.deepest_sides.T
     if not depth > 0.0:
@@ -218,7 +219,7 @@ def warn_of_overlap(model: Model, surfaces: Surfaces) -> None:
     pair = np.sort(np.where(box == NOBODY, of_soft, model.soft_count + box))
     thickness = np.append(model.soft_thickness, model.box_size.min(axis=1))
     if depth > DEEP * thickness[pair].min():
-        a, b = (name_of(model, int(k)) for k in pair)
+        a, b = (title_of(model, int(k), names) for k in pair)
         warnings.warn(
             f"{a} and {b} start {depth:.3g} m inside each other: they are pushed apart, from deep inside not all "
             "the way; move one of them first",
@@ -235,7 +236,7 @@ def may_carry_too_much(model: Model) -> bool:
     )
 
 
-def warn_of_mass_ratios(model: Model, controls: Controls, contacts: Contacts) -> None:
+def warn_of_mass_ratios(model: Model, controls: Controls, contacts: Contacts, names: Names) -> None:
     """Warn of the box that, in the last step, carried most of those that carry more than MOST_CARRIED."""
     soft, count = model.soft_count, int(contacts.number[0])
     mass = masses(model)
@@ -252,9 +253,10 @@ def warn_of_mass_ratios(model: Model, controls: Controls, contacts: Contacts) ->
     )
     if (carried > most).any():
         k = int(np.argmax(carried / most))
+        under, above = (title_of(model, int(each[k]), names) for each in (lower, upper))
         warnings.warn(
-            f"box {lower[k] - soft} carries {name_of(model, int(upper[k]))}, {carried[k]:.3g} times its own mass, and "
-            f"may be pressed through what it stands on; up to {most[k]:.0e} times are held: make it heavier, or static",
+            f"{under} carries {above}, {carried[k]:.3g} times its own mass, and may be pressed through what it stands "
+            f"on; up to {most[k]:.0e} times are held: make it heavier, or static",
             MassRatioWarning,
             stacklevel=3,
         )
@@ -268,20 +270,24 @@ def masses(model: Model) -> np.ndarray:
         return 1.0 / np.append(inverse / np.diff(starts), model.box_inverse_mass)
 
 
-def name_of(model: Model, body: int) -> str:
+def who_is(model: Model, body: int) -> Who:
+    """Return the kind and number of a body, boxes numbered after soft bodies."""
+    return ("soft", body) if body < model.soft_count else ("box", body - model.soft_count)
+
+
+def title_of(model: Model, body: int, names: Names) -> str:
     """Return what messages call a body, boxes numbered after soft bodies."""
-    return f"soft body {body}" if body < model.soft_count else f"box {body - model.soft_count}"
+    return names.title(who_is(model, body))
 
 
 def fault_of(
-    fault: int, body: int, model: Model, part: float, advice: tuple[float, str], steps: int
+    fault: int, body: int, model: Model, part: float, advice: tuple[float, str], steps: int, names: Names
 ) -> SimulationError:
     """Return what to raise for a body that DIVERGED or COLLAPSED in sub-steps of `part` [s], after `steps`.
 
     `advice` is what `helpful_step` says.
     """
     stable, why = advice
-    name = f"soft body {body}" if body < model.soft_count else f"box {body - model.soft_count}"
     what = "diverged"
     if fault == COLLAPSED:
         least = model.soft_deflated_below[body] * model.soft_mesh_volume[body]
@@ -295,5 +301,8 @@ def fault_of(
     else:
         cure = why or "its loads are too strong for its springs, or it is too light for them; change those"
     return SimulationError(
-        f"{name} {what} in step {steps}; {cure}. The state is the last good one.", steps, name, stable
+        f"{title_of(model, body, names)} {what} in step {steps}; {cure}. The state is the last good one.",
+        steps,
+        title_of(model, body, Names()),
+        stable,
     )

@@ -51,6 +51,11 @@ class Names:
         """Return the name of a body or joint, or None."""
         return self._name.get(who)
 
+    def title(self, who: Who) -> str:
+        """Return what messages call a body or joint: its kind, number and name."""
+        name, (kind, index) = self._name.get(who), who
+        return f"{KINDS[kind]} {index}" + (f" {name!r}" if name else "")
+
     def renamed(self, who: Who, value: object, argument: str = "name") -> Names:
         """Return the names where a body or joint has this one, or none; raises ParameterError."""
         name = None if value is None else checked_name(value, argument)

@@ -11,7 +11,7 @@ from softbody.dynamics.equilibrium import glide_from_rest, relax
 from softbody.dynamics.soft_bodies import Motion, motion_of
 from softbody.dynamics.stability import highest_frequency
 from softbody.interrupts import listening
-from softbody.state import SoftBodies, soft_bodies_of
+from softbody.state import Controls, Model, SoftBodies, soft_bodies_of
 
 ROUND = 500  # steps of relaxation between two looks at what is left and at the stable step
 
@@ -26,6 +26,13 @@ def _relax_round(bodies: SoftBodies, motion: Motion, longest: float, steps: int)
             bell.still()
             left, steps = relax(bodies, motion, longest, steps, glide)
     return left
+
+
+def _is_pulled(model: Model, controls: Controls) -> bool:
+    """Tell whether weight or a force of the user's acts on a particle that can move."""
+    is_free = model.particle_inverse_mass > 0.0
+    force = controls.particle_force
+    return bool(is_free.any() and (controls.gravity.any() or (len(force) and force[is_free].any())))
 
 
 def shape_at_rest(parts: Parts, body: int, tolerance: float, steps: int) -> tuple[np.ndarray, float]:
@@ -44,8 +51,10 @@ def shape_at_rest(parts: Parts, body: int, tolerance: float, steps: int) -> tupl
     left, enough = np.inf, 0.0
     for _ in range(0, steps, ROUND):
         # Half of the stable step of symplectic Euler: where the mixing adds, less is more.
-        longest = 1.0 / highest_frequency(model, controls, position, 0)
-        left = _relax_round(bodies, motion, longest, min(steps, ROUND))
+        frequency = highest_frequency(model, controls, position, 0)
+        if frequency == 0.0:  # neither springs nor gas: it stays as it is, or falls for ever
+            return position, inf if _is_pulled(model, controls) else 0.0
+        left = _relax_round(bodies, motion, 1.0 / frequency, min(steps, ROUND))
         size = np.ptp(position, axis=0).max()
         enough = tolerance * model.edge_stiffness.max() * size * model.particle_inverse_mass.max()
         if not left > enough:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from softbody.state import Model, State
+
+if TYPE_CHECKING:
+    from softbody.world import World
 
 
 class Shapes(NamedTuple):
@@ -42,6 +45,14 @@ class Shapes(NamedTuple):
         return self.triangle_particles[rows] - self.soft_particle_start[body]
 
 
+class Labels(NamedTuple):
+    """What bodies are called, "" for no name, and which boxes cannot move."""
+
+    soft: tuple[str, ...]
+    box: tuple[str, ...]
+    held: tuple[bool, ...]  # of boxes
+
+
 class Pose(NamedTuple):
     """Where bodies are; the fields are those of a State."""
 
@@ -53,6 +64,19 @@ class Pose(NamedTuple):
 def shapes_of(model: Model) -> Shapes:
     """Return the shapes of a world's bodies, which share its memory."""
     return Shapes(model.soft_particle_start, model.soft_triangle_start, model.triangle_particles, model.box_size)
+
+
+def labels_of(world: World) -> Labels:
+    """Return what a world's bodies are called now."""
+    model = world.model
+    words = world._names.words({"soft": model.soft_count, "box": model.box_count})
+    soft, boxes = (tuple(words[kind].tolist()) for kind in ("soft", "box"))
+    return Labels(soft, boxes, tuple((model.box_inverse_mass == 0.0).tolist()))
+
+
+def unlabelled(shapes: Shapes) -> Labels:
+    """Return the labels of bodies of which nothing is known."""
+    return Labels(("",) * shapes.soft_count, ("",) * shapes.box_count, (False,) * shapes.box_count)
 
 
 def pose_of(state: State) -> Pose:

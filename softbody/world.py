@@ -72,7 +72,7 @@ from softbody.settings import (
     settings_of,
 )
 from softbody.shape_at_rest import shape_at_rest
-from softbody.shapes import pose_of, shapes_of
+from softbody.shapes import labels_of, pose_of, shapes_of
 from softbody.snapshot import Snapped, checked, digest, named_arrays, snapshot_of
 from softbody.snapshot_entries import Snapshot
 from softbody.soft_body import SoftBody
@@ -528,9 +528,9 @@ class World(StrictNames):
             if body >= model.soft_count and self.steps == begun[0]:
                 check_pace(model, state, h, body - model.soft_count)
             advice = helpful_step(model, controls, state, settings, joints, body)
-            raise fault_of(fault, body, model, h / substeps, advice, self.steps)
+            raise fault_of(fault, body, model, h / substeps, advice, self.steps, self._names)
         if model.box_count and self._bodies.may_carry_too_much(model):
-            warn_of_mass_ratios(model, controls, self.contacts)
+            warn_of_mass_ratios(model, controls, self.contacts, self._names)
 
     def _first_step(self, time_step: float, settings: Settings, begun: tuple[int, float]) -> tuple[int, int]:
         """Do the first step after bodies were added, and warn of those that overlap; return (fault, body)."""
@@ -543,7 +543,7 @@ class World(StrictNames):
         stopped = self._run(time_step, 1, settings, begun, is_seen=True)
         self._bodies.is_fresh = False
         if surfaces is not None:
-            warn_of_overlap(self.model, surfaces)
+            warn_of_overlap(self.model, surfaces, self._names)
         return stopped
 
     def _run(
@@ -728,9 +728,10 @@ class World(StrictNames):
         for body in range(self.model.soft_count):
             shape, left = shape_at_rest(self._parts, body, tolerance, steps)
             if not left <= 1.0:
+                title = self._names.title(("soft", body))
                 raise SimulationError(
-                    f"soft body {body} is not at rest after {steps} steps: a force of {left:.3g} × the tolerance is "
-                    "left; allow more steps, or see that external forces cancel or fixed particles hold them",
+                    f"{title} is not at rest after {steps} steps: a force of {left:.3g} × the tolerance is left; allow "
+                    "more steps, or see that external forces cancel or fixed particles hold them",
                     self.steps,
                     f"soft body {body}",
                     self.stable_time_step(),
@@ -833,18 +834,20 @@ class World(StrictNames):
             return picture(self, path, camera, size, Drawing(self, colour, colour_range, colour_map, show_joints))
 
     def export(self, path: str | os.PathLike[str]) -> None:
-        """Write all bodies, as they are, to a PLY, OBJ or GLB file, whole or not at all, for other programs.
+        """Write all bodies, as they are, to a PLY, OBJ, GLB or USD file, whole or not at all, for other programs.
 
-        Needs trimesh: pip install softbody[files]. Soft bodies come first, then boxes of 8 corners and 12 triangles, in
-        their places; the ground is left out. PLY is one mesh, positions rounded to single precision; OBJ has an object
-        for each body, positions to 1e-17 m. GLB has a node for each, `soft_body_0` …, `box_0` …, boxes with their
-        pose, in single precision, under one that puts y up, as glTF has it: (x, y, z) is (x, z, −y) there. Raises
-        OutputError, and ParameterError for positions that are not finite.
+        Needs trimesh: pip install softbody[files]; for .usd, .usda and .usdc OpenUSD: pip install softbody[usd]. Soft
+        bodies come first, then boxes of 8 corners and 12 triangles, in their places; the ground is left out. PLY is one
+        mesh, positions rounded to single precision; OBJ has an object for each body, positions to 1e-17 m. GLB and USD
+        have a node for each, boxes with their pose, in the colours of pictures, positions in single precision; in GLB
+        under one that puts y up, as glTF has it: (x, y, z) is (x, z, −y) there; USD says that z is up. Bodies are
+        called by their names, and `soft_body_0` …, `box_0` … where they have none. Raises OutputError,
+        MissingPackageError, and ParameterError for positions that are not finite.
         """
-        from softbody.export import export_moment
+        from softbody.export import export_moment, looks_of
 
         with self._my_turn():
-            export_moment(path, shapes_of(self.model), pose_of(self.state))
+            export_moment(path, shapes_of(self.model), looks_of(labels_of(self)), pose_of(self.state))
 
     def view(self, port: int = 8080, *, host: str = "127.0.0.1", open_browser: bool = True) -> None:
         """Show the world live in the browser, to be watched and steered, until Ctrl-C; it moves on meanwhile.

@@ -39,12 +39,15 @@ def test_the_example_that_goes_through_frames_runs() -> None:
 
 def test_what_is_kept_is_read_and_exported(tmp_path, monkeypatch) -> None:
     pytest.importorskip("trimesh")
+    pytest.importorskip("pxr")
     world = softbody.World()
     world.add_soft_body(softbody.octahedron(), 1.0, 100.0, 10.0)
     (code,) = (block for block in re.findall(r"```python\n(.*?)```", README, re.DOTALL) if "TrajectoryWriter" in block)
     monkeypatch.chdir(tmp_path)
     exec(code, {"softbody": softbody, "world": world})
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["fall", "fall.glb", "meshes", "now.obj"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "fall", "fall.glb", "fall.usdc", "meshes", "now.obj"
+    ]  # fmt: skip
 
 
 def test_the_scene_file_is_one(tmp_path) -> None:

@@ -1,5 +1,6 @@
-"""Bodies as files for other programs: a moment as PLY, OBJ or GLB, a trajectory as many, or as one GLB that moves."""
+"""Bodies as files for other programs: a moment as PLY, OBJ, GLB or USD, a trajectory as many, or as one that moves."""
 
 from softbody.export.files import export_film, export_moment, export_sequence
+from softbody.export.looks import looks_of
 
-__all__ = ["export_film", "export_moment", "export_sequence"]
+__all__ = ["export_film", "export_moment", "export_sequence", "looks_of"]

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from softbody.errors import ParameterError
+from softbody.export.looks import Looks
 from softbody.export.meshes import as_scene, check_pose
 from softbody.shapes import Pose, Shapes
 
@@ -21,38 +22,35 @@ FLOAT = 5126  # glTF's number for a float of four bytes
 TYPES = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}  # by columns
 
 
-def film_bytes(shapes: Shapes, times: np.ndarray, poses: Iterable[Pose]) -> bytes:
+def film_bytes(shapes: Shapes, looks: Looks, times: np.ndarray, poses: Iterable[Pose]) -> bytes:
     """Return a GLB file of `poses` at `times` (f,) [s]; of frames at the same time the first is shown."""
     seconds = (times - times[0]).astype(np.float32) if len(times) else np.zeros(0, np.float32)
     is_shown = np.append(True, np.diff(seconds) > 0.0)[: len(seconds)]
-    if not is_shown.any():
-        raise ParameterError("there are no frames to export; keep some first")
     if is_shown.sum() > MOST_FRAMES:
         every = -(-int(is_shown.sum()) // MOST_FRAMES)
         raise ParameterError(
             f"{is_shown.sum()} frames are too many for one GLB file, which may have {MOST_FRAMES}: take fewer, with "
-            f"every={every}, or files one by one: export(folder, 'glb')"
+            f"every={every}, or a .usdc file, or files one by one: export(folder, 'glb')"
         )
     kept = []
     for pose, is_one in zip(poses, is_shown):
         if is_one:
             check_pose(shapes, pose)
             kept.append(pose)
-    moving = _Moving(shapes, seconds[is_shown], kept)
+    moving, scene = _Moving(shapes, looks, seconds[is_shown], kept), as_scene(shapes, looks, kept[0])
     if len(kept) == 1:
-        return as_scene(shapes, kept[0]).export(file_type="glb", include_normals=False)
-    scene = as_scene(shapes, kept[0])
+        return scene.export(file_type="glb", include_normals=False)
     return scene.export(file_type="glb", include_normals=False, buffer_postprocessor=moving.add_to)
 
 
 class _Moving:
     """What makes the tree of a GLB file move; `add_to` is called by trimesh, before it writes."""
 
-    def __init__(self, shapes: Shapes, seconds: np.ndarray, poses: list[Pose]) -> None:
-        self._shapes, self._seconds, self._poses = shapes, seconds, poses
+    def __init__(self, shapes: Shapes, looks: Looks, seconds: np.ndarray, poses: list[Pose]) -> None:
+        self._shapes, self._looks, self._seconds, self._poses = shapes, looks, seconds, poses
 
     def add_to(self, buffers: Any, tree: dict[str, Any]) -> None:
-        """Add morph targets, and one animation, to a tree in which each body has a node of its name."""
+        """Add morph targets, and one animation, to a tree in which each body has a node of its title."""
         self._buffers, self._accessors = buffers, tree["accessors"]
         nodes = {node["name"]: k for k, node in enumerate(tree["nodes"])}
         self._animation: dict[str, Any] = {"name": "motion", "samplers": [], "channels": []}
@@ -60,14 +58,14 @@ class _Moving:
         frames = len(self._poses)
         if self._shapes.soft_count:
             weights = self._accessor("weights", np.eye(frames, frames - 1, -1).reshape(-1, 1))
-        for body in range(self._shapes.soft_count):
-            node = nodes[f"soft_body_{body}"]
+        for body, look in enumerate(self._looks.soft):
+            node = nodes[look.title]
             mesh = tree["meshes"][tree["nodes"][node]["mesh"]]
             mesh["primitives"][0]["targets"] = [{"POSITION": each} for each in self._targets(body)]
             mesh["weights"] = [0.0] * (frames - 1)
             self._channel(node, "weights", weights)
-        for body in range(self._shapes.box_count):
-            node = nodes[f"box_{body}"]
+        for body, look in enumerate(self._looks.boxes):
+            node = nodes[look.title]
             places = np.array([pose.box_position[body] for pose in self._poses])
             turns = _nearest_signs(np.array([pose.box_orientation[body] for pose in self._poses]))[:, [1, 2, 3, 0]]
             tree["nodes"][node].pop("matrix", None)  # what is animated must not have one

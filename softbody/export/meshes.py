@@ -1,4 +1,4 @@
-"""Which meshes are bodies, for another program? Soft bodies as they are, boxes of twelve triangles, all by name."""
+"""Which meshes are bodies, for another program? Soft bodies as they are, boxes of twelve triangles, all by title."""
 
 from __future__ import annotations
 
@@ -8,11 +8,15 @@ from typing import Any
 import numpy as np
 
 from softbody.errors import ParameterError
+from softbody.export.looks import Look, Looks
 from softbody.extras import library
 from softbody.mesh import Mesh, box
 from softbody.quaternion import rotation_matrix
 from softbody.shapes import Pose, Shapes
 
+Corners = tuple[np.ndarray, np.ndarray]  # vertices (n, 3) [m] and triangles (t, 3)
+
+ROUGHNESS = 0.8  # of surfaces in files: 0 is a mirror, 1 chalk
 # glTF has y up: x stays, z becomes y.
 Y_UP = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
 
@@ -32,15 +36,14 @@ def check_pose(shapes: Shapes, pose: Pose) -> None:
             raise ParameterError(f"{name}[{row}] is {rows[row]}, which no file can hold; set it to numbers")
 
 
-def soft_mesh(shapes: Shapes, pose: Pose, body: int) -> Any:
-    """Return a soft body as a trimesh.Trimesh, in the world's frame."""
-    vertices = pose.particle_position[shapes.particles(body)]
-    return _mesh(f"soft_body_{body}", vertices, shapes.triangles(body))
+def soft_mesh(shapes: Shapes, pose: Pose, body: int) -> Corners:
+    """Return a soft body, in the world's frame."""
+    return pose.particle_position[shapes.particles(body)], shapes.triangles(body)
 
 
-def box_mesh(shapes: Shapes, body: int) -> Any:
-    """Return a box as a trimesh.Trimesh, in its own frame."""
-    return _mesh(f"box_{body}", _cube().vertices * shapes.box_size[body], _cube().triangles)
+def box_mesh(shapes: Shapes, body: int) -> Corners:
+    """Return a box, in its own frame."""
+    return _cube().vertices * shapes.box_size[body], _cube().triangles
 
 
 def box_matrix(pose: Pose, body: int) -> np.ndarray:
@@ -52,26 +55,34 @@ def box_matrix(pose: Pose, body: int) -> np.ndarray:
 
 
 def in_world(shapes: Shapes, pose: Pose) -> list[Any]:
-    """Return all bodies in the world's frame, soft bodies first."""
-    meshes = [soft_mesh(shapes, pose, body) for body in range(shapes.soft_count)]
-    boxes = [box_mesh(shapes, body) for body in range(shapes.box_count)]
-    return meshes + [mesh.apply_transform(box_matrix(pose, body)) for body, mesh in enumerate(boxes)]
+    """Return all bodies as meshes of trimesh in the world's frame, soft bodies first."""
+    soft = [_mesh(*soft_mesh(shapes, pose, body)) for body in range(shapes.soft_count)]
+    boxes = [_mesh(*box_mesh(shapes, body)) for body in range(shapes.box_count)]
+    return soft + [mesh.apply_transform(box_matrix(pose, body)) for body, mesh in enumerate(boxes)]
 
 
-def as_scene(shapes: Shapes, pose: Pose) -> Any:
-    """Return a trimesh.Scene with a node for each body, under one that puts y up."""
+def as_scene(shapes: Shapes, looks: Looks, pose: Pose) -> Any:
+    """Return a trimesh.Scene with a node for each body, in its colour, under one that puts y up."""
     scene = trimesh().Scene()
     scene.graph.update(frame_to="z_up", frame_from=scene.graph.base_frame, matrix=Y_UP)
-    soft = [(soft_mesh(shapes, pose, body), np.eye(4)) for body in range(shapes.soft_count)]
-    boxes = [(box_mesh(shapes, body), box_matrix(pose, body)) for body in range(shapes.box_count)]
-    for mesh, matrix in soft + boxes:
-        name = mesh.metadata["name"]
-        scene.add_geometry(mesh, node_name=name, geom_name=name, parent_node_name="z_up", transform=matrix)
+    for body, look in enumerate(looks.soft):
+        _add(scene, look, soft_mesh(shapes, pose, body), np.eye(4))
+    for body, look in enumerate(looks.boxes):
+        _add(scene, look, box_mesh(shapes, body), box_matrix(pose, body))
     return scene
 
 
-def _mesh(name: str, vertices: np.ndarray, triangles: np.ndarray) -> Any:
-    return trimesh().Trimesh(vertices, triangles, process=False, metadata={"name": name})
+def _add(scene: Any, look: Look, corners: Corners, matrix: np.ndarray) -> None:
+    mesh, visual = _mesh(*corners), trimesh().visual
+    material = visual.material.PBRMaterial(
+        name=look.title, baseColorFactor=[*look.colour, 1.0], metallicFactor=0.0, roughnessFactor=ROUGHNESS
+    )
+    mesh.visual = visual.TextureVisuals(material=material)
+    scene.add_geometry(mesh, node_name=look.title, geom_name=look.title, parent_node_name="z_up", transform=matrix)
+
+
+def _mesh(vertices: np.ndarray, triangles: np.ndarray) -> Any:
+    return trimesh().Trimesh(vertices, triangles, process=False)
 
 
 @cache

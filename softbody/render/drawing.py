@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from softbody.colours import STATIC, Colour, colour_of
 from softbody.errors import ParameterError
 from softbody.joint_forces import joint_ends
 from softbody.mesh import Mesh
@@ -25,14 +26,6 @@ from softbody.soft_body import SoftBody
 if TYPE_CHECKING:
     from softbody.world import World
 
-Colour = tuple[float, float, float]
-
-COLOURS = [(0.86, 0.44, 0.24), (0.24, 0.50, 0.80), (0.38, 0.64, 0.36), (0.75, 0.60, 0.22), (0.58, 0.40, 0.70)]
-STATIC = (
-    0.70,
-    0.72,
-    0.75,
-)  # the colour of boxes that cannot move, and of all where colours show what boxes have none of
 PALE = 0.62  # of white in the colour of stripes
 STRIPES = 4  # of each of its two colours, around a soft body
 RIBBON = 0.1  # half the width of the ribbon around a box, of the box's longest side
@@ -94,7 +87,7 @@ class Drawing:
         return [Thing(body.positions, body.triangles, self._palette, along=s) for body, s in zip(bodies, shades)]
 
     def _soft(self, body: SoftBody) -> Thing:
-        colour = COLOURS[body.index % len(COLOURS)]
+        colour = colour_of(body.index)
         if self._colour == "plain":
             return Thing(body.positions, body.triangles, colour)
         while len(self._stripes) <= body.index:
@@ -109,7 +102,7 @@ class Drawing:
         place = placed(mesh.vertices, box)
         if box.mass is None or self._colour in QUANTITIES:
             return Thing(place, mesh.triangles, STATIC, smooth=False)
-        colour = COLOURS[(self._world.model.soft_count + box.index) % len(COLOURS)]
+        colour = colour_of(self._world.model.soft_count + box.index)
         if self._colour == "plain":
             return Thing(place, mesh.triangles, colour, smooth=False)
         ribbon = RIBBON * size[longest] - np.abs(mesh.vertices[:, longest])

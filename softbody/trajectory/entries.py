@@ -55,7 +55,7 @@ def read_chunk(path: Path, times: np.ndarray, shapes: Shapes, velocities: bool, 
     try:
         entries = _entries(path, most_bytes)
         if not np.array_equal(entries.rows("time", (len(times),), Rows(least=0.0)), times):
-            raise SnapshotError("time is not what the manifest says: it is a chunk of another trajectory")
+            raise SnapshotError("time is not what trajectory.json says: it is a chunk of another trajectory")
         return checked_frames(entries, len(times), shapes, velocities)
     except (SnapshotError, OSError) as error:
         raise refused(path, error) from error

@@ -9,7 +9,9 @@ from math import isfinite
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from softbody.errors import TrajectoryError
+from softbody.errors import ParameterError, TrajectoryError
+from softbody.names import names_of
+from softbody.shapes import Labels
 from softbody.trajectory.entries import BODIES
 from softbody.version import __version__
 from softbody.whole_file import whole_file
@@ -40,6 +42,7 @@ class Manifest(NamedTuple):
 
     bodies: str  # SHA-256 of what `bodies.npz` holds
     velocities: bool  # whether they are kept, too
+    labels: Labels | None = None  # what they were called when it was begun; trajectories of old do not say
     chunks: tuple[Chunk, ...] = ()
 
     @property
@@ -60,6 +63,7 @@ def write_manifest(folder: Path, manifest: Manifest) -> None:
         "units": UNITS,
         "bodies": {"file": BODIES, "sha256": manifest.bodies},
         "velocities": manifest.velocities,
+        **({"labels": manifest.labels._asdict()} if manifest.labels else {}),
         "chunks": [{"file": name, "frames": len(times), "times": times} for name, times in manifest.chunks],
     }
     with whole_file(folder / NAME) as file:
@@ -109,9 +113,24 @@ def _manifest(found: dict[str, Any]) -> Manifest:
     _need(isinstance(listed, list), "chunks must be a list")
     chunks = tuple(_chunk(each, k) for k, each in enumerate(listed or ()))
     _need(len({chunk.file for chunk in chunks}) == len(chunks), "chunks must have a file each")
-    manifest = Manifest(str(sha), bool(velocities), chunks)
+    manifest = Manifest(str(sha), bool(velocities), _labels(found.get("labels")), chunks)
     _need(all(a <= b for a, b in pairwise(manifest.times)), "times of chunks must not go back")
     return manifest
+
+
+def _labels(found: Any) -> Labels | None:
+    """Return what bodies are called; raises TrajectoryError for names that no world would give."""
+    if found is None:
+        return None
+    _need(isinstance(found, dict) and set(found) == set(Labels._fields), "labels must have soft, box and held")
+    soft, boxes, held = (found[name] for name in Labels._fields)
+    _need(all(isinstance(each, list) for each in (soft, boxes, held)), "labels must be lists")
+    _need(all(isinstance(each, bool) for each in held), "labels.held must be true or false for each box")
+    try:
+        names_of({"soft": soft, "box": boxes}, "labels")
+    except ParameterError as error:
+        raise TrajectoryError(f"{error}") from error
+    return Labels(*(tuple(each) for each in (soft, boxes, held)))
 
 
 def _chunk(found: Any, k: int) -> Chunk:

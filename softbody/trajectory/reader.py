@@ -12,7 +12,7 @@ import numpy as np
 from softbody.errors import ParameterError, TrajectoryError
 from softbody.interrupts import assign_together
 from softbody.parameters import check_whole, shown
-from softbody.shapes import Pose, shapes_of
+from softbody.shapes import Pose, shapes_of, unlabelled
 from softbody.snapshot import digest, named_arrays
 from softbody.snapshot_entries import Snapshot
 from softbody.trajectory.entries import BODIES, read_chunk, read_shapes
@@ -51,6 +51,12 @@ class Trajectory:
             raise TrajectoryError(
                 f"{self.path / BODIES} is of other bodies than the manifest says; copy the whole folder, or keep the "
                 "trajectory anew"
+            )
+        self._labels = self._manifest.labels or unlabelled(self._shapes)
+        if [len(each) for each in self._labels] != [len(each) for each in unlabelled(self._shapes)]:
+            raise TrajectoryError(
+                f"{self.path} has labels of other numbers of bodies than it has bodies; copy the whole folder, or keep "
+                "the trajectory anew"
             )
         self.times = np.array(self._manifest.times, np.float64)
         self.times.flags.writeable = False
@@ -125,6 +131,16 @@ class Trajectory:
         return self._shapes.box_count
 
     @property
+    def soft_names(self) -> tuple[str | None, ...]:
+        """What soft bodies were called when the trajectory was begun, None for no name."""
+        return tuple(name or None for name in self._labels.soft)
+
+    @property
+    def box_names(self) -> tuple[str | None, ...]:
+        """What boxes were called when the trajectory was begun, None for no name."""
+        return tuple(name or None for name in self._labels.box)
+
+    @property
     def box_sizes(self) -> np.ndarray:
         """Full extents (m, 3) of boxes [m]."""
         return self._shapes.box_size.copy()
@@ -162,18 +178,19 @@ class Trajectory:
             )
 
     def export(self, path: str | os.PathLike[str], kind: str | None = None, *, every: int = 1) -> None:
-        """Write all frames, or `every` so many, as meshes for other programs; needs trimesh: softbody[files].
+        """Write all frames, or `every` so many, for other programs; needs trimesh: softbody[files], or softbody[usd].
 
-        `trajectory.export("fall.glb")`: one file, in which bodies move. `trajectory.export("meshes", "ply")`: a new
-        folder of files 000000.ply, … of that kind, "ply", "obj" or "glb", one a frame; see `World.export`. Raises
-        OutputError, and MissingPackageError.
+        `trajectory.export("fall.glb")`, or "fall.usdc": one file, in which bodies move; a GLB has 1000 frames at most.
+        `trajectory.export("meshes", "ply")`: a new folder of files 000000.ply, … of that kind, "ply", "obj", "glb",
+        "usda" or "usdc", one a frame; see `World.export`. Raises OutputError, and MissingPackageError.
         """
-        from softbody.export import export_film, export_sequence
+        from softbody.export import export_film, export_sequence, looks_of
 
         numbers = range(0, len(self), check_whole(every, "every", 1))
         frames = (self[k] for k in numbers)
         poses = (Pose(frame.positions, frame.box_positions, frame.box_orientations) for frame in frames)
+        looks = looks_of(self._labels)
         if kind is None:
-            export_film(path, self._shapes, self.times[list(numbers)], poses)
+            export_film(path, self._shapes, looks, self.times[list(numbers)], poses)
         else:
-            export_sequence(path, kind, self._shapes, poses)
+            export_sequence(path, kind, self._shapes, looks, poses)

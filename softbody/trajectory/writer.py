@@ -13,7 +13,7 @@ import numpy as np
 from softbody.errors import OutputError, ParameterError, SnapshotError, TrajectoryError
 from softbody.frame_times import frames_by_steps
 from softbody.parameters import check_range, check_yes_or_no
-from softbody.shapes import Shapes, shapes_of
+from softbody.shapes import Shapes, labels_of, shapes_of
 from softbody.snapshot import digest, named_arrays
 from softbody.snapshot_entries import Entries, Snapshot
 from softbody.trajectory.entries import BODIES, checked_frames, frame_of, read_chunk, read_shapes
@@ -70,7 +70,7 @@ class TrajectoryWriter:
             if resume and os.path.lexists(self._folder / NAME):
                 self._held = self._found(bodies)
             else:
-                self._held = self._new(Manifest(bodies, self._velocities))
+                self._held = self._new(Manifest(bodies, self._velocities, labels_of(world)))
         except OSError as error:
             raise _refused(self._folder, error, 0) from error
         self._begun = self._held.base.times[0] if self._held.base.chunks else world.time

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from softbody.colours import STATIC, colour_of
 from softbody.render.camera import VIEW
 from softbody.render.colour_map import SHADES, palette_of
-from softbody.render.drawing import COLOURS, STATIC, Drawing, framed
+from softbody.render.drawing import Drawing, framed
 from softbody.render.lines import COLOUR as LINE
 from softbody.render.quantities import QUANTITIES, UNITS
 from softbody.settings import INTEGRATORS
@@ -72,7 +73,7 @@ class Page:
                 cell_size=0.5, section_size=1.0, shadow_opacity=0.35, position=(0.0, 0.0, model.ground_height),
             )  # fmt: skip
         self._soft = [
-            scene.add_mesh_simple(f"/soft/{i}", vertices, self._triangles[i], color=_bytes(COLOURS[i % len(COLOURS)]))
+            scene.add_mesh_simple(f"/soft/{i}", vertices, self._triangles[i], color=_bytes(colour_of(i)))
             for i, vertices in enumerate(first.soft)
         ]
         self._bands = [
@@ -85,7 +86,7 @@ class Page:
         self._boxes = []
         for i in range(model.box_count):
             is_static = model.box_inverse_mass[i] == 0.0
-            colour = STATIC if is_static else COLOURS[(model.soft_count + i) % len(COLOURS)]
+            colour = STATIC if is_static else colour_of(model.soft_count + i)
             where = {"position": first.box_position[i], "wxyz": first.box_orientation[i]}
             self._boxes.append(scene.add_box(f"/boxes/{i}", _bytes(colour), tuple(model.box_size[i]), **where))
         self._contacts = scene.add_point_cloud(

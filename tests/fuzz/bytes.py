@@ -46,7 +46,8 @@ def packed(parts: list[tuple[str, bytes]], rng: Rng) -> bytes:
     with warnings.catch_warnings(), zipfile.ZipFile(file, "w", way) as archive:
         warnings.simplefilter("ignore")  # of names that are there twice
         for name, raw in parts:
-            archive.writestr(name, raw)
+            if name.partition("\0")[0]:  # an empty name is more than zipfile writes
+                archive.writestr(name, raw)
     return file.getvalue()
 
 

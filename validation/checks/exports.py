@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from softbody import Trajectory, TrajectoryWriter, World
-from softbody.export import animation, files, meshes
+from softbody.export import animation, files, meshes, usd
 from validation.cases import BOX_TRIANGLES, corners_of, random_mesh, random_orientations, rotation_matrix
 from validation.check import Comparison, Run, check
 from validation.checks.kept import FAMILY
@@ -71,12 +72,14 @@ SINGLE = "positions in single precision, of some metres: 2.4e-7 each way, more i
 
 @check(
     family=FAMILY,
-    claim="A world's PLY and OBJ, as libigl reads them, and its GLB, as trimesh and the specification of glTF do, have"
-    " its soft bodies, vertex by vertex, and its boxes, corner by corner, where they are, facing outwards.",
+    claim="A world's PLY and OBJ, as libigl reads them, its GLB, as trimesh and the specification of glTF do, and its"
+    " USD, as its text says, have its soft bodies, vertex by vertex, and its boxes, corner by corner, where they are,"
+    " facing outwards.",
     section="beyond the paper",
     piece="softbody.World.export",
-    reference="libigl's reader of PLY and OBJ, trimesh's of GLB, and glTF 2.0 read by hand; raw arrays, boxes by NumPy",
-    engines=("igl", "trimesh", "scipy"),
+    reference="libigl's reader of PLY and OBJ, trimesh's of GLB, and glTF 2.0 and USD's text read by hand, binary USD"
+    " printed by OpenUSD; raw arrays, boxes by NumPy",
+    engines=("igl", "trimesh", "scipy", "pxr"),
     unit="metres; and cubic metres, of volumes",
     tolerance=1e-5,
     because=SINGLE,
@@ -90,11 +93,19 @@ SINGLE = "positions in single precision, of some metres: 2.4e-7 each way, more i
             "_cube().vertices * shapes.box_size[body]",
             "0.5 * _cube().vertices * shapes.box_size[body]",
         ),
+        Fault("the cosine last in USD", usd.stage_bytes, "m_.Quatd(w, x, y, z)", "m_.Quatd(z, x, y, w)"),
+        Fault(
+            "USD in centimetres",
+            usd.stage_bytes,
+            "m_.SetStageMetersPerUnit(stage, 1.0)",
+            "m_.SetStageMetersPerUnit(stage, 0.01)",
+        ),
         Fault("an OBJ of three digits", files._obj, "17", "3"),
     ),
 )
 def moments_as_files(run: Run) -> Comparison:
     from references import gltf, igl, trimesh
+    from references import usd as by_hand
 
     rng = run.fresh_rng()
     measured, expected, kinds = [], [], []
@@ -104,13 +115,14 @@ def moments_as_files(run: Run) -> Comparison:
         names = list(truth)
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
-            for kind in ("ply", "obj", "glb"):
+            for kind in ("ply", "obj", "glb", "usda", "usdc"):
                 world.export(folder / f"now.{kind}")
             found: dict[str, Shown] = {
                 f"{kind}, by libigl": parted(world, *igl.read_mesh(folder / f"now.{kind}")) for kind in ("ply", "obj")
             }
             found["glb, by trimesh"] = trimesh.load_scene(folder / "now.glb")
             found["glb, by the specification"] = gltf.Film(folder / "now.glb").shown()
+            found["usda"], found["usdc"] = (by_hand.Stage(folder / f"now.{kind}").shown() for kind in ("usda", "usdc"))
         for kind, shown in found.items():
             measured.append(in_rows(shown, names))
             expected.append(in_rows(truth, names))
@@ -120,13 +132,14 @@ def moments_as_files(run: Run) -> Comparison:
 
 @check(
     family=FAMILY,
-    claim="A trajectory's GLB shows, at the time of each frame, the bodies of that frame, and between two frames soft"
-    " bodies on the straight way and boxes on the shortest turn; its folders of PLY, OBJ and GLB have a file for each"
-    " frame, or every so many.",
+    claim="A trajectory's GLB and USD show, at the time of each frame, the bodies of that frame, and between two frames"
+    " soft bodies on the straight way and boxes on the shortest turn; its folders of PLY, OBJ, GLB and USD have a file"
+    " for each frame, or every so many.",
     section="beyond the paper",
     piece="softbody.Trajectory.export",
-    reference="glTF 2.0 read by hand, as its specification says, turns by SciPy; libigl's reader of PLY and OBJ",
-    engines=("igl", "scipy", "trimesh"),
+    reference="glTF 2.0 and USD's text read by hand, as their specifications say, turns by SciPy; libigl's reader of"
+    " PLY and OBJ",
+    engines=("igl", "scipy", "trimesh", "pxr"),
     unit="metres; and cubic metres, of volumes",
     tolerance=2e-5,
     because=SINGLE,
@@ -152,14 +165,23 @@ def moments_as_files(run: Run) -> Comparison:
             "np.eye(frames, frames - 1, -2)",
         ),
         Fault("quaternions with w first", animation._Moving.add_to, "x_[:, [1, 2, 3, 0]]", "x_[:, [0, 1, 2, 3]]"),
+        Fault(
+            "USD that counts frames from 1",
+            usd._time_codes,
+            "[float(code) for code in codes]",
+            "[float(code) + 1.0 for code in codes]",
+        ),
+        Fault("USD whose points stay", usd._put, "mesh.GetPointsAttr().Set(p_, code)", "mesh.GetPointsAttr().Set(p_)"),
         Fault("two frames to a file", files.export_sequence, "f'{k:06d}.{kind}'", "f'{k // 2:06d}.{kind}'"),
     ),
 )
 def films_as_files(run: Run) -> Comparison:
     from references import gltf, igl
+    from references import usd as by_hand
 
     rng = run.fresh_rng()
     measured, expected, kinds = [], [], []
+    moving: dict[str, Callable[[Path], Any]] = {"glb": gltf.Film, "usda": by_hand.Stage, "usdc": by_hand.Stage}
     for _ in range(run.count(1, 4, 40)):
         world = crowded(rng)
         poses = []
@@ -172,21 +194,22 @@ def films_as_files(run: Run) -> Comparison:
                     kept.frame()
                     poses.append((as_they_are(world), world.state.box_orientation.copy()))
             film = Trajectory.open(folder / "kept")
-            film.export(folder / "film.glb")
-            shown = gltf.Film(folder / "film.glb")
             names = list(poses[0][0])
-            for k, (truth, _) in enumerate(poses):
-                measured.append(in_rows(shown.shown(0.125 * k), names))
-                expected.append(in_rows(truth, names))
-                kinds += ["GLB that moves, at a frame"] * len(expected[-1])
-            for k in range(5):
-                measured.append(in_rows(shown.shown(0.125 * (k + 0.5)), names))
-                expected.append(in_rows(_half_way(world, poses[k], poses[k + 1]), names))
-                kinds += ["GLB that moves, between frames"] * len(expected[-1])
-            for kind in ("ply", "obj", "glb"):
+            for kind, reader in moving.items():
+                film.export(folder / f"film.{kind}")
+                shown = reader(folder / f"film.{kind}").shown
+                for k, (truth, _) in enumerate(poses):
+                    measured.append(in_rows(shown(0.125 * k), names))
+                    expected.append(in_rows(truth, names))
+                    kinds += [f"{kind} that moves, at a frame"] * len(expected[-1])
+                for k in range(5):
+                    measured.append(in_rows(shown(0.125 * (k + 0.5)), names))
+                    expected.append(in_rows(_half_way(world, poses[k], poses[k + 1]), names))
+                    kinds += [f"{kind} that moves, between frames"] * len(expected[-1])
+            for kind in ("ply", "obj", *moving):
                 film.export(folder / kind, kind, every=2)
                 for k, path in enumerate(sorted((folder / kind).iterdir())):
-                    one = gltf.Film(path).shown() if kind == "glb" else parted(world, *igl.read_mesh(path))
+                    one = moving[kind](path).shown() if kind in moving else parted(world, *igl.read_mesh(path))
                     measured.append(in_rows(one, names))
                     expected.append(in_rows(poses[2 * k][0], names))
                     kinds += [f"a folder of {kind}"] * len(expected[-1])

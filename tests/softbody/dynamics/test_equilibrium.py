@@ -44,3 +44,17 @@ def test_a_body_that_is_pushed_away_finds_no_rest():
     with pytest.raises(SimulationError, match=r"soft body 0 is not at rest after 1000 steps.*fixed particles hold"):
         world.equilibrium(steps=1000)
     assert body.positions.tolist() == before.tolist()
+
+
+def test_a_body_without_springs_and_gas_stays_as_it_is_unless_something_pulls():
+    world = World()
+    ball = world.add_soft_body(softbody.icosphere(1), mass=1.0, stiffness=0.0, gas=0.0)
+    before = ball.positions.copy()
+    world.equilibrium()
+    np.testing.assert_array_equal(ball.positions, before)
+    ball.fixed = [0]
+    with pytest.raises(SimulationError, match="is not at rest"):
+        world.equilibrium()
+    world.gravity = (0.0, 0.0, 0.0)
+    world.equilibrium()
+    np.testing.assert_array_equal(ball.positions, before)

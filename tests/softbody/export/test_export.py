@@ -10,6 +10,7 @@ import pytest
 
 import softbody
 from softbody import MissingPackageError, OutputError, ParameterError, Trajectory, TrajectoryWriter, World
+from softbody.colours import STATIC, colour_of
 
 trimesh = pytest.importorskip("trimesh")
 
@@ -123,8 +124,10 @@ def kept(world, tmp_path):
     return Trajectory.open(tmp_path / "t")
 
 
-@pytest.mark.parametrize("kind", ["ply", "obj", "glb"])
+@pytest.mark.parametrize("kind", ["ply", "obj", "glb", "usda", "usdc"])
 def test_a_sequence_has_a_file_for_each_frame(world, kept, tmp_path, kind):
+    if kind.startswith("usd"):
+        pytest.importorskip("pxr")
     kept.export(tmp_path / "meshes", kind)
     assert sorted(os.listdir(tmp_path / "meshes")) == [f"{k:06d}.{kind}" for k in range(5)]
     for k in range(5):
@@ -236,7 +239,7 @@ def test_what_cannot_be_exported_is_said(world, kept, tmp_path):
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "mine").write_text("mine")
     for path, kind, message in (
-        (tmp_path / "a.stl", ParameterError, r"give a name that ends in \.ply, \.obj or \.glb"),
+        (tmp_path / "a.stl", ParameterError, r"give a name that ends in \.ply, \.obj, \.glb or \.usdc"),
         (tmp_path / "missing" / "a.ply", OutputError, "No such file or directory"),
         (tmp_path / "folder.ply", OutputError, "Is a directory"),
         (3, ParameterError, "give the name of a file"),
@@ -245,7 +248,7 @@ def test_what_cannot_be_exported_is_said(world, kept, tmp_path):
             world.export(path)
     for arguments, kind, message in (
         ((tmp_path / "a.ply",), ParameterError, r"cannot hold what moves; give a name that ends in \.glb"),
-        ((tmp_path / "new", "stl"), ParameterError, "kind is 'stl'; choose one of ply, obj, glb"),
+        ((tmp_path / "new", "stl"), ParameterError, "kind is 'stl'; choose one of ply, obj, glb, usd, usda, usdc"),
         ((tmp_path / "full", "ply"), OutputError, "full is not empty"),
         ((tmp_path / "full" / "mine", "ply"), OutputError, "File exists"),
     ):
@@ -266,3 +269,108 @@ def test_without_trimesh_the_extra_is_named(world, tmp_path, monkeypatch):
     for kind in ("ply", "obj", "glb"):
         with pytest.raises(MissingPackageError, match=r"needs trimesh: pip install softbody\[files\]"):
             world.export(tmp_path / f"a.{kind}")
+
+
+def test_without_openusd_the_extra_is_named(world, kept, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pxr.Usd", None)
+    monkeypatch.setitem(sys.modules, "pxr.UsdGeom", None)
+    for work in (
+        lambda: world.export(tmp_path / "a.usdc"),
+        lambda: kept.export(tmp_path / "film.usda"),
+        lambda: kept.export(tmp_path / "folder", "usd"),
+    ):
+        with pytest.raises(MissingPackageError, match=r"needs OpenUSD \(usd-core\): pip install softbody\[usd\]"):
+            work()
+    assert os.listdir(tmp_path) == ["t"]
+
+
+@pytest.fixture
+def stage():
+    """A function that opens a file by OpenUSD."""
+    return pytest.importorskip("pxr.Usd").Stage.Open
+
+
+def body_at(stage, path, code):
+    """What OpenUSD itself makes of a mesh: vertices in the world, and triangles."""
+    from pxr import UsdGeom
+
+    mesh = UsdGeom.Mesh(stage.GetPrimAtPath(path))
+    matrix = np.array(UsdGeom.XformCache(code).GetLocalToWorldTransform(mesh.GetPrim()))  # of rows
+    points = np.array(mesh.GetPointsAttr().Get(code), float)
+    low, high = np.array(mesh.GetExtentAttr().Get(code))
+    np.testing.assert_array_equal([low, high], [points.min(axis=0), points.max(axis=0)])
+    return points @ matrix[:3, :3] + matrix[3, :3], np.array(mesh.GetFaceVertexIndicesAttr().Get()).reshape(-1, 3)
+
+
+@pytest.mark.parametrize("kind", ["usd", "usda", "usdc"])
+def test_openusd_shows_what_the_trajectory_has(world, kept, stage, tmp_path, kind):
+    kept.export(tmp_path / f"film.{kind}")
+    film = stage(str(tmp_path / f"film.{kind}"))
+    assert (film.GetTimeCodesPerSecond(), film.GetStartTimeCode(), film.GetEndTimeCode()) == (32.0, 0.0, 4.0)
+    for k in range(5):
+        kept.put_into(world, k)
+        for i, body in enumerate(world.soft_bodies):
+            vertices, triangles = body_at(film, f"/World/soft_body_{i}", k)
+            np.testing.assert_allclose(vertices, body.positions, rtol=SINGLE, atol=1e-12)
+            np.testing.assert_array_equal(triangles, body.triangles)
+        for i, box in enumerate(world.boxes):
+            check_box(box, *body_at(film, f"/World/box_{i}", k), 1e-6)
+
+
+def test_uneven_frames_and_frames_at_the_same_time_are_at_their_times(world, stage, tmp_path):
+    times = 1.0, 1.25, 1.25, 1.3, 2.0
+    places = []
+    with TrajectoryWriter(world, tmp_path / "t") as writer:
+        for k, time in enumerate(times):
+            moved(world, k)
+            world.time = time
+            places.append(world.boxes[0].position.copy())
+            writer.frame()
+    Trajectory.open(tmp_path / "t").export(tmp_path / "t.usda")
+    film = stage(str(tmp_path / "t.usda"))
+    rate = film.GetTimeCodesPerSecond()
+    for k in (0, 1, 3, 4):
+        vertices, _ = body_at(film, "/World/box_0", (times[k] - times[0]) * rate)
+        np.testing.assert_allclose(vertices.mean(axis=0), places[k], rtol=1e-6)
+
+
+TITLES = ("my ball é", "soft_body_1", "soft_body_0", "box_1")
+
+
+def test_bodies_are_called_by_their_names_and_no_two_the_same(world, stage, tmp_path):
+    world.soft_bodies[0].name, world.boxes[0].name = "my ball é", "soft_body_0"
+    world.export(tmp_path / "a.glb")
+    assert set(trimesh.load_scene(tmp_path / "a.glb").geometry) == set(TITLES)
+    world.soft_bodies[0].name, world.soft_bodies[1].name = None, "my_ball__"
+    world.export(tmp_path / "a.obj")
+    named = [line[2:] for line in (tmp_path / "a.obj").read_text().splitlines() if line.startswith("o ")]
+    assert named == ["soft_body_0_", "my_ball__", "soft_body_0", "box_1"]
+    world.soft_bodies[0].name, world.soft_bodies[1].name = "my ball é", "my_ball__é"
+    world.export(tmp_path / "a.usdc")
+    opened = stage(str(tmp_path / "a.usdc"))
+    titles = [prim.GetDisplayName() for prim in opened.GetDefaultPrim().GetChildren()]
+    assert titles == ["my ball é", "my_ball__é", "soft_body_0", "box_1"]
+
+
+def test_a_trajectory_has_the_names_of_its_bodies(world, tmp_path):
+    world.soft_bodies[0].name, world.boxes[0].name = "my ball é", "soft_body_0"
+    with TrajectoryWriter(world, tmp_path / "t") as writer:
+        for k in range(2):
+            moved(world, k)
+            writer.frame()
+    world.soft_bodies[0].name = None
+    kept = Trajectory.open(tmp_path / "t")
+    assert (kept.soft_names, kept.box_names) == (("my ball é", None), ("soft_body_0", None))
+    kept.export(tmp_path / "t.glb")
+    film = Film(tmp_path / "t.glb")
+    for title in TITLES:
+        film.shown(title, 0)
+
+
+def test_colours_are_those_of_pictures(world, tmp_path):
+    world.export(tmp_path / "a.glb")
+    scene = trimesh.load_scene(tmp_path / "a.glb")
+    for number, title in enumerate(("soft_body_0", "soft_body_1", "box_0", "box_1")):
+        told = STATIC if title == "box_1" else colour_of(number)
+        red_green_blue = scene.geometry[title].visual.material.baseColorFactor[:3] / 255.0
+        np.testing.assert_allclose(red_green_blue ** (1.0 / 2.2), told, atol=0.01)

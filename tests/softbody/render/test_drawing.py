@@ -7,7 +7,8 @@ import pytest
 
 import softbody
 from softbody import ParameterError
-from softbody.render.drawing import STATIC, STRIPES, Drawing, placed, stripes_of
+from softbody.colours import STATIC
+from softbody.render.drawing import STRIPES, Drawing, placed, stripes_of
 
 
 @pytest.mark.parametrize("mesh", [softbody.icosphere(3), softbody.torus()])
