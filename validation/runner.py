@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Generator
-from dataclasses import asdict
+from collections.abc import Callable, Generator, Iterable
+from dataclasses import asdict, dataclass
 from itertools import zip_longest
 from multiprocessing.connection import wait
 from typing import TYPE_CHECKING, Any
@@ -36,8 +36,8 @@ def run_checks(
 ) -> Generator[ClaimRecord, None, None]:
     """Yield the record of each check and seed as it ends; `started` hears the id, and the seed of a later draw.
 
-    `jobs` workers take the lanes of checks one after the other, so that each kernel is compiled in one process only;
-    the lanes of later draws come last, when all is compiled. A
+    `jobs` workers take the lanes of checks one after the other, so that each kernel is compiled in one process only,
+    and help with what is left of others in the end; the lanes of later draws come last, when all is compiled. A
     worker process that dies, holds more than `memory` [bytes] or takes longer than `limit` [s], which is the level's
     else, fails the claim it was at, and a new one goes on with the next. A cluster, if there is one, judges instead: it
     takes the lanes in turn, as its machines compile for themselves.
@@ -97,23 +97,40 @@ def record_of(ended: Ended) -> ClaimRecord:
     return record
 
 
+@dataclass
+class _Lane:
+    """Tasks that share what is compiled for them."""
+
+    tasks: deque[Task]
+    is_compiled: bool = False  # its first task has ended
+
+
+def _longest(lanes: Iterable[_Lane]) -> _Lane:
+    """Return the lane with most tasks left, of those that may be shared; one without tasks if there is none."""
+    return max((lane for lane in lanes if lane.is_compiled), key=lambda lane: len(lane.tasks), default=_Lane(deque()))
+
+
 def run_tasks(
     lanes: list[list[Task]], jobs: int, started: Callable[[str], None], memory: float | None = None
 ) -> Generator[Ended, None, None]:
-    """Yield what becomes of each task as it ends; one worker does a lane's tasks, one after the other."""
+    """Yield what becomes of each task as it ends; one worker does a lane's tasks, one after the other.
+
+    When no lane waits any more, idle workers help with the longest of those whose first task has ended: what they share
+    is compiled then, and on disk.
+    """
     if memory is None:
         memory = memory_each(jobs)
-    waiting = deque(deque(lane) for lane in lanes)
-    workers: dict[Worker, deque[Task]] = {}
+    waiting = deque(_Lane(deque(lane)) for lane in lanes)
+    workers: dict[Worker, _Lane] = {}
     try:
-        for _ in range(min(jobs, len(waiting))):
-            workers[Worker(memory)] = deque()
+        for _ in range(min(jobs, sum(map(len, lanes)))):
+            workers[Worker(memory)] = _Lane(deque())
         while True:
             for worker, lane in workers.items():
-                if worker.is_idle and not lane and waiting:
-                    lane.extend(waiting.popleft())
-                if worker.is_idle and lane:
-                    task = lane.popleft()
+                if worker.is_idle and not lane.tasks:
+                    lane = waiting.popleft() if waiting else _longest(workers.values())
+                if worker.is_idle and lane.tasks:
+                    workers[worker], task = lane, lane.tasks.popleft()
                     started(task.name)
                     worker.begin(task)
             busy = [worker for worker in workers if not worker.is_idle]
@@ -123,6 +140,7 @@ def run_tasks(
             for worker in busy:
                 ended = worker.look()
                 if ended is not None:
+                    workers[worker].is_compiled = True
                     yield ended
     finally:
         for worker in workers:
