@@ -16,7 +16,7 @@ from softbody.shapes import Pose, shapes_of, unlabelled
 from softbody.snapshot import digest, named_arrays
 from softbody.snapshot_entries import Snapshot
 from softbody.trajectory.entries import BODIES, read_chunk, read_shapes
-from softbody.trajectory.manifest import read_manifest
+from softbody.trajectory.manifest import NAME, read_manifest
 from softbody.whole_file import path_of
 from softbody.world_file import MOST_BYTES
 
@@ -49,14 +49,14 @@ class Trajectory:
         self._shapes = read_shapes(self.path, self._most_bytes)
         if digest(named_arrays("bodies", self._shapes)) != self._manifest.bodies:
             raise TrajectoryError(
-                f"{self.path / BODIES} is of other bodies than the manifest says; copy the whole folder, or keep the "
-                "trajectory anew"
+                f"{self.path / BODIES} is of other bodies than {NAME} says; copy the whole folder, or keep the trajectory "
+                "anew"
             )
         self._labels = self._manifest.labels or unlabelled(self._shapes)
         if [len(each) for each in self._labels] != [len(each) for each in unlabelled(self._shapes)]:
             raise TrajectoryError(
-                f"{self.path} has labels of other numbers of bodies than it has bodies; copy the whole folder, or keep "
-                "the trajectory anew"
+                f"{self.path / NAME} has labels of other numbers of bodies than there are in {BODIES}; copy the whole "
+                "folder, or keep the trajectory anew"
             )
         self.times = np.array(self._manifest.times, np.float64)
         self.times.flags.writeable = False
