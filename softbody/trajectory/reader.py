@@ -49,8 +49,8 @@ class Trajectory:
         self._shapes = read_shapes(self.path, self._most_bytes)
         if digest(named_arrays("bodies", self._shapes)) != self._manifest.bodies:
             raise TrajectoryError(
-                f"{self.path / BODIES} is of other bodies than {NAME} says; copy the whole folder, or keep the trajectory "
-                "anew"
+                f"{self.path / BODIES} is of other bodies than {NAME} says; copy the whole folder, or keep the "
+                "trajectory anew"
             )
         self._labels = self._manifest.labels or unlabelled(self._shapes)
         if [len(each) for each in self._labels] != [len(each) for each in unlabelled(self._shapes)]:
