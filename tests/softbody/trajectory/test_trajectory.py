@@ -520,7 +520,7 @@ DAMAGE = {
     ),
     "other bodies": (
         in_file("bodies.npz", lambda path: packed(path, box_size=np.ones((2, 3)))),
-        "of other bodies than trajectory\.json says",
+        r"of other bodies than trajectory\.json says",
     ),
     "newer": (manifest(format=2), "format is 2, and this softbody reads formats up to 1: take a newer one"),
     "format": (manifest(format="1"), "format must be 1"),
