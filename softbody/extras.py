@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import sys
+from contextlib import nullcontext
 from importlib import import_module
 from typing import Any
 
 from softbody.errors import MissingPackageError
+from softbody.interrupts import later
 
 
 def library(name: str, package: str, extra: str, purpose: str) -> Any:
     """Return the module `name` of a `package` that an extra brings; raises MissingPackageError."""
     try:
-        return import_module(name)
+        with nullcontext() if name in sys.modules else later():
+            return import_module(name)
     except ImportError as error:
         raise MissingPackageError(f"{purpose} needs {package}: pip install softbody[{extra}]", name=name) from error

@@ -77,6 +77,28 @@ def listening() -> Iterator[Bell]:
         bell.still()
 
 
+@contextmanager
+def later() -> Iterator[None]:
+    """Have signals handled when the block has ended: what a handler raises in it, some libraries swallow.
+
+    trimesh, for one, takes anything that is raised while it makes a colour, or looks for a library, for an answer.
+    """
+    if threading.current_thread() is not threading.main_thread():  # no handler is called here
+        yield
+        return
+    came: list[int] = []
+    handlers = {number: handler for number in signal.valid_signals() if callable(handler := signal.getsignal(number))}
+    try:
+        for number in handlers:
+            signal.signal(number, lambda number, _: came.append(number))
+        yield
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+        for signal_number in came:
+            signal.raise_signal(signal_number)
+
+
 def _bell_of_process() -> Bell:
     """Return the bell of this process; it is never closed, so that no signal is written to a file in its place."""
     bell = _bells.get(os.getpid())

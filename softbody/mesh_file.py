@@ -9,6 +9,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from softbody.errors import MeshError, MissingPackageError
+from softbody.interrupts import later
 
 
 def read_triangles(path: str | os.PathLike[str]) -> tuple[ArrayLike, ArrayLike]:
@@ -18,7 +19,8 @@ def read_triangles(path: str | os.PathLike[str]) -> tuple[ArrayLike, ArrayLike]:
     for what it cannot read, OSError if there is nothing to read.
     """
     try:
-        import trimesh
+        with later():
+            import trimesh
     except ImportError as error:
         raise MissingPackageError(
             "reading mesh files takes trimesh: pip install trimesh (with softbody, its extra: softbody[files])"
@@ -29,7 +31,8 @@ def read_triangles(path: str | os.PathLike[str]) -> tuple[ArrayLike, ArrayLike]:
     with open(path, "rb"):  # a file that is not there is no damaged one
         pass
     try:
-        mesh = trimesh.load_mesh(path, process=False)
+        with later():
+            mesh = trimesh.load_mesh(path, process=False)
     except Exception as error:  # whatever a reader of some twenty formats raises
         raise MeshError(
             f"cannot be read as a mesh ({type(error).__name__}: {error}); save it anew, as PLY or STL"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from typing import Any
 
@@ -56,6 +57,7 @@ class Entries:
         self._check_shape(name, array, (count,))
         if array.dtype.kind != "U":
             raise SnapshotError(f"{name} holds {array.dtype}; it must be words")
+        _check_letters(name, array)
         return [str(word) for word in array.tolist()]
 
     def truth(self, name: str) -> bool:
@@ -101,6 +103,8 @@ class Entries:
         self._check_shape(name, array, ())
         if array.dtype.kind not in kinds:
             raise SnapshotError(f"{name} holds {array.dtype}; it must be {KINDS[kinds[0]]}")
+        if array.dtype.kind == "U":
+            _check_letters(name, array)
         return array.item()
 
     def _take(self, name: str) -> np.ndarray:
@@ -143,3 +147,10 @@ def _limits(rows: Rows) -> str:
     bounds = " and ".join(limit for limit in limits if limit)
     sizes = f"between {1 / LARGEST:g} and {LARGEST:g}" if rows.above >= 0.0 else f"up to {LARGEST:g}"
     return f"a whole number {bounds}".strip() if rows.whole else f"a finite number {bounds}".strip() + f", {sizes}"
+
+
+def _check_letters(name: str, words: np.ndarray) -> None:
+    """Raise SnapshotError for words of numbers that no letter has: Python would stop with a SystemError at them."""
+    letters = np.frombuffer(words.tobytes(), np.dtype(np.uint32).newbyteorder(words.dtype.byteorder))
+    if letters.size and letters.max() > sys.maxunicode:
+        raise SnapshotError(f"{name} holds {letters.max():#x}, which is no letter")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import isfinite
+from math import inf, isfinite
 from typing import NamedTuple
 
 import numpy as np
@@ -25,7 +25,7 @@ from softbody.landing import material_on_ground, resolve_ground
 from softbody.move_boxes import hold_boxes, move_boxes, move_boxes_singly
 from softbody.settings import Settings
 from softbody.state import Controls, Joints, Model, State, boxes_of, copied, particles_of, soft_bodies_of
-from softbody.vec import load, store
+from softbody.vec import load, store, sub
 
 # Faults beside DIVERGED and COLLAPSED, of runs that begin or end before a step is taken.
 NO_ROOM = 3  # there are more contacts than rows for them
@@ -99,7 +99,7 @@ def step(
     push = resolve_soft_contacts(model, state, work.start, work.surfaces, contacts, settings, h)
     hold_boxes(model, controls, state, work.grounded, contacts, push, settings, h)
     resolve_ground(model, state, work.ground_impulse)
-    stray = _thrown_astray(model, state, contacts, h)
+    stray = _thrown_astray(model, state, work, contacts, h)
     if stray >= 0:
         contacts.cache.number[0] = 0
         return contacts, DIVERGED, stray
@@ -108,22 +108,45 @@ def step(
 
 
 @jit_lean
-def _thrown_astray(model: Model, state: State, contacts: Contacts, h: float) -> int:
-    """Return a body that the contacts of soft bodies have thrown out of all numbers, or −1."""
+def _thrown_astray(model: Model, state: State, work: Work, contacts: Contacts, h: float) -> int:
+    """Return a body that the contacts of soft bodies have thrown out of all bounds, or −1."""
     first, end = contacts.number[1], contacts.number[0]
+    thrown = _thrown_soft_body(model, state, work.start, work.motion, contacts)
+    if thrown >= 0:
+        return thrown
+    stray = box_astray(model, state, h) if end > first else -1
+    return -1 if stray < 0 else model.soft_count + stray
+
+
+@jit_lean
+def _thrown_soft_body(model: Model, state: State, start: State, motion: Motion | None, contacts: Contacts) -> int:
+    """Return a soft body of which contacts have thrown a particle out of all bounds, or −1.
+
+    Out of numbers, or in this step alone farther than the body may be long: in the next one the body is that long.
+    """
+    if motion is None:
+        return -1
+    first, end = contacts.number[1], contacts.number[0]
+    longest = motion.memory.most_extent
+    shortest = inf
+    for body in range(longest.shape[0]):
+        shortest = min(shortest, longest[body])
     for k in range(first, end):
         for side in range(2):
             for c in range(3):
                 i = contacts.particles[k, side, c]
                 if i != NOBODY:
                     x, v = load(state.particle_position, i), load(state.particle_velocity, i)
-                    if not isfinite(x[0] + x[1] + x[2] + v[0] + v[1] + v[2]):
+                    way = sub(x, load(start.particle_position, i))
+                    far = max(abs(way[0]), abs(way[1]), abs(way[2]))
+                    is_finite = isfinite(x[0] + x[1] + x[2] + v[0] + v[1] + v[2])
+                    if not (is_finite and far <= shortest):
                         body = 0
                         while model.soft_particle_start[body + 1] <= i:
                             body += 1
-                        return body
-    stray = box_astray(model, state, h) if end > first else -1
-    return -1 if stray < 0 else model.soft_count + stray
+                        if not (is_finite and far <= longest[body]):
+                            return body
+    return -1
 
 
 @jit

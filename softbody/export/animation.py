@@ -15,6 +15,7 @@ import numpy as np
 from softbody.errors import ParameterError
 from softbody.export.looks import Looks
 from softbody.export.meshes import as_scene, check_pose
+from softbody.interrupts import later
 from softbody.shapes import Pose, Shapes
 
 MOST_FRAMES = 1000  # the table of weights has as many squared
@@ -37,10 +38,11 @@ def film_bytes(shapes: Shapes, looks: Looks, times: np.ndarray, poses: Iterable[
         if is_one:
             check_pose(shapes, pose)
             kept.append(pose)
-    moving, scene = _Moving(shapes, looks, seconds[is_shown], kept), as_scene(shapes, looks, kept[0])
-    if len(kept) == 1:
-        return scene.export(file_type="glb", include_normals=False)
-    return scene.export(file_type="glb", include_normals=False, buffer_postprocessor=moving.add_to)
+    moving = _Moving(shapes, looks, seconds[is_shown], kept)
+    with later():
+        scene = as_scene(shapes, looks, kept[0])
+        added = moving.add_to if len(kept) > 1 else None
+        return scene.export(file_type="glb", include_normals=False, buffer_postprocessor=added)
 
 
 class _Moving:

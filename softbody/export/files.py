@@ -15,6 +15,7 @@ from softbody.export import usd
 from softbody.export.animation import film_bytes
 from softbody.export.looks import Looks
 from softbody.export.meshes import as_scene, check_pose, in_world, trimesh
+from softbody.interrupts import later
 from softbody.parameters import shown
 from softbody.shapes import Pose, Shapes
 from softbody.whole_file import path_of, whole_file
@@ -22,11 +23,13 @@ from softbody.whole_file import path_of, whole_file
 HEADER = "softbody: metres, z is up"
 
 
+@later()
 def _ply(shapes: Shapes, looks: Looks, pose: Pose) -> bytes:
     mesh = trimesh().util.concatenate(in_world(shapes, pose))
     return mesh.export(file_type="ply", vertex_normal=False, include_attributes=False)
 
 
+@later()
 def _obj(shapes: Shapes, looks: Looks, pose: Pose) -> bytes:
     scene = trimesh().Scene()
     for mesh, look in zip(in_world(shapes, pose), [*looks.soft, *looks.boxes]):
@@ -35,6 +38,7 @@ def _obj(shapes: Shapes, looks: Looks, pose: Pose) -> bytes:
     return text.encode()
 
 
+@later()
 def _glb(shapes: Shapes, looks: Looks, pose: Pose) -> bytes:
     return as_scene(shapes, looks, pose).export(file_type="glb", include_normals=False)
 

@@ -353,3 +353,18 @@ def test_the_step_that_helps_helps_all_bodies():
         world.step(0.5, 100, allow_unstable=True)
     assert caught.value.body == "soft body 0"
     assert 0.0 < caught.value.stable_time_step <= 1e-5
+
+
+@pytest.mark.filterwarnings("ignore::softbody.OverlapWarning")
+def test_a_particle_that_a_contact_throws_farther_than_its_body_may_be_long_is_found_in_that_step():
+    """A body of a billion metres and one of four: what rounds the large one is as large as the small one."""
+    world = World()
+    place, velocity = (0.0, 0.0, 0.7068), (-0.0034, -0.644, -1.054)
+    small = world.add_soft_body(softbody.icosphere(1).scaled(2.126), 0.00589, 64.4, 29.9, place, velocity)
+    huge, velocity = softbody.box((1.0, 0.5, 2.0), 2).scaled(2.16777344e9), (1.266, 0.6927, 1.61)
+    world.add_soft_body(huge, 6.13e152, 142.0, 0.0, (0.0, 0.0, 2.045), velocity, damping=3.7e7)
+    before = small.positions.copy()
+    with pytest.raises(SimulationError, match="soft body 0 diverged in step 0") as caught:
+        world.step(0.9 * world.stable_time_step())
+    assert caught.value.body == "soft body 0"
+    np.testing.assert_array_equal(small.positions, before)

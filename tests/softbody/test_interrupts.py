@@ -14,7 +14,7 @@ import pytest
 import softbody
 from softbody import BusyError, Trajectory, TrajectoryWriter, World
 from softbody.dynamics.vertex_rings import one_rings
-from softbody.interrupts import SILENT, assign_together, listening, set_together
+from softbody.interrupts import SILENT, assign_together, later, listening, set_together
 
 compiled = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="Python handles signals anywhere in its own code")
 posix = pytest.mark.skipif(os.name != "posix", reason="signals and timers are those of POSIX")
@@ -372,3 +372,65 @@ def test_what_a_handler_raises_while_a_kernel_makes_arrays_leaves_as_itself():
     finally:
         signal.signal(signal.SIGALRM, before)
     assert heard > 200
+
+
+@posix
+def test_what_comes_while_others_work_is_handled_later(alarm):
+    told = []
+
+    def work():
+        with later():
+            signal.raise_signal(signal.SIGPROF)
+            told.append("worked on")
+        told.append("never")
+
+    with pytest.raises(StopError):
+        work()
+    assert told == ["worked on"]
+    with pytest.raises(StopError):  # the handler is back
+        signal.raise_signal(signal.SIGPROF)
+
+
+@posix
+def test_what_is_raised_by_others_gives_way_to_an_interrupt(alarm):
+    @later()
+    def work():
+        signal.raise_signal(signal.SIGPROF)
+        raise ValueError
+
+    with pytest.raises(StopError) as caught:
+        work()
+    assert isinstance(caught.value.__context__, ValueError)
+
+
+def test_in_another_thread_nothing_is_put_off():
+    done = []
+
+    def work():
+        with later():
+            done.append(True)
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
+    assert done == [True]
+
+
+@posix
+def test_an_interrupt_that_trimesh_would_swallow_is_heard(alarm, tmp_path, monkeypatch):
+    trimesh = pytest.importorskip("trimesh")
+    made = trimesh.visual.material.PBRMaterial
+
+    def swallowing(**given):
+        try:
+            signal.raise_signal(signal.SIGPROF)
+        except BaseException:
+            given = {}
+        return made(**given)
+
+    monkeypatch.setattr(trimesh.visual.material, "PBRMaterial", swallowing)
+    world = World()
+    world.add_box((1.0, 1.0, 1.0), 1.0)
+    with pytest.raises(StopError):
+        world.export(tmp_path / "a.glb")
+    assert not os.listdir(tmp_path)

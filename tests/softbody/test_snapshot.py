@@ -189,6 +189,10 @@ def test_what_no_snapshot_has_is_refused(mixed):
     refused(mixed | {"model.colour": np.zeros(3)}, "'model.colour' is no entry of a snapshot")
     refused(mixed | {"precision": np.array("half")}, "precision is 'half'; choose one of double, single")
     refused(mixed | {"settings.integrator": np.array("euler")}, r"settings\.integrator holds <U5")
+    for order in "<>":
+        no_letter = np.frombuffer(np.array([0x110000], f"{order}u4").tobytes(), f"{order}U1")
+        refused(mixed | {"precision": no_letter.reshape(())}, "precision holds 0x110000, which is no letter")
+        refused(mixed | {"names.box": np.resize(no_letter, len(mixed["names.box"]))}, r"names\.box holds 0x110000")
     refused(list(mixed), "a snapshot is a dict of arrays, and this is a list")
     refused({}, "'format' is missing")
 
