@@ -183,7 +183,9 @@ def substeps_are_steps(run: Run) -> Comparison:
             "bodies_.deflated_below[body] * bodies_.mesh_volume[body]",
             "bodies_.deflated_below[body]",
         ),
-        Fault("the first body's name", guards.fault_of, 'f"soft body {body}"', '"soft body 0"'),
+        Fault(
+            "the first body's name", guards.fault_of, "title_of(model, body, Names())", "title_of(model, 0, Names())"
+        ),
         Fault(
             "a step that is counted and was not done",
             step.run,
