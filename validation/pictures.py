@@ -58,7 +58,7 @@ SCENES = [
     Scene("boxes-on-torus", "Rigid cubes fall on a soft torus.", boxes_on_torus.build, HIGH),
     Scene("torus-stack", "A stack of four equal soft bodies.", torus_stack.build, HIGH, seconds=4.0),
     Scene("ball-drop", "Balls of 100, 400 and 1 600 N/m are dropped.", ball_drop.build, FRONT, seconds=1.4),
-    Scene("tray", "30 soft balls fall into a tray.", tray.build, ABOVE, seconds=3.0),
+    Scene("tray", "30 soft balls fall into a tray.", tray.build, ABOVE, seconds=2.4),
     Scene("box-stack", "Eight rigid plates stand on each other.", box_stack.build, HIGH, seconds=1.5),
     Scene("box-pile", "40 rigid boxes fall in a heap.", box_pile.build, FAR, seconds=4.0),
 ]

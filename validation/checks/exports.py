@@ -182,7 +182,7 @@ def films_as_files(run: Run) -> Comparison:
     rng = run.fresh_rng()
     measured, expected, kinds = [], [], []
     moving: dict[str, Callable[[Path], Any]] = {"glb": gltf.Film, "usda": by_hand.Stage, "usdc": by_hand.Stage}
-    for _ in range(run.count(1, 4, 40)):
+    for _ in range(run.count(1, 2, 20)):
         world = crowded(rng)
         poses = []
         with tempfile.TemporaryDirectory() as name:
