@@ -73,9 +73,9 @@ def _time_codes(stage: Any, seconds: np.ndarray) -> list[float]:
 def _mesh(stage: Any, paths: set[str], look: Look, triangles: np.ndarray) -> Any:
     """Add a mesh without points, under a name that OpenUSD takes, and shown by its title."""
     geometry, arrays = pxr("UsdGeom"), pxr("Vt")
-    path = name = f"{ROOT}/{pxr('Tf').MakeValidIdentifier(look.title)}"
+    path = f"{ROOT}/{pxr('Tf').MakeValidIdentifier(look.title)}"
     while path in paths:
-        path = f"{name}_{len(paths)}"
+        path += "_"
     paths.add(path)
     mesh = geometry.Mesh.Define(stage, path)
     mesh.GetPrim().SetDisplayName(look.title)

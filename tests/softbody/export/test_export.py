@@ -352,6 +352,15 @@ def test_bodies_are_called_by_their_names_and_no_two_the_same(world, stage, tmp_
     assert titles == ["my ball é", "my_ball__é", "soft_body_0", "box_1"]
 
 
+@pytest.mark.parametrize("names", [("a!", "a__2", "a?", "a_"), ("a_", "a__", "a!", "a?"), ("1", "_1", "!", "_")])
+def test_names_that_are_one_to_openusd_stay_apart(world, stage, tmp_path, names):
+    for body, name in zip((*world.soft_bodies, *world.boxes), names):
+        body.name = name
+    world.export(tmp_path / "a.usda")
+    opened = stage(str(tmp_path / "a.usda"))
+    assert tuple(prim.GetDisplayName() for prim in opened.GetDefaultPrim().GetChildren()) == names
+
+
 def test_a_trajectory_has_the_names_of_its_bodies(world, tmp_path):
     world.soft_bodies[0].name, world.boxes[0].name = "my ball é", "soft_body_0"
     with TrajectoryWriter(world, tmp_path / "t") as writer:
