@@ -14,6 +14,7 @@ from functools import cached_property
 from typing import Any, cast
 
 import numba
+from llvmlite.binding import Linkage
 from numba.core import types
 from numba.core.caching import FunctionCache, NullCache
 from numba.core.codegen import JITCodeLibrary
@@ -84,6 +85,30 @@ class _PartLibrary(JITCodeLibrary):
 
     def set_env(self, name: str, environment: Any) -> None:
         """Do nothing: only code in object mode looks at its environment."""
+
+
+class _KernelLibrary(JITCodeLibrary):
+    """A kernel that Python calls, with all the parts that it calls, which nobody else will.
+
+    As Numba links them, somebody might: then LLVM keeps their signatures, and each call pushes all fields of all arrays
+    of its arguments, a hundred words and more. What is internal it gives the arguments that are read.
+    """
+
+    def _optimize_final_module(self) -> None:
+        for function in self._final_module.functions:
+            if function.linkage == Linkage.linkonce_odr and not function.name.startswith("NRT_"):
+                function.linkage = "internal"
+                function.name += ".own"  # what is loaded later and called the same would be taken to be this one
+        super()._optimize_final_module()
+
+
+class _KernelCompiler(Compiler):
+    """Numba's compiler, except that it ends in a _KernelLibrary."""
+
+    def __init__(self, typing_context: Any, target_context: Any, library: Any, *rest: Any) -> None:
+        library = _KernelLibrary(target_context.codegen(), "kernel")
+        library.enable_object_caching()  # so that it can be kept on disk
+        super().__init__(typing_context, target_context, library, *rest)
 
 
 class _PartCompiler(Compiler):
@@ -167,7 +192,7 @@ class _Kernel(_Dispatcher):
     """
 
     def __init__(self, function: Any, options: dict[str, Any]) -> None:
-        super().__init__(function, options)
+        super().__init__(function, options, pipeline_class=_KernelCompiler)
         del self._cache  # Numba's, which keeps nothing
 
     @cached_property
