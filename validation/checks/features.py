@@ -259,8 +259,7 @@ def collapses_when_scipy_says(run: Run) -> Comparison:
         shape, pull, limit = make(rng.uniform(0.5, 2.0)), rng.uniform(0.3, 0.6), rng.uniform(0.3, 0.9)
         lengths, stiffness = edge_lengths(shape.vertices, shape.edges), rng.uniform(50.0, 200.0)
         world = World(gravity=(0.0, 0.0, 0.0), integrator="rk4")
-        what = {"rest_length": pull * lengths, "deflated_below": limit, "damping": 0.0}
-        world.add_soft_body(shape, 1.0, stiffness, 0.0, **what)
+        world.add_soft_body(shape, 1.0, stiffness, 0.0, rest_length=pull * lengths, damping=0.0, deflated_below=limit)
         inertia = (shape.vertices**2).sum() / len(shape.vertices)
         # In units of the length at rest it begins at 1/pull, and would swing about 1.
         swing = stiffness * (pull**2 * lengths**2).sum() / (pull**2 * inertia)
