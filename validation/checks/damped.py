@@ -49,7 +49,7 @@ PAPERS = Fault(
     "Settings(**values)",
     "Settings(**{'integrator': RK4_VELOCITY, **values})",
 )
-HALVED = Fault("damping halved in motion", ring_forces.add_damping, "damping_ * parting_", "0.5 * damping_ * parting_")
+HALVED = Fault("damping halved in motion", ring_forces.add_damping, "damping * parting", "0.5 * damping * parting")
 BY_THE_STEP = Fault(
     "damping in proportion to the step",
     integrators._advance_body,

@@ -182,8 +182,8 @@ def refinement(run: Run) -> Comparison:
         Fault(
             "damping off by 1e-8",
             ring_forces.add_damping,
-            "damping_ * parting_",
-            "1.00000001 * damping_ * parting_",
+            "damping * parting",
+            "1.00000001 * damping * parting",
         ),
     ),
 )
