@@ -25,6 +25,8 @@ MILLION = 0  # in place of subdivisions: a torus of 1 000 000 particles
 BODIES = (1, 10, 100, 1_000, 10_000)
 THREADS: int = numba.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
 
+DEFAULT = "symplectic_euler, damped (the default)"
+
 PARTICLE_STEPS = 200_000  # per round: a round takes about 12 ms, so that the call and the clock cost nothing
 LEAST_STEPS = 10  # a call of fewer is dominated by reading and writing the state
 
@@ -40,11 +42,14 @@ def steps_for(particles: int, share: float = 1.0) -> int:
     return max(LEAST_STEPS if share == 1.0 else 1, round(share * PARTICLE_STEPS / particles))
 
 
-def world_of(mesh: softbody.Mesh, bodies: int, **options: Any) -> softbody.World:
-    """Return a world of equal bodies in a row, which their gas has begun to inflate."""
-    world = softbody.World(**options)
+def world_of(
+    mesh: softbody.Mesh, bodies: int, integrator: str = "rk4_velocity", damping: float | None = 0.0, **options: Any
+) -> softbody.World:
+    """Return a world of equal bodies in a row, which their gas has begun to inflate: the paper's step, unless told."""
+    world = softbody.World(integrator=integrator, **options)
     for k in range(bodies):
-        world.add_soft_body(mesh, peers.MASS, peers.STIFFNESS, peers.GAS, position=(1.5 * k, 0.0, 0.0))
+        place = (1.5 * k, 0.0, 0.0)
+        world.add_soft_body(mesh, peers.MASS, peers.STIFFNESS, peers.GAS, position=place, damping=damping)
     return world
 
 
@@ -108,6 +113,7 @@ def bench_step(race, request: pytest.FixtureRequest, subdivisions: int) -> None:
     variants: dict[str, dict[str, Any]] = {
         "rk4": {"integrator": "rk4"},
         "symplectic_euler (one force evaluation a step, not four)": {"integrator": "symplectic_euler"},
+        DEFAULT: {"integrator": "symplectic_euler", "damping": None},
     }
     if level(request) != "quick":  # each is compiled anew
         variants["rk4_velocity, single precision"] = {"precision": "single"}
@@ -139,7 +145,10 @@ def bench_many_bodies(race, request: pytest.FixtureRequest, bodies: int) -> None
         pytest.skip("10 000 bodies are for level full")
     world = world_of(sphere(2), bodies)
     ours, units = stepping(world)
-    rivals = {"one body of 10 242 particles": stepping(world_of(sphere(5), 1))}
+    rivals = {
+        "one body of 10 242 particles": stepping(world_of(sphere(5), 1)),
+        DEFAULT: stepping(world_of(sphere(2), bodies, "symplectic_euler", None)),
+    }
     if THREADS > 1 and bodies > 1 and level(request) != "quick":
         rivals[f"rk4_velocity, {THREADS} threads"] = stepping(world_of(sphere(2), bodies, threads=THREADS))
     race(

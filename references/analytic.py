@@ -235,6 +235,14 @@ def breathing_frequency(gas: ArrayLike, stiffness_rest_squared: ArrayLike, inert
     return np.sqrt((np.asarray(stiffness_rest_squared) + 3.0 * np.asarray(gas) / scale**2) / np.asarray(inertia))
 
 
+def critical_damping(stiffness: ArrayLike, mass: ArrayLike) -> np.ndarray:
+    """Return the damping [N s/m] at which two particles of `mass` [kg] on a spring [N/m] just do not swing.
+
+    Of their distance d, with the reduced mass μ = m/2: μ d'' + c d' + k d = 0, whose roots meet at c = 2 √(k μ).
+    """
+    return 2.0 * np.sqrt(np.asarray(stiffness, float) * 0.5 * np.asarray(mass, float))
+
+
 def damped_oscillation(t: ArrayLike, frequency: ArrayLike, rate: ArrayLike) -> np.ndarray:
     """Return x(t) (...) of x'' = −ω² x − γ x' from x = 1 at rest, for γ = `rate` < 2 ω [1/s]."""
     t, half = np.asarray(t, float), 0.5 * np.asarray(rate, float)

@@ -28,24 +28,27 @@ def bounce(
     particle_mass: float,
     gravity: float,
     seconds: float,
+    damping: float = 0.0,
 ) -> tuple[np.ndarray, int]:
     """Return where the vertices (n, 3) [m] are after `seconds`, and the number of events; the ground is z ≤ 0.
 
     `springs` (edges (e, 2), rest length (e,) [m], stiffness (e,) [N/m]), `triangles` (t, 3), `gas` nRT [J], `gravity`
-    [m/s²] downwards. No friction, no bounce of a particle by itself. Raises RuntimeError after MOST_EVENTS.
+    [m/s²] downwards, `damping` [N s/m] of each spring. No friction, no bounce of a particle by itself. Raises
+    RuntimeError after MOST_EVENTS.
     """
     x, v = np.array(vertices, float), np.array(velocity, float)
     held = np.zeros(len(x), bool)
     now = 0.0
 
-    def acceleration(x: np.ndarray) -> np.ndarray:
-        a = soft_bodies.forces(x, *springs, triangles, gas) / particle_mass
+    def acceleration(x: np.ndarray, v: np.ndarray) -> np.ndarray:
+        force = soft_bodies.forces(x, *springs, triangles, gas) + soft_bodies.dampers(x, v, springs[0], damping)
+        a = force / particle_mass
         a[:, 2] -= gravity
         return a
 
     def derivative(_: float, y: np.ndarray) -> np.ndarray:
         x, v = y.reshape(2, -1, 3)
-        a = acceleration(x)
+        a = acceleration(x, v)
         a[held, 2] = 0.0
         return np.concatenate([v.ravel(), a.ravel()])
 
@@ -53,7 +56,7 @@ def bounce(
         return float(y.reshape(2, -1, 3)[0, ~held, 2].min(initial=1.0))
 
     def drawn(_: float, y: np.ndarray) -> float:
-        return float(acceleration(y.reshape(2, -1, 3)[0])[held, 2].max(initial=-1.0))
+        return float(acceleration(*y.reshape(2, -1, 3))[held, 2].max(initial=-1.0))
 
     lowest.terminal = drawn.terminal = True  # type: ignore[attr-defined]
     lowest.direction, drawn.direction = -1.0, 1.0  # type: ignore[attr-defined]
@@ -69,9 +72,9 @@ def bounce(
         if run.t_events[0].size:
             particle = np.flatnonzero(~held)[np.argmin(x[~held, 2])]
             x[particle, 2] = v[particle, 2] = 0.0
-            held[particle] = acceleration(x)[particle, 2] < 0.0
+            held[particle] = acceleration(x, v)[particle, 2] < 0.0
         else:
-            particle = np.flatnonzero(held)[np.argmax(acceleration(x)[held, 2])]
+            particle = np.flatnonzero(held)[np.argmax(acceleration(x, v)[held, 2])]
             held[particle] = False
         if not held[particle]:
             x[particle, 2] = CLEAR

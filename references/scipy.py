@@ -143,6 +143,17 @@ def forces(
     return -_Body(edges, rest_length, stiffness, triangles, gas)._gradient(vertices)
 
 
+def dampers(x: np.ndarray, v: np.ndarray, edges: np.ndarray, damping: float) -> np.ndarray:
+    """Return the forces (n, 3) [N] of dampers along `edges` (e, 2), each of `damping` [N s/m]."""
+    i, j = edges.T
+    along = (x[j] - x[i]) / np.linalg.norm(x[j] - x[i], axis=1, keepdims=True)
+    pull = damping * ((v[j] - v[i]) * along).sum(axis=1, keepdims=True) * along
+    force = np.zeros_like(x)
+    np.add.at(force, i, pull)
+    np.add.at(force, j, -pull)
+    return force
+
+
 def energy(
     vertices: np.ndarray,
     edges: np.ndarray,
@@ -168,16 +179,20 @@ def motion(
     seconds: float,
     force: np.ndarray | float = 0.0,
     rtol: float = RTOL,
+    damping: float = 0.0,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return where the vertices (n, 3) [m] are after `seconds`, and how fast [m/s], by DOP853; see equilibrium.
 
-    `force` (n, 3) [N] acts on them besides springs and gas; there is no weight.
+    `force` (n, 3) [N] acts on them besides springs, which have a `damping` [N s/m], and gas; there is no weight.
     """
     body = _Body(edges, rest_length, stiffness, triangles, gas)
 
     def derivative(_: float, y: np.ndarray) -> np.ndarray:
         x, v = y.reshape(2, -1, 3)
-        return np.concatenate([v.ravel(), (force - body._gradient(x)).ravel() / particle_mass])
+        total = force - body._gradient(x)
+        if damping > 0.0:
+            total = total + dampers(x, v, edges, damping)
+        return np.concatenate([v.ravel(), total.ravel() / particle_mass])
 
     begin = np.concatenate([vertices.ravel(), velocity.ravel()])
     run = scipy.integrate.solve_ivp(derivative, (0.0, seconds), begin, method="DOP853", rtol=rtol, atol=ATOL)

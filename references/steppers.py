@@ -35,11 +35,7 @@ class SoftBody(NamedTuple):
     def acceleration(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Return the acceleration (n, 3) [m/s²] at positions `x` and velocities `v`."""
         force = self.force + scipy.forces(x, self.edges, self.rest_length, self.stiffness, self.triangles, self.gas)
-        i, j = self.edges.T
-        along = (x[j] - x[i]) / np.linalg.norm(x[j] - x[i], axis=1, keepdims=True)
-        pull = self.damping * ((v[j] - v[i]) * along).sum(axis=1, keepdims=True) * along
-        np.add.at(force, i, pull)
-        np.add.at(force, j, -pull)
+        force += scipy.dampers(x, v, self.edges, self.damping)
         return np.where(self.free[:, None], force / self.particle_mass + self.gravity - self.drag * v, 0.0)
 
 

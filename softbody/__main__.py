@@ -57,7 +57,7 @@ def parser() -> argparse.ArgumentParser:
     view.add_argument("scene", metavar="SCENE", type=_scene, help=f"{', '.join(scenes.__all__)}, or a scene file")
     view.add_argument("--port", type=int, default=8080, help="of the page (8080); 0 for any that is free")
     view.add_argument("--host", default="127.0.0.1", help="who may see it (127.0.0.1: this machine only)")
-    view.add_argument("--integrator", choices=tuple(INTEGRATORS), help="of soft bodies")
+    view.add_argument("--integrator", choices=tuple(INTEGRATORS), help="of soft bodies (symplectic_euler)")
     view.add_argument("--paper", action="store_true", help="by all of the paper's own choices")
     view.add_argument("--no-browser", action="store_true", help="open none; say the address")
     view.set_defaults(command=_view)
@@ -103,8 +103,11 @@ def _scene(name: str) -> str:
     raise argparse.ArgumentTypeError(f"invalid choice: {name!r} (choose from {known}, or a file that ends in .toml)")
 
 
-def _built(scene: str, world: World | None = None) -> World:
-    return read_scene(scene, world).world if scene.endswith(".toml") else getattr(scenes, scene).build(world=world)
+def _built(scene: str, world: World | None = None, **choices: Any) -> World:
+    """Return `world`, or a new one, filled with a scene; in a new one `choices` hold in place of the scene's own."""
+    if scene.endswith(".toml"):
+        return read_scene(scene, world, **choices).world
+    return getattr(scenes, scene).build(world=World(**choices) if world is None else world)
 
 
 def _first_line(scene: str) -> str:
@@ -119,9 +122,8 @@ def _warmup(given: argparse.Namespace) -> None:
 
 
 def _view(given: argparse.Namespace) -> None:
-    world = _built(given.scene, World.paper() if given.paper else None)
-    if given.integrator is not None:
-        world.integrator = given.integrator
+    choices = {} if given.integrator is None else {"integrator": given.integrator}
+    world = _built(given.scene, World.paper(**choices) if given.paper else None, **choices)
     world.view(given.port, host=given.host, open_browser=not given.no_browser)
 
 

@@ -20,7 +20,7 @@ MOST_ITERATIONS = 10_000_000  # sweeps; a step must end
 class Settings(NamedTuple):
     """What kernels read; a ceiling of inf and a floor of 0 do nothing."""
 
-    integrator: int = RK4_VELOCITY
+    integrator: int = SYMPLECTIC_EULER
     substeps: int = 1  # equal parts in which soft bodies take a step, which contacts take as one
     paper_axes: bool = False  # of the separating-axis test of boxes: face normals only
     single_contact: bool = False  # of boxes: the paper's one impulse a pair, instead of manifolds solved together

@@ -32,7 +32,7 @@ class Property(NamedTuple):
     A field of a Model that is annotated with one needs nothing else: it is filled in, checked, saved and restored.
     """
 
-    default: float
+    default: float | None  # None: `softbody.builder` works it out from what the body is
     unit: str = ""
     least: float = 0.0
     most: float = inf
@@ -56,7 +56,7 @@ class Model(NamedTuple):
     soft_edge_length: Annotated[np.ndarray, Rows(above=0.0)]  # (b,) mean, of the mesh as it was added [m]
     soft_mesh_volume: Annotated[np.ndarray, Rows(above=0.0)]  # (b,) of the mesh as it was added [m³]
     soft_deflated_below: Annotated[np.ndarray, Property(0.0, most=1.0)]  # (b,) of that volume: then it has collapsed
-    soft_damping: Annotated[np.ndarray, Property(0.0, "N s/m")]  # (b,) of the springs, along their edges
+    soft_damping: Annotated[np.ndarray, Property(None, "N s/m")]  # (b,) of the springs, along their edges
     soft_drag: Annotated[np.ndarray, Property(0.0, "1/s")]  # (b,) rate at which velocities fade
     soft_restitution: Annotated[np.ndarray, Property(0.0, most=1.0)]  # (b,)
     soft_friction: Annotated[np.ndarray, Property(0.5)]  # (b,) Coulomb coefficient

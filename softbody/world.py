@@ -65,6 +65,7 @@ from softbody.settings import (
     INTEGRATORS,
     PAPER,
     PRECISIONS,
+    RK4_VELOCITY,
     Choices,
     Settings,
     check_name,
@@ -130,8 +131,9 @@ class World(StrictNames):
     compiled for when first used, and where one alone is faster just now, for others use the machine, it is one. Worlds
     that are stepped at the same time by threads of their own need 1.
 
-    Choices, all keywords: `integrator`: "rk4_velocity" (the paper's, default), "rk4" or "symplectic_euler". `axes`
-    of the separating-axis test of boxes: "complete", or "paper" for face normals only. `contact` of boxes: "manifold",
+    Choices, all keywords: `integrator` of soft bodies: "symplectic_euler" (default), "rk4", four times the work and far
+    more exact, or "rk4_velocity", the paper's, as much work and a damping that grows with the step. `axes` of the
+    separating-axis test of boxes: "complete", or "paper" for face normals only. `contact` of boxes: "manifold",
     all points solved together in `iterations` sweeps a step (30; up to four times as many where an impact or friction
     is still on its way through a pile), or "single", the paper's one impulse a pair, half-way
     between the two where one lies on the other. `soft_contact`, those of soft bodies: "together", within the step, or
@@ -323,7 +325,10 @@ class World(StrictNames):
 
     @property
     def integrator(self) -> str:
-        """How soft bodies move: "rk4_velocity", "rk4" or "symplectic_euler"; may be changed between steps."""
+        """How soft bodies move: "symplectic_euler", "rk4" or "rk4_velocity"; may be changed between steps.
+
+        Bodies that there are keep their damping.
+        """
         return integrator_name(self.settings)
 
     @integrator.setter
@@ -363,6 +368,7 @@ class World(StrictNames):
         velocity: ArrayLike = (0.0, 0.0, 0.0),
         *,
         rest_length: ArrayLike | None = None,
+        damping: float | None = None,
         fixed: ArrayLike = (),
         name: str | None = None,
         **properties: float,
@@ -371,16 +377,20 @@ class World(StrictNames):
 
         `mass` [kg] of the whole body, shared equally by its particles. `stiffness` [N/m] of every spring, or
         (e,) in the order of `mesh.edges`. `gas` is nRT [J] ≥ 0; 0 for an empty body. `rest_length` [m] of every spring,
-        or (e,), if not as in the mesh. `fixed`: indices of vertices that stay in place. `name`, by which the world
-        finds it, `world[name]`: a text that nothing else in the world is called.
+        or (e,), if not as in the mesh. `damping` [N s/m] of the springs, against the speed at which their ends part.
+        None: a tenth of what is critical for two particles on a spring, 0.1 √(2 k m), with k the mean stiffness and m
+        the mass of a particle; or 0 in a world whose integrator is "rk4_velocity", which damps by itself.
+        `fixed`: indices of vertices that stay in place. `name`, by which the world finds it, `world[name]`: a text that
+        nothing else in the world is called.
 
-        Properties, all keywords: `restitution` 0 … 1 (0) and `friction` ≥ 0 (0.5) in contacts; `damping` [N s/m] of the
-        springs, against the speed at which their ends part; `drag` [1/s], the rate at which all velocities fade. The
-        body counts as collapsed, which ends a run with a SimulationError, at the fraction `deflated_below` of the
-        mesh's volume (0: at none left).
+        Properties, all keywords: `restitution` 0 … 1 (0) and `friction` ≥ 0 (0.5) in contacts; `drag` [1/s], the rate
+        at which all velocities fade. The body counts as collapsed, which ends a run with a SimulationError, at the
+        fraction `deflated_below` of the mesh's volume (0: at none left).
         """
         springs, motion = (stiffness, rest_length), (position, velocity)
-        checked = self._properties("soft", properties)
+        if damping is None and self.settings.integrator == RK4_VELOCITY:
+            damping = 0.0
+        checked = self._properties("soft", {**properties, "damping": damping})
         with self._my_turn():
             names = self._names.renamed(("soft", self.model.soft_count), name)
             self._take(with_soft_body(self._parts, mesh, mass, gas, springs, motion, fixed, checked), names)
@@ -484,7 +494,7 @@ class World(StrictNames):
             moved = [(each, "_index", then(*each._who())) for each in held]
             set_together((self, "_bodies", bodies), (self, "contacts", contacts), *moved)
 
-    def _properties(self, kind: str, given: dict[str, float]) -> dict[str, float]:
+    def _properties(self, kind: str, given: dict[str, Any]) -> dict[str, Any]:
         """Return the properties of a new body of a kind, checked."""
         properties = properties_of(kind, given)
         return properties | ({f"{kind}_friction": 0.0} if self.settings.frictionless else {})

@@ -1,9 +1,10 @@
-"""How do the particles move over one time step? The paper's scheme and two to compare it with.
+"""How do the particles move over one time step? By symplectic Euler, by Runge and Kutta, or as in the paper.
 
-On x'' = −ω² x (ω h = z): `rk4_velocity` is of order 1, stable to z = 2, and loses z²/4 of the amplitude a step;
-`rk4` is of order 4 and stable to z = 2√2; `symplectic_euler` is of order 1, stable to z = 2, and loses nothing.
-A step is a few stages, and a stage the force on all particles, by index (softbody/dynamics/ring_forces.py), then one
-of the updates below. Everything is computed in the precision of the arrays.
+On x'' = −ω² x (ω h = z): `symplectic_euler`, the default, is of order 1, stable to z = 2, and loses nothing; `rk4` is
+of order 4 and stable to z = 2√2; `rk4_velocity`, the paper's, is of order 1, stable to z = 2, and loses z²/4 of the
+amplitude a step. A step is a few stages, and a stage the force on all particles, by index
+(softbody/dynamics/ring_forces.py), then one of the updates below. Everything is computed in the precision of the
+arrays.
 """
 
 from __future__ import annotations

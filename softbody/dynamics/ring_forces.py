@@ -179,14 +179,9 @@ def add_load(
 
     `moving` are position [m], velocity [m/s] and pull, with a row for each component, by index; `inverse_mass` (n,).
     """
-    x, velocity, pull = moving
+    _, velocity, pull = moving
     for block in range(blocks[0], blocks[1]):
-        first, end, degree, entry = (
-            rings.block[block, FIRST],
-            rings.block[block, END],
-            rings.block[block, DEGREE],
-            rings.block[block, ENTRY],
-        )
+        first, end = rings.block[block, FIRST], rings.block[block, END]
         if load.force.shape[0] > 0:
             for i in range(first, end):
                 for c in range(3):
@@ -197,19 +192,22 @@ def add_load(
                     for c in range(3):
                         pull[c, i] -= load.drag / inverse_mass[i] * velocity[c, i]
         if load.damping > 0.0:
-            # Against the speed at which the ends of each spring part.
-            count = end - first
-            for q in range(count):
-                i = first + q
-                for d in range(degree):
-                    j = rings.neighbour[entry + d * count + q]
-                    dx, dy, dz = x[0, j] - x[0, i], x[1, j] - x[1, i], x[2, j] - x[2, i]
-                    parting = (
-                        (velocity[0, j] - velocity[0, i]) * dx
-                        + (velocity[1, j] - velocity[1, i]) * dy
-                        + (velocity[2, j] - velocity[2, i]) * dz
-                    )
-                    share = load.damping * parting / (dx * dx + dy * dy + dz * dz)
-                    pull[0, i] += share * dx
-                    pull[1, i] += share * dy
-                    pull[2, i] += share * dz
+            add_damping(rings, pull.dtype.type(load.damping), block, moving)
+
+
+@jit_lean
+def add_damping(
+    rings: VertexRings, damping: float, block: int, moving: tuple[np.ndarray, np.ndarray, np.ndarray]
+) -> None:
+    """Add the damping of springs [N s/m] to the pull of one block: against the speed at which their ends part."""
+    x, velocity, pulls = moving
+    first, size = rings.block[block, FIRST], rings.block[block, END] - rings.block[block, FIRST]
+    for q in range(0, size, LANES):
+        here, speed = load_vec_lanes(x, first + q), load_vec_lanes(velocity, first + q)
+        pull = load_vec_lanes(pulls, first + q)
+        for d in range(rings.block[block, DEGREE]):
+            e = rings.block[block, ENTRY] + d * size + q
+            side = _to_neighbour(rings.neighbour, e, x, here)
+            parting = dot(_to_neighbour(rings.neighbour, e, velocity, speed), side)
+            pull = add(pull, scale(damping * parting / dot(side, side), side))
+        store_vec_lanes(pulls, first + q, pull)

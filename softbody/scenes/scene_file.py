@@ -84,8 +84,8 @@ def from_file(path: str | os.PathLike[str], world: World | None = None) -> World
     return read_scene(path, world).world
 
 
-def read_scene(path: str | os.PathLike[str], world: World | None = None) -> SceneFile:
-    """Return what a scene file says; see `from_file`."""
+def read_scene(path: str | os.PathLike[str], world: World | None = None, **choices: Any) -> SceneFile:
+    """Return what a scene file says; see `from_file`. In a new world `choices` hold in place of the file's own."""
     world_to_fill(world)
     place = path_of(path)
     content = _bytes_of(place)
@@ -101,7 +101,7 @@ def read_scene(path: str | os.PathLike[str], world: World | None = None) -> Scen
     except (ValueError, RecursionError) as error:
         raise SceneError(f"{place} is no TOML: {error}") from error
     reading = _Reading(place.parent)
-    scene = reading.scene(found, world, content)
+    scene = reading.scene(found, world, choices, content)
     if reading.wrong:
         lines = lines_of(text, parser.loads)
         told = sorted((line_of(at, lines), message) for at, message in reading.wrong)
@@ -141,12 +141,12 @@ class _Reading:
         self._bodies: dict[Path, SoftBody | Box | None] = {}  # of each table; None where that is wrong
         self._called: dict[str, Path] = {}  # which table has each name
 
-    def scene(self, found: dict[str, Any], world: World | None, content: bytes) -> SceneFile:
+    def scene(self, found: dict[str, Any], world: World | None, choices: dict[str, Any], content: bytes) -> SceneFile:
         """Return the scene; it is good if there is nothing wrong."""
         self._names(found, (*TABLES, *LISTS), ())
         if not any(name in found for name in BODIES):
             self.wrong.append(((), "there are no bodies; add [[soft_body]] or [[box]]"))
-        world = self._world(found, world)
+        world = self._world(found, world, choices)
         ground = self._table(found, "ground", GROUND)
         if ground is not None:
             with self._telling(("ground",)):
@@ -159,9 +159,9 @@ class _Reading:
             self._joint(world, at, table)
         return SceneFile(world, self._run(found, world), self._film(found), content)
 
-    def _world(self, found: dict[str, Any], world: World | None) -> World:
+    def _world(self, found: dict[str, Any], world: World | None, choices: dict[str, Any]) -> World:
         before = len(self.wrong)
-        settings = self._table(found, "world", WORLD) or {}
+        settings = {**(self._table(found, "world", WORLD) or {}), **choices}
         if world is not None or len(self.wrong) > before:
             return world_to_fill(world)
         with self._telling(("world",)):

@@ -101,7 +101,7 @@ class Adjustments:
         slider.change(self._world, self._start, self._changed[name])
 
     def set_integrator(self, name: str) -> None:
-        """Move soft bodies by another integrator."""
+        """Move soft bodies by another integrator; their damping stays."""
         check_name(name, "integrator", tuple(INTEGRATORS))
         self._integrator = name
         self._world.integrator = name

@@ -22,7 +22,7 @@ def velocity(mesh):
 
 def core_after(mesh, gas, integrator, velocity=0.0):
     world = softbody.World(integrator=integrator)
-    body = world.add_soft_body(mesh, peers.MASS, peers.STIFFNESS, gas)
+    body = world.add_soft_body(mesh, peers.MASS, peers.STIFFNESS, gas, damping=0.0)
     body.velocities[:] = velocity
     world.step(STEP, STEPS * CALLS)
     return body.positions

@@ -250,3 +250,13 @@ def test_the_area_of_a_faceted_torus_is_that_of_its_triangles(cases):
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
     area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
     assert analytic.faceted_torus_area(1.0, 0.4, 7, 5) == pytest.approx(area, rel=1e-13)
+
+
+@pytest.mark.parametrize(("stiffness", "mass"), [(3.0, 0.5), (1e4, 2e-3)])
+def test_critical_damping_is_where_two_particles_stop_swinging(stiffness, mass):
+    critical = float(analytic.critical_damping(stiffness, mass))
+    for share, swings in (0.999, True), (1.001, False):
+        pull, drag = stiffness / mass, share * critical / mass
+        opposite = np.array([[-1.0, 1.0], [1.0, -1.0]])  # of two particles along a line
+        system = np.block([[np.zeros((2, 2)), np.eye(2)], [pull * opposite, drag * opposite]])
+        assert (np.abs(np.linalg.eigvals(system).imag).max() > 1e-3 * np.sqrt(pull)) == swings

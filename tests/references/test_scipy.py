@@ -131,3 +131,22 @@ def test_a_hanging_body_is_at_rest_under_its_load_and_held_where_it_is(cases, rn
 def test_chains_are_joined_to_their_first_and_what_is_farther_is_not():
     points = np.array([(0.9 * k, 0.0, 0.0) for k in (0, 3, 1, 2)] + [(0.0, 1.1, 0.0), (9.0, 0.0, 0.0)])
     assert scipy.places_joined(points, 1.0).tolist() == [0, 0, 0, 0, 4, 5]
+
+
+def test_dampers_act_along_their_edges_and_keep_momentum():
+    x, v = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 5.0, 0.0]]), np.zeros((3, 3))
+    v[1] = 1.0, 3.0, 0.0
+    force = scipy.dampers(x, v, np.array([[0, 1]]), 2.0)
+    assert_allclose(force, [[2.0, 0.0, 0.0], [-2.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+
+
+def test_a_regular_solid_of_damped_springs_swings_as_the_oscillator_of_its_scale(cases):
+    x, triangles = cases.solid("octahedron", 1.0)
+    edges = cases.edges(triangles)
+    rest = lengths(x, edges)
+    squared, moment = np.sum(rest**2), np.sum(x**2) / len(x)
+    frequency, damping = np.sqrt(30.0 * squared / moment), 0.1
+    springs = edges, rest, np.full(len(edges), 30.0)
+    found, _ = scipy.motion(1.1 * x, np.zeros_like(x), *springs, triangles, 0.0, 1.0 / len(x), 0.3, damping=damping)
+    swing = float(analytic.damped_oscillation(0.3, frequency, damping * squared / moment))
+    assert_allclose(found, (1.0 + 0.1 * swing) * x, atol=1e-11)

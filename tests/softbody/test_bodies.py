@@ -55,7 +55,7 @@ def test_an_external_force_belongs_to_its_body_and_stays_when_bodies_are_added()
 
 def test_springs_can_be_changed_between_steps():
     world = World(gravity=(0.0, 0.0, 0.0))
-    body = world.add_soft_body(SOLID, 1.0, 10.0, 0.0)
+    body = world.add_soft_body(SOLID, 1.0, 10.0, 0.0, damping=0.0)
     body.set_springs(rest_length=0.5 * 2.0**0.5)
     world.equilibrium()
     assert body.volume == pytest.approx(SOLID.volume / 8.0, rel=1e-9)
@@ -165,6 +165,7 @@ def test_a_body_of_another_world_cannot_be_removed(crowd):
 
 def test_what_is_set_between_steps_is_checked_and_read_again(crowd):
     _, soft, boxes = crowd
+    before = [body.damping for body in soft]
     for body, names in (
         (soft[1], ("damping", "drag", "restitution", "friction", "deflated_below")),
         (
@@ -177,7 +178,7 @@ def test_what_is_set_between_steps_is_checked_and_read_again(crowd):
             assert getattr(body, name) == 0.25
             with pytest.raises(ParameterError, match=f"^{name} is -1"):
                 setattr(body, name, -1.0)
-    assert soft[0].damping == soft[2].damping == 0.0
+    assert [body.damping for body in soft] == [before[0], 0.25, before[2]]
     assert boxes[2].friction == 0.5
 
 

@@ -12,7 +12,7 @@ import pytest
 
 import softbody
 from softbody import ParameterError, World
-from softbody.builder import Parts, appended, properties_of, soft_body_alone
+from softbody.builder import Parts, appended, default_damping, properties_of, soft_body_alone
 from softbody.joint_forces import no_joints
 from softbody.state import Model, Property
 
@@ -284,3 +284,30 @@ def test_a_property_that_no_body_has_is_refused_with_those_that_it_has(filled, k
     }
     with pytest.raises(ParameterError, match=message):
         add[kind]()
+
+
+@pytest.mark.parametrize("stiffness", [0.0, 1e-300, 1e6, 1.7e308, np.finfo(float).max])
+@pytest.mark.parametrize("mass", [1e-300, 1.0, 1e300])
+def test_the_default_damping_is_finite_whatever_the_springs_and_masses(stiffness, mass):
+    with np.errstate(all="raise", under="ignore"):
+        damping = default_damping(np.full(7, stiffness), mass)
+    assert 0.0 <= damping < np.inf
+    assert damping == pytest.approx(0.1 * np.sqrt(2.0) * np.sqrt(stiffness) * np.sqrt(mass), rel=1e-14)
+
+
+def test_springs_are_damped_by_a_tenth_of_critical_unless_told_otherwise():
+    world = World()
+    each = np.arange(1.0, 121.0)
+    assert world.add_soft_body(BALL, 2.0, each, 1.0).damping == pytest.approx(0.1 * np.sqrt(2.0 * 60.5 * 2.0 / 42))
+    assert world.add_soft_body(BALL, 2.0, each, 1.0, damping=None).damping == world.soft_bodies[0].damping
+    assert world.add_soft_body(BALL, 2.0, each, 1.0, damping=0.0).damping == 0.0
+    assert world.add_soft_body(BALL, 2.0, 0.0, 1.0).damping == 0.0
+
+
+@pytest.mark.parametrize("world", [World.paper(), World(integrator="rk4_velocity")])
+def test_springs_are_not_damped_where_the_integrator_damps(world):
+    assert world.add_soft_body(BALL, 2.0, 10.0, 1.0).damping == 0.0
+    assert world.add_soft_body(BALL, 2.0, 10.0, 1.0, damping=0.5).damping == 0.5
+    world.integrator = "rk4"
+    assert world.soft_bodies[0].damping == 0.0
+    assert world.add_soft_body(BALL, 2.0, 10.0, 1.0).damping > 0.0

@@ -217,7 +217,7 @@ def test_nine_tenths_of_the_stable_step_are_always_taken_whatever_has_moved():
     """An estimate from before would refuse: as the gas expands, ever longer steps are stable."""
     world = World(gravity=(0.0, 0.0, 0.0))
     body = world.add_soft_body(SOLID, 1.0, 10.0, 5.0)
-    body.positions[:] *= 0.2
+    body.positions[:] *= 0.15
     first = world.stable_time_step()
     for _ in range(60):
         world.step(0.9 * world.stable_time_step())
@@ -259,7 +259,7 @@ def test_a_body_too_light_for_its_springs_has_no_stable_step_and_is_named():
 
 
 def test_the_last_good_state_is_a_bounded_one_and_the_step_that_is_named_helps():
-    world = World()
+    world = World(integrator="rk4_velocity")  # by symplectic Euler it collapses at once
     world.add_soft_body(softbody.icosphere(2, 0.5), 1.0, 200.0, 30.0)
     with pytest.raises(
         SimulationError, match=r"soft body 0 diverged in step \d+; a stable time step here is"

@@ -104,7 +104,7 @@ def scene_file(tmp_path):
 def test_a_scene_file_is_viewed_and_recorded(capsys, tmp_path, monkeypatch, scene_file):
     seen = []
     monkeypatch.setattr(softbody.World, "view", lambda world, port, **more: seen.append(world))
-    for more, integrator in ((), "rk4_velocity"), (("--integrator", "rk4"), "rk4"):
+    for more, integrator in ((), "symplectic_euler"), (("--integrator", "rk4"), "rk4"):
         assert said(capsys, "view", scene_file, *more) == (0, "")
         assert (seen[-1].model.box_count, seen[-1].integrator) == (1, integrator)
     assert said(capsys, "view", scene_file, "--paper")[0] == 0

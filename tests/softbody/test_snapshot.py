@@ -61,7 +61,7 @@ def test_an_unpickled_world_goes_on_to_the_same_bits(halfway):
     world = pickle.loads(pickle.dumps(world))
     world.step(STEP, 40)
     assert world.state_hash() == end
-    assert world.integrator == "rk4_velocity"
+    assert world.integrator == "symplectic_euler"
 
 
 def test_a_restored_world_takes_more_bodies(halfway):

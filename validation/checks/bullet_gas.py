@@ -53,7 +53,7 @@ def stiffness_rest_squared(mesh: Mesh, stiffness: float) -> float:
 def at_rest(mesh: Mesh, stiffness: float, gas: float, mass: float) -> tuple[World, SoftBody]:
     """Return a world without gravity and in it a body that the core has brought to rest."""
     world = World(gravity=(0.0, 0.0, 0.0), integrator="rk4")
-    body = world.add_soft_body(mesh, mass=mass, stiffness=stiffness, gas=gas)
+    body = world.add_soft_body(mesh, mass=mass, stiffness=stiffness, gas=gas, damping=0.0)
     world.equilibrium()
     return world, body
 

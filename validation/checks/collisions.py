@@ -65,7 +65,7 @@ def _two_spheres(
     bodies = [
         world.add_soft_body(
             mesh, mass, stiffness, GAS * stiffness, (side * half, side * 0.5 * aside, 0.0),
-            restitution=restitution, friction=0.0,
+            restitution=restitution, friction=0.0, damping=0.0,
         )
         for mesh, mass, side in zip(meshes, masses, (-1.0, 1.0))
     ]  # fmt: skip
@@ -81,8 +81,9 @@ def _sphere_and_box(
     """Return a sphere of 1 kg that flies along x at 2 m/s at a box of 1.5 kg, to strike its face at `strike` (y, z)."""
     world = World(gravity=(0.0, 0.0, 0.0), integrator=integrator, gyroscopic=True)
     body = world.add_soft_body(
-        mesh, 1.0, stiffness, GAS * stiffness, (-0.84, *strike), restitution=restitution, friction=0.0
-    )
+        mesh, 1.0, stiffness, GAS * stiffness, (-0.84, *strike),
+        restitution=restitution, friction=0.0, damping=0.0,
+    )  # fmt: skip
     world.add_box(BOX, 1.5, restitution=restitution, friction=0.0)
     world.equilibrium()
     body.velocities[:] = (2.0, 0.0, 0.0)

@@ -48,7 +48,7 @@ def collision(rng: np.random.Generator, integrator: str, part: float, friction: 
     a, b = (
         world.add_soft_body(
             rotated(MESHES[rng.integers(len(MESHES))], rng), masses[k], STIFFNESS, GAS, position,
-            friction=friction, restitution=restitution[k],
+            friction=friction, restitution=restitution[k], damping=0.0,
         )
         for k, position in enumerate(((-1.0, 0.0, 0.0), (1.0, *rng.uniform(-0.3, 0.3, 2))))
     )  # fmt: skip
@@ -110,7 +110,7 @@ def crowd(rng: np.random.Generator) -> World:
     places = apart(rng, soft + boxes)
     for place in places[:soft]:
         mesh, mass = rotated(MESHES[rng.integers(len(MESHES))], rng), float(np.exp(rng.uniform(-1.0, 1.0)))
-        material: dict[str, Any] = {"restitution": rng.random(), "friction": rng.uniform(0.0, 0.6)}
+        material: dict[str, Any] = {"restitution": rng.random(), "friction": rng.uniform(0.0, 0.6), "damping": 0.0}
         bodies.append(world.add_soft_body(mesh, mass, STIFFNESS, GAS, place, **material))
     world.equilibrium()
     for body, place in zip(bodies, places, strict=False):

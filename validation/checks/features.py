@@ -92,7 +92,7 @@ def springs_that_are_set(run: Run) -> Comparison:
             # (Springs that are far too long or short let a skin buckle, which is chaotic.)
             springs = [(length * rng.uniform(0.97, 1.03, count), rng.uniform(50.0, 300.0, count)) for _ in range(2)]
             gas, force = rng.uniform(2.0, 5.0), rng.normal(0.0, 0.3, shape.vertices.shape) / count
-            body = world.add_soft_body(shape, 1.0, springs[0][1], gas, rest_length=springs[0][0])
+            body = world.add_soft_body(shape, 1.0, springs[0][1], gas, rest_length=springs[0][0], damping=0.0)
             made.append((kind, shape, springs, gas, force, body.index))
         for *_, force, index in made:
             SoftBody(world, index).external_force = force
@@ -259,7 +259,7 @@ def collapses_when_scipy_says(run: Run) -> Comparison:
         shape, pull, limit = make(rng.uniform(0.5, 2.0)), rng.uniform(0.3, 0.6), rng.uniform(0.3, 0.9)
         lengths, stiffness = edge_lengths(shape.vertices, shape.edges), rng.uniform(50.0, 200.0)
         world = World(gravity=(0.0, 0.0, 0.0), integrator="rk4")
-        world.add_soft_body(shape, 1.0, stiffness, 0.0, rest_length=pull * lengths, deflated_below=limit)
+        world.add_soft_body(shape, 1.0, stiffness, 0.0, rest_length=pull * lengths, damping=0.0, deflated_below=limit)
         inertia = (shape.vertices**2).sum() / len(shape.vertices)
         # In units of the length at rest it begins at 1/pull, and would swing about 1.
         swing = stiffness * (pull**2 * lengths**2).sum() / (pull**2 * inertia)

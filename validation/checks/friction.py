@@ -514,6 +514,7 @@ def particles_strike_the_ground(run: Run) -> Comparison:
             (0.0, 0.0, height - 0.8 * mesh.vertices[:, 2].min()),
             restitution=bounce[1],
             friction=rub[1],
+            damping=0.0,
         )
         body.velocities[:] = rng.normal(size=mesh.vertices.shape)
         start, came = body.positions.copy(), body.velocities + [0.0, 0.0, -G * STEP]
@@ -550,7 +551,8 @@ def particles_bounce_along(run: Run) -> Comparison:
         top = np.flatnonzero(mesh.vertices[:, 2] > 0.0)
         world = World()
         world.add_ground(restitution=bounce, friction=rub[0])
-        body = world.add_soft_body(mesh, 1.0, 1e-9, 0.0, (0.0, 0.0, 0.5 + fall), fixed=top, friction=rub[1])
+        place = (0.0, 0.0, 0.5 + fall)
+        body = world.add_soft_body(mesh, 1.0, 1e-9, 0.0, place, fixed=top, friction=rub[1], damping=0.0)
         low = mesh.vertices[:, 2] < 0.0
         body.velocities[low] = speed * way
         strikes = np.sqrt(2.0 * G * fall)  # [m/s] at the first bounce; by e at each further one
@@ -620,14 +622,15 @@ def vertices_strike_faces(run: Run) -> Comparison:
             free = int(np.argmin(face.vertices @ normal))  # one must be; on the other side
             world.add_soft_body(
                 face, 1.0, 1e-9, 0.0, -(a + b + c) / 3.0, fixed=np.delete(np.arange(12), free),
-                restitution=bounce[0], friction=rub[0],
+                restitution=bounce[0], friction=rub[0], damping=0.0,
             )  # fmt: skip
         velocity -= (velocity @ normal + rng.uniform(0.3, 2.0)) * normal
         gap = -0.5 * STEP * (velocity @ normal)
         mesh = vertex_first(rng, normal, gap)
         body = world.add_soft_body(
-            mesh, rng.uniform(0.5, 2.0), 1e-9, 0.0, velocity=velocity, restitution=bounce[1], friction=rub[1]
-        )
+            mesh, rng.uniform(0.5, 2.0), 1e-9, 0.0,
+            velocity=velocity, restitution=bounce[1], friction=rub[1], damping=0.0,
+        )  # fmt: skip
         world.step(STEP)
         measured.append(body.velocities[0])
         expected.append(after_bounce(velocity[None], normal, np.sqrt(rub[0] * rub[1]), bounce.max())[0])

@@ -112,7 +112,7 @@ def set_on_the_way(run: Run) -> Comparison:
     measured, expected, kinds = [], [], []
     for way in ("by handles", "by replace") * run.count(2, 6, 60):
         truth, world = Swinging(rng), World(gravity=(0.0, 0.0, 0.0), integrator="rk4")
-        body = world.add_soft_body(truth.mesh, 1.0, 100.0, 0.0)
+        body = world.add_soft_body(truth.mesh, 1.0, 100.0, 0.0, damping=0.0)
         for _ in range(3):
             truth.change()
             if way == "by handles":
@@ -122,7 +122,7 @@ def set_on_the_way(run: Run) -> Comparison:
             else:
                 truth.mass = rng.uniform(0.5, 2.0)
                 fresh = World(gravity=truth.gravity, integrator="rk4")
-                other = fresh.add_soft_body(truth.mesh, truth.mass, truth.stiffness, truth.gas)
+                other = fresh.add_soft_body(truth.mesh, truth.mass, truth.stiffness, truth.gas, damping=0.0)
                 other.external_force = truth.force
                 other.positions, other.velocities = truth.position, truth.velocity
                 world.replace(model=fresh.model, controls=fresh.controls, state=fresh.state, rings=fresh.rings)
@@ -170,7 +170,7 @@ def goes_on_from_a_file(run: Run) -> Comparison:
         truth = Swinging(rng)
         truth.change()
         world = World(gravity=truth.gravity, integrator="rk4")
-        body = world.add_soft_body(truth.mesh, 1.0, truth.stiffness, truth.gas)
+        body = world.add_soft_body(truth.mesh, 1.0, truth.stiffness, truth.gas, damping=0.0)
         body.external_force, body.positions, body.velocities = truth.force, truth.position, truth.velocity
         steps = int(np.ceil(0.1 / (PART * world.stable_time_step())))
         world.step(0.1 / steps, steps)

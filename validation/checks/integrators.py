@@ -46,7 +46,7 @@ def breathing(
     By symmetry it only swells and shrinks: M λ'' = −K (λ − 1) + 3nRT/λ, a harmonic oscillator without gas.
     """
     world = World(gravity=(0.0, 0.0, 0.0), integrator=integrator, precision=precision)
-    body = world.add_soft_body(mesh, mass=1.0, stiffness=STIFFNESS, gas=gas)
+    body = world.add_soft_body(mesh, mass=1.0, stiffness=STIFFNESS, gas=gas, damping=0.0)
     moment = (mesh.vertices**2).sum() / len(mesh.vertices)
     body.positions[:] = scale * mesh.vertices
     return world, STIFFNESS * (world.model.edge_rest_length**2).sum(), moment
@@ -277,7 +277,7 @@ def stable_step(run: Run) -> Comparison:
         stiffness = 10.0 ** rng.uniform(0.0, 3.0) * rng.uniform(0.5, 2.0, len(mesh.edges))
         gas = 10.0 ** rng.uniform(-1.0, 3.0)
         world = World(integrator="symplectic_euler")
-        body = world.add_soft_body(mesh, mass=2.0, stiffness=stiffness, gas=gas)
+        body = world.add_soft_body(mesh, mass=2.0, stiffness=stiffness, gas=gas, damping=0.0)
         body.positions[:] *= rng.uniform(0.95, 1.3)
         model = world.model
         highest = scipy.highest_frequency(
@@ -362,7 +362,7 @@ def drift(run: Run) -> Comparison:
             drifts: list[list[float]] = []
             for steps in (200, 400) if integrator == "rk4" else (10_000, 20_000):
                 world = World(gravity=(0.0, 0.0, 0.0), integrator=integrator)
-                body = world.add_soft_body(mesh, mass=2.0, stiffness=30.0, gas=2.0)
+                body = world.add_soft_body(mesh, mass=2.0, stiffness=30.0, gas=2.0, damping=0.0)
                 body.positions[:] += shake[0]
                 body.velocities[:] = np.cross([0.5, 1.0, 2.0], body.positions) + shake[1]
                 energy, momentum = accounts.energy(world), accounts.angular_momentum(world)
@@ -408,7 +408,7 @@ def energy_gain(run: Run) -> Comparison:
         for _ in range(run.count(1, 3, 10)):
             mesh = lumpy_sphere(rng, 2)
             world = World(gravity=(0.0, 0.0, 0.0), integrator=integrator)
-            body = world.add_soft_body(mesh, mass=2.0, stiffness=100.0, gas=50.0)
+            body = world.add_soft_body(mesh, mass=2.0, stiffness=100.0, gas=50.0, damping=0.0)
             world.equilibrium(1e-8)
             bottom = accounts.energy(world)
             body.velocities[:] = rng.normal(0.0, 0.1, body.velocities.shape)
@@ -488,7 +488,7 @@ def momentum(run: Run) -> Comparison:
         for _ in range(run.count(1, 4, 20)):
             mesh = lumpy_sphere(rng, 2)
             world = World(gravity=(0.0, 0.0, 0.0), integrator=integrator)
-            body = world.add_soft_body(mesh, mass=2.0, stiffness=100.0, gas=50.0)
+            body = world.add_soft_body(mesh, mass=2.0, stiffness=100.0, gas=50.0, damping=0.0)
             spin = np.cross(rng.normal(size=3), mesh.vertices)
             body.velocities[:] = spin + rng.normal(size=3) + 0.1 * rng.normal(size=mesh.vertices.shape)
             momentum_scale = (np.linalg.norm(body.velocities, axis=1) / world.model.particle_inverse_mass).sum()
@@ -543,7 +543,7 @@ def free_fall(run: Run) -> Comparison:
         for _ in range(run.count(1, 5, 20)):
             world = World(gravity=(0.0, 0.0, -g), integrator=integrator)
             velocity = rng.normal(size=3)
-            body = world.add_soft_body(lumpy_sphere(rng, 2), mass=1.0, stiffness=100.0, gas=20.0, velocity=velocity)
+            body = world.add_soft_body(lumpy_sphere(rng, 2), 1.0, 100.0, 20.0, velocity=velocity, damping=0.0)
             body.velocities[:] += np.cross(rng.normal(size=3), body.positions - body.centre)
             height = body.centre[2]
             h = 0.5 * world.stable_time_step()
@@ -582,7 +582,7 @@ def speed_of_a_fall(run: Run) -> Comparison:
         for _ in range(run.count(2, 10, 50)):
             world = World(gravity=gravity, integrator=integrator)
             start = rng.normal(size=3)
-            body = world.add_soft_body(lumpy_sphere(rng, 2), mass=1.0, stiffness=100.0, gas=20.0, velocity=start)
+            body = world.add_soft_body(lumpy_sphere(rng, 2), 1.0, 100.0, 20.0, velocity=start, damping=0.0)
             h = 0.5 * world.stable_time_step()
             world.step(h, steps)
             measured.append(body.velocities.mean(axis=0))

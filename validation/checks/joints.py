@@ -137,7 +137,8 @@ def chains_by_scipy(run: Run) -> Comparison:
                     for k, c in enumerate(cubes)
                 ]
                 bodies = [
-                    world.add_soft_body(solid, 1.0, net.stiffness, 0.0, place) for net, place in zip(nets, places)
+                    world.add_soft_body(solid, 1.0, net.stiffness, 0.0, place, damping=0.0)
+                    for net, place in zip(nets, places)
                 ]
 
                 pairs: list[Any] = [

@@ -23,7 +23,7 @@ HEAP_STEP = 1.0 / 240.0  # [s]
 @check(
     family=FAMILY,
     claim="The scene of dropped balls, of 42 particles each: from any height all fall and swell as SciPy has them,"
-    " each by its own springs, side by side and alike in shape.",
+    " each by its own springs and a tenth of their critical damping, side by side and alike in shape.",
     section="2, 5.1",
     piece="softbody.scenes.ball_drop",
     reference="SciPy's DOP853 on springs and gas by its own formula, and the parabola; half-way to the ground",
@@ -64,8 +64,10 @@ def balls_drop(run: Run) -> Comparison:
         world.step(seconds / steps, steps)
         for k, stiffness in enumerate(stiffnesses):
             each = np.full(len(ball.edges), stiffness)
-            what = *springs, each, ball.triangles, 0.15 * stiffness, 1.0 / len(ball.vertices), seconds
-            shape, _ = scipy.motion(ball.vertices, np.zeros_like(ball.vertices), *what, rtol=1e-10)
+            mass = 1.0 / len(ball.vertices)
+            what = *springs, each, ball.triangles, 0.15 * stiffness, mass, seconds
+            damping = 0.1 * np.sqrt(2.0 * stiffness * mass)
+            shape, _ = scipy.motion(ball.vertices, np.zeros_like(ball.vertices), *what, rtol=1e-10, damping=damping)
             measured.append(SoftBody(world, k).positions / 0.5)
             expected.append((shape + (1.4 * (k - 1), 0.0, 0.5 + 0.5 * height)) / 0.5)
             kinds += [["left", "middle", "right"][k]] * len(shape)

@@ -134,7 +134,8 @@ def threads_by_scipy(run: Run) -> Comparison:
         rng = run.fresh_rng()
         world = World(gravity=(0.0, 0.0, 0.0), integrator="rk4")
         for k in range(10):  # fewer particles are not shared out among threads
-            world.add_soft_body(lumpy_sphere(rng, 3 if k == 3 else 2), 1.0, 100.0, 20.0, (4.0 * k, 0.0, 0.0))
+            mesh = lumpy_sphere(rng, 3 if k == 3 else 2)
+            world.add_soft_body(mesh, 1.0, 100.0, 20.0, (4.0 * k, 0.0, 0.0), damping=0.0)
         starts = [body.positions.copy() for body in world.soft_bodies]
         motion = motion_of(world.model.soft_particle_start, world.rings, threads)
         parts = world.model, world.controls, world.state, motion, world.settings

@@ -181,9 +181,9 @@ def refinement(run: Run) -> Comparison:
     faults=(
         Fault(
             "damping off by 1e-8",
-            ring_forces.add_load,
-            "load_.damping * parting_",
-            "1.00000001 * load_.damping * parting_",
+            ring_forces.add_damping,
+            "damping * parting",
+            "1.00000001 * damping * parting",
         ),
     ),
 )

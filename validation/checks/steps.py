@@ -39,7 +39,7 @@ STEPS = 25
             "load_.drag / inverse_mass_[i_]",
             "1.001 * load_.drag / inverse_mass_[i_]",
         ),
-        Fault("damping halved", ring_forces.add_load, "load_.damping * parting_", "0.5 * load_.damping * parting_"),
+        Fault("damping halved", ring_forces.add_damping, "damping * parting", "0.5 * damping * parting"),
         Fault(
             "damping and drag by the velocities at the start of the step",
             integrators._advance_body,

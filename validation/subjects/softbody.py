@@ -73,6 +73,6 @@ def points_in_mesh(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarr
 def _at_rest(body: GasBody) -> World:
     world = World(gravity=(0.0, 0.0, 0.0), integrator="rk4")
     mesh = Mesh(body.vertices, body.triangles)
-    world.add_soft_body(mesh, mass=body.mass, stiffness=body.stiffness, gas=body.gas)
+    world.add_soft_body(mesh, mass=body.mass, stiffness=body.stiffness, gas=body.gas, damping=0.0)
     world.equilibrium()
     return world

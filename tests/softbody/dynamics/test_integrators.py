@@ -25,9 +25,9 @@ integrators = pytest.mark.parametrize("integrator", INTEGRATORS)
 
 
 def oscillator(solid, integrator):
-    """A solid at rest without gas or gravity, and its ω."""
+    """A solid at rest without gas, damping or gravity, and its ω."""
     world = softbody.World(gravity=(0.0, 0.0, 0.0), integrator=integrator)
-    world.add_soft_body(solid, MASS, STIFFNESS, 0.0)
+    world.add_soft_body(solid, MASS, STIFFNESS, 0.0, damping=0.0)
     inertia = MASS / len(solid.vertices) * np.sum(solid.vertices**2)
     return world, sqrt(STIFFNESS * np.sum(world.model.edge_rest_length**2) / inertia)
 
@@ -95,7 +95,7 @@ def test_each_scheme_grows_beyond_its_stability_limit_and_not_before(integrator)
 def spinning(integrator, gas=0.0):
     """A lopsided body that spins and flies."""
     world = softbody.World(gravity=(0.0, 0.0, 0.0), integrator=integrator)
-    world.add_soft_body(softbody.icosahedron(), MASS, STIFFNESS, gas)
+    world.add_soft_body(softbody.icosahedron(), MASS, STIFFNESS, gas, damping=0.0)
     random = np.random.default_rng(9)
     world.state.particle_position[:] += random.normal(0.0, 0.1, (12, 3))
     world.state.particle_velocity[:] = np.cross([0.5, 1.0, 2.0], world.state.particle_position) + [1.0, 2.0, 3.0]

@@ -21,7 +21,7 @@ def world():
     """A ball that falls."""
     world = softbody.World()
     world.add_ground()
-    world.add_soft_body(softbody.icosphere(1), 1.0, 100.0, 10.0, (0.0, 0.0, 2.0))
+    world.add_soft_body(softbody.icosphere(1), 1.0, 100.0, 10.0, (0.0, 0.0, 2.0), damping=0.0)
     return world
 
 

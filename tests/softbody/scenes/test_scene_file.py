@@ -421,3 +421,17 @@ def test_how_it_is_run_is_read(scene):
     read = read_scene(scene(GOOD + "frames_per_second = 20\n[film]\ncolour = 'speed'\ncolour_range = [0, 2]\n"))
     assert read.run == (2.0, 20.0, None, True)
     assert read.film == ("film.webp", 20.0, "speed", (0.0, 2.0), (640, 480), True)
+
+
+def test_a_body_whose_file_says_no_damping_has_that_of_a_body_made_without(scene):
+    text = GOOD.replace("damping = 0.125\n", "")
+    alike = World().add_soft_body(softbody.octahedron(0.5), 2.0, 10.0, 1.5)
+    assert from_file(scene(text)).soft_bodies[0].damping == alike.damping > 0.0
+    paper = text.replace('"symplectic_euler"', '"rk4_velocity"')
+    assert from_file(scene(paper)).soft_bodies[0].damping == 0.0
+
+
+def test_choices_hold_in_place_of_the_file_s_own(scene):
+    text = GOOD.replace("damping = 0.125\n", "")
+    world = read_scene(scene(text), integrator="rk4_velocity").world
+    assert (world.integrator, world.gravity[2], world.soft_bodies[0].damping) == ("rk4_velocity", -1.62, 0.0)
