@@ -115,16 +115,21 @@ class Meeting:
     normal: np.ndarray  # (3,) unit, from b to a
     goal: float  # [m]
 
+    def depth(self) -> float:
+        """Return how far a is below that now [m]."""
+        return self.goal - float(self.normal @ (self.a.place() - self.b.place()))
 
-def collide(one: Skin, other: Skin | Block, restitution: float) -> int:
-    """Change positions and velocities as the paper's contacts do; return how many there were."""
+
+def collide(one: Skin, other: Skin | Block, restitution: float) -> list[float]:
+    """Change positions and velocities as the paper's contacts do; return how deep each was when it was found [m]."""
     if isinstance(other, Skin):
         meetings = _particles_inside(other, one) + _particles_inside(one, other)
     else:
         meetings = _particles_in_box(one, other) + _corners_inside(other, one)
+    depths = [meeting.depth() for meeting in meetings]
     for meeting in meetings:
         _resolve(meeting, restitution)
-    return len(meetings)
+    return depths
 
 
 def _particles_inside(probe: Skin, solid: Skin) -> list[Meeting]:
@@ -153,9 +158,10 @@ def _ways_out(points: np.ndarray, skin: Skin) -> list[tuple[int, tuple[np.ndarra
         return ways
     for row, depth, face, end in zip(rows, *closest_points(points[rows], skin.position, skin.triangles), strict=True):
         triangle = skin.triangles[face]
-        weights = np.linalg.lstsq(np.vstack([skin.position[triangle].T, np.ones(3)]), np.append(end, 1.0), rcond=None)[
-            0
-        ]
+        arms = skin.position[triangle] - end
+        parts = np.cross(np.roll(arms, -1, axis=0), np.roll(arms, -2, axis=0))  # opposite to each corner [2 m²]
+        whole = parts.sum(axis=0)
+        weights = parts @ whole / (whole @ whole)
         ways.append((int(row), (triangle, weights, (end - points[row]) / depth, float(depth))))
     return ways
 
@@ -175,7 +181,7 @@ def _particles_in_box(skin: Skin, block: Block) -> list[Meeting]:
 
 def _resolve(meeting: Meeting, restitution: float) -> None:
     a, b, normal = meeting.a, meeting.b, meeting.normal
-    depth = meeting.goal - float(normal @ (a.place() - b.place()))
+    depth = meeting.depth()
     if depth <= 0.0:
         return
     fixed = isinstance(b, OnBlock) and np.isinf(b.block.mass)

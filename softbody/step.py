@@ -16,7 +16,7 @@ from softbody.collision.soft_response import Bodies, resolve_contacts
 from softbody.collision.substeps import subdivision
 from softbody.collision.surface import Surfaces
 from softbody.collision.warm_start import cache_impulses, copied_cache, copy_cache
-from softbody.dynamics.rigid_boxes import box_astray, limit_boxes, slow_boxes, stop_boxes
+from softbody.dynamics.rigid_boxes import box_astray, limit_boxes, limit_speeds, slow_boxes, stop_boxes
 from softbody.dynamics.soft_bodies import BARE, DIVERGED, Motion, move_soft_bodies
 from softbody.glance import begins_finite, fingerprint
 from softbody.jit import jit, jit_inlined, jit_lean
@@ -98,6 +98,8 @@ def step(
         cache_impulses(contacts)  # not sooner: had there been no room, the step might have to be undone
     push = resolve_soft_contacts(model, state, work.start, work.surfaces, contacts, settings, h)
     hold_boxes(model, controls, state, work.grounded, contacts, push, settings, h)
+    if work.grounded is not None:
+        limit_speeds(model, state, settings)  # once more: soft bodies have pushed boxes since
     resolve_ground(model, state, work.ground_impulse)
     stray = _thrown_astray(model, state, work, contacts, h)
     if stray >= 0:

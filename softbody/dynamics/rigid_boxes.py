@@ -146,14 +146,8 @@ def turned(q: Quaternion, rotation: Vec) -> Quaternion:
 
 
 @jit
-def limit_boxes(model: Model, state: State, settings: Settings, grounded: np.ndarray | None) -> None:
-    """Hold every box to the paper's limits; paper §6. `grounded` (m,) tells which boxes touch the ground.
-
-    Speed and angular speed are cut to their ceilings. A box on the ground that turns more slowly than the floor stops
-    turning, and its axes snap to the nearest multiples of 90°.
-    """
-    if grounded is None:
-        return
+def limit_speeds(model: Model, state: State, settings: Settings) -> None:
+    """Cut the speed and the angular speed of every box to their ceilings; paper §6."""
     for i in range(state.box_position.shape[0]):
         if model.box_inverse_mass[i] > 0.0:
             v, w = load(state.box_velocity, i), load(state.box_angular_velocity, i)
@@ -161,6 +155,21 @@ def limit_boxes(model: Model, state: State, settings: Settings, grounded: np.nda
                 store(state.box_velocity, i, scale(settings.speed_ceiling / norm(v), v))
             if norm(w) > settings.angular_speed_ceiling:
                 store(state.box_angular_velocity, i, scale(settings.angular_speed_ceiling / norm(w), w))
+
+
+@jit
+def limit_boxes(model: Model, state: State, settings: Settings, grounded: np.ndarray | None) -> None:
+    """Hold every box to the paper's limits; paper §6. `grounded` (m,) tells which boxes touch the ground.
+
+    Besides its ceilings: one on the ground that turns more slowly than the floor stops turning, and its axes snap to
+    the nearest multiples of 90°.
+    """
+    if grounded is None:
+        return
+    limit_speeds(model, state, settings)
+    for i in range(state.box_position.shape[0]):
+        if model.box_inverse_mass[i] > 0.0:
+            w = load(state.box_angular_velocity, i)
             if grounded[i] and norm(w) < settings.angular_speed_floor:
                 store(state.box_angular_velocity, i, (0.0, 0.0, 0.0))
                 q = nearest_right_angles(load_quaternion(state.box_orientation, i))
