@@ -154,10 +154,12 @@ def _convex_mesh(rng: np.random.Generator) -> Mesh:
     return rotated(meshes[rng.integers(len(meshes))], rng)
 
 
-def _overlapping(points: np.ndarray, other_points: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Return how far to move the other points (3,) [m], so that both overlap by 1 to 20 cm along a random direction."""
-    way = rng.normal(size=3)
-    way /= np.linalg.norm(way)
+def _overlapping(
+    points: np.ndarray, other_points: np.ndarray, rng: np.random.Generator, way: np.ndarray | None = None
+) -> np.ndarray:
+    """Return how far to move the other points (3,) [m], so that both overlap by 1 to 20 cm along a way, or any."""
+    way = rng.normal(size=3) if way is None else way
+    way = way / np.linalg.norm(way)
     return ((points @ way).max() - (other_points @ way).min() - rng.uniform(0.01, 0.2)) * way
 
 
@@ -199,8 +201,10 @@ def soft_contacts_in_turn(run: Run) -> Comparison:
         world = World.paper(gravity=(0.0, 0.0, 0.0))
         e, mass, mesh = rng.random(2), np.exp(rng.uniform(-2.0, 2.0, 2)), _convex_mesh(rng)
         kind = ("soft–soft", "soft–box", "soft–box, fixed")[trial % 3]
-        pace = 12.0 if trial % 6 == 1 else 3.0  # [m/s] now and then so fast that boxes are thrown beyond their ceilings
-        skin = _fly(world, mesh, mass[0], np.zeros(3), pace * rng.normal(size=3), e[0])
+        is_thrown = trial % 6 == 1  # the box, beyond its ceilings
+        pace, heavier = (30.0, 30.0) if is_thrown else (3.0, 1.0)
+        velocity = pace * rng.normal(size=3)
+        skin = _fly(world, mesh, heavier * mass[0], np.zeros(3), velocity, e[0])
         if kind == "soft–soft":
             other = _convex_mesh(rng)
             place = _overlapping(mesh.vertices, other.vertices, rng)
@@ -208,7 +212,8 @@ def soft_contacts_in_turn(run: Run) -> Comparison:
             depths = collide(skin, partner, float(e.max()))
             judged = [skin.velocity, partner.velocity, skin.position, partner.position]
         else:
-            block = _fly_box(world, mesh, mass[1] if kind == "soft–box" else None, e[1], rng)
+            weight, way = mass[1] if kind == "soft–box" else None, velocity if is_thrown else None
+            block = _fly_box(world, mesh, weight, e[1], rng, way)
             depths = collide(skin, block, float(e.max()))
             cut = _cut(np.array([block.velocity, block.angular_velocity]))
             judged = [skin.velocity, cut, skin.position, block.position[None]]
@@ -242,12 +247,19 @@ def _fly(world: World, mesh: Mesh, mass: float, place: np.ndarray, velocity: np.
     return Skin(arrived, np.tile(velocity, (count, 1)), np.full(count, mass / count), mesh.triangles)
 
 
-def _fly_box(world: World, mesh: Mesh, mass: float | None, restitution: float, rng: np.random.Generator) -> Block:
+def _fly_box(
+    world: World,
+    mesh: Mesh,
+    mass: float | None,
+    restitution: float,
+    rng: np.random.Generator,
+    way: np.ndarray | None = None,
+) -> Block:
     """Throw a box that overlaps a mesh, or hold it if it has no mass; return where a step takes it."""
     from references.paper_contact import Block
 
     size, turn = rng.uniform(0.3, 1.0, 3), random_orientations(rng, 1)[0]
-    place = _overlapping(mesh.vertices, corners_of(size) @ rotation_matrix(turn).T, rng)
+    place = _overlapping(mesh.vertices, corners_of(size) @ rotation_matrix(turn).T, rng, way)
     velocity = np.zeros(3) if mass is None else _cut(3.0 * rng.normal(size=(1, 3)))[0]
     world.add_box(size, mass, place, turn, velocity, restitution=restitution)
     return Block(size, mass or np.inf, place + STEP * velocity, turn, velocity, np.zeros(3))
