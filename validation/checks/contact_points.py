@@ -104,8 +104,9 @@ def loads_of_a_beam(run: Run) -> Comparison:
     reference="momenta before and after, summed by NumPy from raw arrays",
     kind="invariant",
     unit="of a step's weight, and of the body's momentum",
-    tolerance=3e-12,
-    because="rounding of impulses that cancel, larger in a pile than what a body's weight gives in a step: 2e-13",
+    tolerance=2e-11,
+    because="rounding of what cancels as standing boxes are solved, whose contacts yield by 1e-6: in one of 360 steps"
+    " of the pile 6e-12, else 6e-13",
     detects="a contact that is not told, or told twice; friction left out; the ground's forces on soft bodies",
     faults=(
         Fault(
