@@ -181,9 +181,10 @@ def _paddle(rng: np.random.Generator, size: np.ndarray, mass: float, rides: Ride
     piece="softbody.World.add_box",
     reference="the same world with everything at rest (Galileo)",
     kind="the core in another form",
-    unit="m, and m/s, relative to the floor",
-    tolerance=1e-5,
-    because="rounding, made larger by the tumbling box's impacts: 2e-6 at worst of ten seeds; the ball 4e-13",
+    unit="m, and m/s, relative to the floor; 0.1 mm of what does not tumble",
+    tolerance=5e-6,
+    because="rounding, made larger by the tumbling box's impacts: 3.2e-7 at worst of ten seeds and of 40 worlds; the"
+    " ball is off by 9.4e-13, the box that lands flat by 1.2e-10",
     detects="motion of kinematic boxes that contacts of boxes or of soft bodies do not see",
     faults=(
         RESTS,
@@ -226,7 +227,8 @@ def moving_floor(run: Run) -> Comparison:
         measured.append(np.hstack(seen[1]))
         expected.append(np.hstack(seen[0]))
         kinds += ["ball"] * len(ball.vertices) + ["box that tumbles", "box that lands flat"]
-    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+    scale = [1.0 if kind == "box that tumbles" else 1e-4 for kind in kinds]
+    return Comparison(np.concatenate(measured), np.concatenate(expected), scale, kinds)
 
 
 @check(

@@ -220,8 +220,7 @@ def damped_springs(run: Run) -> Comparison:
     unit="m/s, m",
     kind="closed form",
     tolerance=3e-12,
-    because="rk4 at γh = 2e-3 leaves (γh)⁴/120 γt e^(−γt), 5e-14 at most, of v0 − v∞, which is 15 m/s at most: 6.2e-13"
-    " at worst",
+    because="rk4 at γh = 2e-3 leaves (γh)⁴/120 γt e^(−γt), 5e-14 at most, of v0 − v∞, some 15 m/s: 6.2e-13 at worst",
     detects="an external force or drag off by 1e-11; a fixed particle that moves at all",
     faults=(Fault("drag off by 1e-9", ring_forces.add_load, "load_.drag / mass_", "1.000000001 * load_.drag / mass_"),),
 )
