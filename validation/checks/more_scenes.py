@@ -83,8 +83,8 @@ def balls_drop(run: Run) -> Comparison:
     reference="heights added up; depths by FCL",
     engines=("fcl",),
     unit="m off its height, aside and inside; rad of lean; m/s",
-    tolerance=3e-8,
-    because="landing leaves 6e-10 at 60 steps a second",
+    tolerance=1.5e-8,
+    because="landing leaves 6.1e-10 of 3 and 8 boxes at 60 steps a second, 3.5e-9 of 15",
     detects="a stack that sinks, leans, creeps or trembles",
     faults=(
         Fault("plates that lie lengthwise all", box_stack.build, "k % 2 == 0", "k % 2 < 2"),
