@@ -130,9 +130,9 @@ def rest_of_piles(run: Run) -> Comparison:
     reference="bounds",
     unit="m, m/s",
     kind="bound",
-    tolerance=1e-6,
-    because="1 µm aside for a pile of 50 m, and 1 µm/s: a thousand times what is seen, for what is amiss doubles from "
-    "impact to impact",
+    tolerance=6e-9,
+    because="rounding of places 50 m high, 7e-15, doubles from impact to impact: 2.8e-10 aside of twenty boxes, 6.3e-10"
+    " of fifty",
     detects="a tall pile that bends, and falls",
     faults=(NO_TREES,),
 )
@@ -195,8 +195,9 @@ def rest_beside_engines(run: Run) -> Comparison:
     unit="m",
     kind="bound",
     least=2,
-    tolerance=1e-9,
-    because="10 s with a speed that is not worth another sweep, 4e-6 m/s, would be 4e-5 m; solved, it is a thousandth",
+    tolerance=5e-13,
+    because="a bound: 2 400 steps round places of up to 2 m by 2.2e-16 each, and nothing else may move them; 1e-17 is"
+    " seen. A speed that is not worth another sweep, 4e-6 m/s, would be 4e-5 m",
     detects="friction that is too small, or fades from step to step",
     faults=(
         Fault(
