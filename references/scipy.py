@@ -283,7 +283,9 @@ def _lengths(x: np.ndarray, edges: np.ndarray) -> np.ndarray:
 
 
 def _volume(x: np.ndarray, triangles: np.ndarray) -> float:
-    a, b, c = (x[triangles[:, k]] for k in range(3))
+    """Return the volume [m³], about the mean vertex: about the origin, D away, rounding is 1e-16 D³, of any volume."""
+    about_mean = x - x.mean(axis=0)
+    a, b, c = (about_mean[triangles[:, k]] for k in range(3))
     return float(np.einsum("tk,tk->", a, np.cross(b, c)) / 6.0)
 
 

@@ -150,3 +150,11 @@ def test_a_regular_solid_of_damped_springs_swings_as_the_oscillator_of_its_scale
     found, _ = scipy.motion(1.1 * x, np.zeros_like(x), *springs, triangles, 0.0, 1.0 / len(x), 0.3, damping=damping)
     swing = float(analytic.damped_oscillation(0.3, frequency, damping * squared / moment))
     assert_allclose(found, (1.0 + 0.1 * swing) * x, atol=1e-11)
+
+
+def test_the_energy_of_a_gas_is_the_same_far_away(cases):
+    x, triangles = cases.solid("icosahedron", 0.7)
+    edges = cases.edges(triangles)
+    springs = edges, lengths(x, edges), np.full(len(edges), 50.0)
+    here, there = (scipy.energy(x + away, *springs, triangles, 7.0) for away in (np.zeros(3), (1e4, -2e4, 3e4)))
+    assert here == pytest.approx(there, abs=1e-9)  # places there are rounded to 4e-12 m

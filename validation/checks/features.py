@@ -235,8 +235,9 @@ def collapse_is_named(run: Run) -> Comparison:
     reference="SciPy's DOP853 on the one unknown that symmetry leaves",
     engines=("scipy",),
     unit="of the time",
-    tolerance=2e-3,
-    because="a step, of some 2 000 on the way, and half of one",
+    tolerance=5e-15,
+    because="rounding of a quotient, 2.2e-16: the volume falls below half-way in a step, of 2 000, so the answer is"
+    " that step, and the next one would be 5e-4 off",
     detects="a limit of another body, of the length in place of the volume, or that is not looked at",
     faults=(
         Fault(

@@ -306,8 +306,8 @@ def spinning_box_stops(run: Run) -> Comparison:
     reference="closed form: the sum over steps of what the pull exceeds μ m g by",
     unit="of the speed at the end",
     kind="closed form",
-    tolerance=2e-4,
-    because="sweeps end at 1e-4 g h, 1e-6 m/s, or after 30: 5e-5",
+    tolerance=6e-5,
+    because="sweeps end at 1e-4 g h, 1e-6 m/s, or after 30: 6.5e-6 at worst of ten seeds, 9.5e-6 of 200 boxes",
     detects="friction that gives way too early or too late, or keeps pushing; forces that friction does not feel",
     faults=(LESS, LARGER, SMALLER),
 )

@@ -146,8 +146,9 @@ def _lift(rng: np.random.Generator, size: np.ndarray, mass: float, rides: Rides)
     reference="closed form: impact on an infinite mass",
     kind="closed form",
     unit="of the speed at which they meet",
-    tolerance=1e-4,
-    because="30 sweeps over four corners that say the same: 3.2e-5 at worst of 1 000",
+    tolerance=1e-12,
+    because="four corners that say the same are solved at once, by impulses that are larger on the way than at the end:"
+    " rounding is 2e-15 at worst of ten seeds, in one of 1 250 hits 1.4e-13",
     detects="a paddle that is slowed, jumps over what it hits, or whose speed the impact does not count",
     faults=(RESTS, STAYS, FORESEEN),
 )
@@ -181,9 +182,10 @@ def _paddle(rng: np.random.Generator, size: np.ndarray, mass: float, rides: Ride
     piece="softbody.World.add_box",
     reference="the same world with everything at rest (Galileo)",
     kind="the core in another form",
-    unit="m, and m/s, relative to the floor",
-    tolerance=1e-5,
-    because="rounding, made larger by the tumbling box's impacts: 2e-6 at worst of ten seeds; the ball 4e-13",
+    unit="m, and m/s, relative to the floor; 0.1 mm of what does not tumble",
+    tolerance=5e-6,
+    because="rounding, made larger by the tumbling box's impacts: 3.2e-7 at worst of ten seeds and of 40 worlds; the"
+    " ball is off by 9.4e-13, the box that lands flat by 1.2e-10",
     detects="motion of kinematic boxes that contacts of boxes or of soft bodies do not see",
     faults=(
         RESTS,
@@ -226,7 +228,8 @@ def moving_floor(run: Run) -> Comparison:
         measured.append(np.hstack(seen[1]))
         expected.append(np.hstack(seen[0]))
         kinds += ["ball"] * len(ball.vertices) + ["box that tumbles", "box that lands flat"]
-    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+    scale = [1.0 if kind == "box that tumbles" else 1e-4 for kind in kinds]
+    return Comparison(np.concatenate(measured), np.concatenate(expected), scale, kinds)
 
 
 @check(

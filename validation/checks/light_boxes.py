@@ -34,8 +34,9 @@ STEP = 0.5  # of the stable time step
     engines=("scipy",),
     unit="of the size; of the weight × size",
     kind="closed form",
-    tolerance=2e-3,
-    because="what is pressed sinks by what the solver leaves in a step: 1e-5",
+    tolerance=1.4e-3,
+    because="what is pressed sinks by what the solver leaves in a step: 4.7e-5 at worst of ten seeds, 3.6e-4 at"
+    " standard",
     detects="boxes that are pressed into the ground, or fly off; bodies that sink into boxes; energy from there",
     faults=(
         Fault(

@@ -86,8 +86,8 @@ def _crumpled(mesh: Mesh, rng: np.random.Generator) -> Mesh:
     reference="libigl: its closest points, and the sign of its winding number",
     engines=("igl",),
     unit="of the size",
-    tolerance=4e-15,
-    because="rounding of the closest point: 1.4e-16 at worst of four seeds",
+    tolerance=1.5e-15,
+    because="rounding of the closest point: 1.4e-16 at worst of ten seeds, 1.8e-16 at full",
     detects="another sign, or the distance of a mesh as it was",
     faults=(
         Fault(

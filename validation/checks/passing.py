@@ -563,10 +563,11 @@ def flush_tiles(run: Run) -> Comparison:
     section="4.4, 4.5",
     piece="softbody.collision.swept_boxes.meeting_of",
     reference="closed form: v = 0 across, ω = 0, and what falls comes no nearer",
-    unit="of the speed",
+    unit="of the speed; without weight of a hundredth of it",
     kind="closed form",
     tolerance=1e-5,
-    because="what a tilt of 1e-5 rad, and the sweeps, leave of the speed: 1e-6",
+    because="sweeps end where one corrects less than 1e-4 g h, 1.6e-5 m/s at 60 steps a second, of a speed of 1 m/s and"
+    " more: 1.2e-7 at worst of ten seeds; a tilt of 1e-5 rad alone, without weight, leaves 3e-8",
     detects="faces all but parallel taken for edges that cross",
     faults=(
         Fault(
@@ -603,4 +604,5 @@ def flat_landings(run: Run) -> Comparison:
         aside = [*box.velocity[:2], np.maximum(0.0, -box.velocity[2]), *(box.angular_velocity * sizes[1].max())]
         off.append(np.array(aside) / speed)
         kinds.append("with weight" if heavy else "without")
-    return Comparison(off, np.zeros((len(off), 6)), groups=kinds)
+    scale = [1.0 if kind == "with weight" else 0.01 for kind in kinds]  # weight presses on what is solved by sweeps
+    return Comparison(off, np.zeros((len(off), 6)), scale, kinds)

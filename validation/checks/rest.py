@@ -225,8 +225,9 @@ def box_never_goes_through(run: Run) -> Comparison:
     reference="statics: what holds it up passes below its centre; the velocities after one step are zero",
     unit="of the speed that one step of weight gives",
     kind="closed form",
-    tolerance=3e-5,
-    because="the solver ends its sweeps where one corrects less than 1e-4 of that speed, and piles are solved finer",
+    tolerance=8e-6,
+    because="the solver ends its sweeps where one corrects less than 1e-4 of that speed, and piles are solved finer:"
+    " 7.1e-7 at worst of ten seeds, 9.2e-7 of 1 000 boxes",
     detects="a support that turns the box",
     faults=(
         Fault(
