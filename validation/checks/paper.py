@@ -493,8 +493,8 @@ def early_outs_change_nothing(run: Run) -> Comparison:
     reference="closed form: free flight",
     unit="of the speed",
     kind="closed form",
-    tolerance=1e-14,
-    because="rounding",
+    tolerance=0.0,
+    because="nothing acts, so that velocities keep every bit",
     detects="contacts of edges, or steps that are split, where the paper has none",
     faults=(
         Fault("contacts of edges", soft_contacts.find_soft_contacts, "settings.edge_contacts", "True"),
@@ -519,7 +519,7 @@ def unseen_by_the_paper(run: Run) -> Comparison:
         turn = rotation_matrix(np.array([np.cos(np.pi / 8), np.sin(np.pi / 8), 0.0, 0.0]))
         height = np.sqrt(0.5) * thin.sum() - rng.uniform(0.1, 0.5) * thin.min()
         if kind == "leap over a plate":
-            speed, height = rng.uniform(50.0, 100.0), 0.02 + thin[0]
+            speed, height = rng.uniform(60.0, 100.0), 0.02 + thin[0]  # 0.6 m in the step, past 0.3 of bar and plate
             world.add_box((2.0, 2.0, 0.02), None)
         elif kind == "edge across an edge":
             lower = softbody.box((thin[1], long[1], thin[1]), 1)

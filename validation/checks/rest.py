@@ -109,8 +109,9 @@ def reactions_carry_the_weight(run: Run) -> Comparison:
     engines=("scipy", "trimesh"),
     unit="outside of the enclosure, of the weight",
     least=1,
-    tolerance=0.05,
-    because="a surface of facets leaves the rim at an angle, and pulls: by up to 1.6 % of a load at 642 particles",
+    tolerance=0.016,
+    because="a bound that counts only what is outside the enclosure, and a surface of facets leaves the rim at an"
+    " angle, and pulls: by up to 1.6 % of a load at 642 particles; the weight is 10 % inside and more",
     detects="a pressure or an area that is 30 % wrong",
     faults=(Fault("a gas of half the pressure", pressure.gas_pressure, "gas_ / volume_", "0.5 * gas_ / volume_"),),
 )

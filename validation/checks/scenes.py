@@ -385,8 +385,9 @@ def overlaps_do_not_explode(run: Run) -> Comparison:
     engines=("igl",),
     unit="deepest overlap, of the size",
     least=4,
-    tolerance=0.01,
-    because="apart, or touching, as bodies at rest do; from deeper inside they may stay",
+    tolerance=0.004,
+    because="a bound that counts overlap only: bodies that touch may be as deep in each other as those that met from"
+    " outside, 0.4 %; 0.03 % is seen at standard; from deeper inside they may stay",
     detects="overlap that stays",
     faults=(BOXES_UNMET,),
 )
