@@ -69,8 +69,8 @@ def collision(rng: np.random.Generator, integrator: str, part: float, friction: 
     kind="invariant",
     least=5,
     tolerance=2e-3,
-    because="RK4 at 0.8 of the stable step can gain 1.6e-3 as bodies ring; symplectic Euler, whose velocities are read at"
-    " the time of the places, sways by (h ω / 2)² of what rings: 1/400 of it at most, 1e-4; else 1e-12",
+    because="RK4 at 0.8 of the stable step can gain 1.6e-3 as bodies ring; symplectic Euler, whose velocities are read"
+    " at the time of the places, sways by (h ω / 2)² of what rings: 1/400 of it at most, 1e-4; else 1e-12",
     detects="a bounce by more than e; parts of a mass that add up to more than all of it",
     faults=(
         Fault(

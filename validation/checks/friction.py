@@ -393,8 +393,8 @@ def pulled_from_under(run: Run) -> Comparison:
     unit="of g h, and of μ g h along the pull",
     kind="closed form",
     tolerance=0.15,
-    because="sweeps end when the last one changed no speed by more than a tenth of g h, and leave about that up or down,"
-    " and by friction μ times that along: √2 / 10; up to 0.11 in the first step, from nothing, then 4e-3",
+    because="sweeps end when the last one changed no speed by more than a tenth of g h, and leave about that up or"
+    " down, and by friction μ times that along: √2 / 10; up to 0.11 in the first step, from nothing, then 4e-3",
     detects="a solver that gives up while speeds still change by a tenth of what gravity gives; one that starts from a"
     " motion where boxes hop, since friction then takes more energy",
     faults=(GIVEN_UP, LIFTED),
