@@ -103,10 +103,11 @@ def loads_of_a_beam(run: Run) -> Comparison:
     piece="softbody.World.contact_points",
     reference="momenta before and after, summed by NumPy from raw arrays",
     kind="invariant",
-    unit="of a step's weight, and of the body's momentum",
-    tolerance=2e-11,
-    because="rounding of what cancels as standing boxes are solved, whose contacts yield by 1e-6: in one of 360 steps"
-    " of the pile 6e-12, else 6e-13",
+    unit="of a step's weight, the body's momenta and all impulses on it; of a hundredth of that but for the pile",
+    tolerance=3e-12,
+    because="rounding of impulses, of the sum of their sizes: 8e-15 at worst where they are solved for one by one."
+    " Those of a pile are solved for at once, and on the way are up to 1e4 times as large as at the end: 1.2e-14 at"
+    " worst of four seeds, 2.1e-12 at standard",
     detects="a contact that is not told, or told twice; friction left out; the ground's forces on soft bodies",
     faults=(
         Fault(
@@ -161,11 +162,14 @@ def forces_change_momenta(run: Run) -> Comparison:
                 if body.mass is None:
                     continue
                 weight = body.mass * world.gravity
-                size = h * np.linalg.norm(weight) + np.linalg.norm(after[row])
+                pushes = np.linalg.norm(points.of(body).impulse, axis=1).sum()
+                size = h * np.linalg.norm(weight) + np.linalg.norm(before[row]) + np.linalg.norm(after[row]) + pushes
                 told.append((points.force_on(body) + weight) * h / size)
                 changed.append((after[row] - before[row]) / size)
                 kinds.append(kind)
-    return Comparison(np.array(told), np.array(changed), 1.0, kinds)
+    # Only a pile's impulses are solved for at once, and are larger on the way than at the end.
+    scale = [1.0 if kind == "pile" else 0.01 for kind in kinds]
+    return Comparison(np.array(told), np.array(changed), scale, kinds)
 
 
 @check(
