@@ -73,8 +73,8 @@ def collision(rng: np.random.Generator, integrator: str, part: float, friction: 
     least=5,
     tolerance=0.05,
     because="springs do not answer, till the step ends, what a bounce up to h ago has moved since: of order (ω h)² of"
-    " what the struck particles have, and at most half of it of all; up to 0.016 in some hundred pairs, at a"
-    " restitution of almost 1 and few particles, and 1e-12 where the bounce loses more",
+    " what the struck particles have, and at most half of it of all; up to 0.016 in some hundred pairs, where the"
+    " restitution is almost 1 and particles few, and 1e-12 where the bounce loses more",
     detects="a bounce by more than e; parts of a mass that add up to more than all of it",
     faults=(
         Fault(

@@ -156,14 +156,6 @@ SCENES = {
     "a soft body falls on another": lambda rng: on_the_ground(rng, "ss"),
     "a box falls on a soft body": lambda rng: on_the_ground(rng, "sb"),
 }
-GROWTH = {  # of rounding in half a second, from scene to scene: a box that rolls on a soft body tips over its particles
-    "two soft bodies": 0.03,
-    "a soft body and a box": 1.0,
-    "two boxes": 1e-3,
-    "two soft bodies and two boxes": 0.03,
-    "a soft body falls on another": 0.03,
-    "a box falls on a soft body": 1.0,
-}
 
 
 @check(
@@ -177,7 +169,8 @@ GROWTH = {  # of rounding in half a second, from scene to scene: a box that roll
     unit="of the size",
     kind="invariant",
     tolerance=1e-9,
-    because="only sums are rounded otherwise, by 1e-16, of which half a second of vibration and rolling makes 1e-10",
+    because="only sums are rounded otherwise, by 1e-16, of which half a second of vibration and rolling makes 2.3e-12 at"
+    " worst of ten quick seeds, 7.5e-10 at standard, where a box rolls over a soft body",
     detects="a contact that depends on which of two triangles was found first, on which body is asked, on what others"
     " did before it; a way measured in one frame",
     faults=(
@@ -213,4 +206,4 @@ def motion_is_the_same_however_described(run: Run) -> Comparison:
                     others = changed(scene, STEP, rng)
                     apart.append(max(np.abs(a - b).max() for a, b in zip(ends, others, strict=True)))
                     kinds.append(f"{name}, {change}")
-    return Comparison(apart, np.zeros(len(apart)), [GROWTH[kind.split(",")[0]] for kind in kinds], kinds)
+    return Comparison(apart, np.zeros(len(apart)), groups=kinds)
