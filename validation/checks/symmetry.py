@@ -169,8 +169,8 @@ SCENES = {
     unit="of the size",
     kind="invariant",
     tolerance=1e-9,
-    because="only sums are rounded otherwise, by 1e-16, of which half a second of vibration and rolling makes 2.3e-12 at"
-    " worst of ten quick seeds, 7.5e-10 at standard, where a box rolls over a soft body",
+    because="only sums are rounded otherwise, by 1e-16, of which half a second of vibration and rolling makes 2.3e-12"
+    " at worst of ten quick seeds, 7.5e-10 at standard, where a box rolls over a soft body",
     detects="a contact that depends on which of two triangles was found first, on which body is asked, on what others"
     " did before it; a way measured in one frame",
     faults=(
