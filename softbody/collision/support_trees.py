@@ -10,7 +10,6 @@ more than its friction slides (an active-set method). The sweeps then start from
 
 from __future__ import annotations
 
-from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -96,8 +95,8 @@ class Equations(NamedTuple):
 def solve_trees(contacts: Contacts, bodies: RigidBodies, order: SweepOrder, motion: np.ndarray, enough: float) -> None:
     """Correct the impulses of contacts, and `motion` (m + 1, 6), so that all that stands is held.
 
-    Speeds of `enough` [m/s] are the least that matter. Of the correction of each tree as much is taken as its contacts
-    ask for: where nothing slides, as much as takes away most energy.
+    Speeds of `enough` [m/s] are the least that matter. Of the correction of each tree as much is taken as takes away
+    most energy: it never adds any.
     """
     forest = _plant(contacts, bodies, order)
     trial = _begin(contacts, forest, motion, enough)
@@ -399,26 +398,11 @@ def _correct_contact(contacts: Contacts, k: int, wanted: np.ndarray, trial: Tria
     return pulls or slips
 
 
-@jit_lean
-def _drive(contacts: Contacts, k: int, direction: int, motion: np.ndarray) -> float:
-    """Return the speed [m/s] by which a contact asks for more impulse along one direction.
-
-    What it lacks; along the normal less μ times its sliding (de Saxcé and Feng 1998). By the lack alone a higher load
-    would be a gain wherever the friction that it allows takes energy, and what slides fast would be lifted off.
-    """
-    drive = _lack(contacts, k, direction, motion)
-    if direction == NORMAL and contacts.friction[k] > 0.0:
-        first, second = _lack(contacts, k, TANGENT, motion), _lack(contacts, k, SECOND, motion)
-        drive -= contacts.friction[k] * sqrt(first * first + second * second)
-    return drive
-
-
 @jit
 def _take(contacts: Contacts, forest: Forest, trial: Trial, motion: np.ndarray) -> None:
-    """Move each tree's impulses and motions towards those of the trial, as far as its contacts together ask for it.
+    """Move each tree's impulses and motions towards those of the trial, as far as its energy falls.
 
-    Coulomb's law: of all impulses allowed, which are convex, none is asked for more than those that act. Along the way
-    to the trial the asking is taken to fall evenly, as it does without sliding, where it is the slope of the energy.
+    Along that way the energy ½ v·M v − Σ λ·target is a parabola; the impulses allowed at each contact are convex.
     """
     row = contacts.row
     fall, curvature = np.zeros(motion.shape[0]), np.zeros(motion.shape[0])
@@ -428,13 +412,13 @@ def _take(contacts: Contacts, forest: Forest, trial: Trial, motion: np.ndarray) 
             for k in range(forest.pairs[pair, 0], forest.pairs[pair, 1]):
                 for d in range(3):
                     change = trial.impulse[k, d] - row[k, NORMAL_IMPULSE + d]
-                    before = _drive(contacts, k, d, motion)
+                    before = _lack(contacts, k, d, motion)
                     fall[root] += change * before
-                    curvature[root] += change * (before - _drive(contacts, k, d, trial.motion))
+                    curvature[root] += change * (before - _lack(contacts, k, d, trial.motion))
     part = np.zeros(motion.shape[0])
     for i in range(motion.shape[0]):
         if fall[i] > 0.0:
-            # (All of it where the trial still asks to go on. By rounding too, where it is all but where they are.)
+            # (A curvature may be negative, by rounding, where trial and motion are all but the same.)
             part[i] = fall[i] / curvature[i] if curvature[i] > fall[i] else 1.0
     for pair in range(forest.pairs.shape[0]):
         body = forest.standing[pair]
