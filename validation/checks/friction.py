@@ -387,8 +387,8 @@ def pulled_from_under(run: Run) -> Comparison:
     unit="of the speed",
     kind="closed form",
     tolerance=3e-3,
-    because="what the sweeps leave: up to 6e-4 in 160 trials of four seeds. (One of 1 200 of ten seeds hops by 4.6e-3: a"
-    " known fault of the solver of trees, which counts what friction takes at a higher load as a gain)",
+    because="what the sweeps leave: up to 6e-4 in 160 trials of four seeds. (One of 1 200 of ten seeds hops by 4.6e-3:"
+    " a known fault of the solver of trees, which counts what friction takes at a higher load as a gain)",
     detects="a solver that gives up while speeds still change by a tenth of what gravity gives: 0.4 to 14 %",
     faults=(GIVEN_UP,),
 )
