@@ -67,8 +67,9 @@ class Page:
         size = float(np.linalg.norm(np.subtract(camera.eye, camera.target))) / 4.0
         self._server.initial_camera.position, self._server.initial_camera.look_at = camera.eye, camera.target
         self._server.initial_camera.fov = float(np.radians(VIEW))
+        self._ground = None
         if model.ground_height > -np.inf:
-            scene.add_grid(
+            self._ground = scene.add_grid(
                 "/ground", width=200.0, height=200.0, infinite_grid=True, fade_distance=30.0 * size,
                 cell_size=0.5, section_size=1.0, shadow_opacity=0.35, position=(0.0, 0.0, model.ground_height),
             )  # fmt: skip
@@ -141,6 +142,9 @@ class Page:
             springs.on_update(lambda event: self._show_springs(event.target.value))
             self._with_contacts = gui.add_checkbox("contacts", True)
             self._with_joints = gui.add_checkbox("joints", True, visible=len(session.frame.joints) > 0)
+            if self._ground is not None:
+                ground = gui.add_checkbox("ground", True, hint="Hide it where the browser draws without a graphics card.")
+                ground.on_update(lambda event: setattr(self._ground, "visible", event.target.value))
             gui.add_markdown("Drag a body with the mouse to pull it; drag beside it to turn the view.")
         self._plot = gui.add_uplot(
             (np.zeros(1), np.zeros(1), np.zeros(1)),

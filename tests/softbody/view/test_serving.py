@@ -153,3 +153,20 @@ def test_the_browser_shows_a_quantity_in_colours(page):
 
     wait_until(coloured)
     assert live.error is None
+
+
+def test_the_ground_can_be_hidden(page):
+    live, shown = page
+    image = pytest.importorskip("PIL.Image")
+
+    def grey():
+        pixels = np.asarray(image.open(io.BytesIO(shown.screenshot())).convert("RGB")).astype(int)[160:, :700]
+        return ((np.ptp(pixels, axis=-1) < 8) & (pixels[..., 0] < 240)).sum()
+
+    wait_until(lambda: grey() > 10_000)
+    shown.evaluate(
+        "document.getElementById([...document.querySelectorAll('label')].find(each => each.innerText == 'ground')"
+        ".htmlFor).click()"
+    )
+    wait_until(lambda: grey() < 5_000)
+    assert live.error is None
