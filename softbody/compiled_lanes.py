@@ -127,22 +127,43 @@ def store_lanes(typing_context: Any, array: Any, i: Any, lanes: Any) -> Any:
 @intrinsic
 def gather_lanes(typing_context: Any, array: Any, index: Any, i: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        kind, kind_of_index, _ = signature.args
-        rows = context.make_array(kind)(context, builder, arguments[0])
-        first = _first_of(context, builder, kind_of_index, arguments[1], arguments[2])
         gathered = ir.Constant(context.get_value_type(signature.return_type), ir.Undefined)
         # Single loads: the processor's own gather instruction is slower than they are (Zen 4 and 5: 16 against 12 ns).
-        for lane in range(LANES):
-            place = builder.zext(builder.load(builder.gep(first, [_int(lane, 64)])), ir.IntType(64))
-            if context.enable_boundscheck:
-                (length,) = cgutils.unpack_tuple(builder, rows.shape, 1)
-                cgutils.do_boundscheck(context, builder, place, length)
-            value = builder.load(builder.gep(rows.data, [place]))
-            gathered = builder.insert_element(gathered, value, _int(lane))
+        for lane, place in enumerate(_places(context, builder, signature, arguments)):
+            gathered = builder.insert_element(gathered, builder.load(place), _int(lane))
         return gathered
 
-    if _is_row(array) and _is_row(index, types.Integer) and index.dtype == types.uint32:
-        return LanesType(array.dtype)(array, index, types.intp), generate
+    return (LanesType(array.dtype)(array, index, types.intp), generate) if _is_indexed(array, index) else None
+
+
+def _is_indexed(array: types.Type, index: Any) -> bool:
+    """Tell whether one type is that of reals, and the other of indices, as `gather_lanes` needs them."""
+    return _is_row(array) and _is_row(index, types.Integer) and index.dtype == types.uint32
+
+
+def _places(context: Any, builder: Any, signature: Any, arguments: Any) -> list[Any]:
+    """Return pointers to the entries of an array that an index names, the first three arguments of `gather_lanes`."""
+    rows = context.make_array(signature.args[0])(context, builder, arguments[0])
+    first = _first_of(context, builder, signature.args[1], arguments[1], arguments[2])
+    places = []
+    for lane in range(LANES):
+        place = builder.zext(builder.load(builder.gep(first, [_int(lane, 64)])), ir.IntType(64))
+        if context.enable_boundscheck:
+            (length,) = cgutils.unpack_tuple(builder, rows.shape, 1)
+            cgutils.do_boundscheck(context, builder, place, length)
+        places.append(builder.gep(rows.data, [place]))
+    return places
+
+
+@intrinsic
+def scatter_lanes(typing_context: Any, array: Any, index: Any, i: Any, lanes: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        for lane, place in enumerate(_places(context, builder, signature, arguments)):
+            builder.store(builder.extract_element(arguments[3], _int(lane)), place)
+        return context.get_dummy_value()
+
+    if _is_indexed(array, index) and isinstance(lanes, LanesType) and lanes.real == array.dtype:
+        return types.void(array, index, types.intp, lanes), generate
     return None
 
 

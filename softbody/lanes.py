@@ -38,6 +38,13 @@ if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
         assert i + LANES <= len(index)
         return array[index[i : i + LANES]]
 
+    def scatter_lanes(array: np.ndarray, index: np.ndarray, i: int, lanes: Lanes) -> None:
+        """Overwrite what `gather_lanes` returns; where the index names an entry twice, it gets the last lane."""
+        assert i >= 0
+        assert i + LANES <= len(index)
+        assert lanes.dtype == array.dtype
+        array[index[i : i + LANES]] = lanes
+
     def spread(value: float) -> Lanes:
         """Return a real of np.float64 or np.float32 in all lanes."""
         return np.full(LANES, value)
@@ -87,6 +94,7 @@ else:
         least_lane,
         load_lanes,
         lowest_bit,
+        scatter_lanes,
         spread,
         square_root,
         store_lanes,

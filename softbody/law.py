@@ -9,6 +9,7 @@ from math import sqrt
 from typing import NamedTuple
 
 from softbody.jit import jit, jit_lean
+from softbody.lanes import Lanes, square_root, where_less
 from softbody.state import Model
 
 
@@ -86,3 +87,14 @@ def within_friction_cone(first: float, second: float, limit: float) -> tuple[flo
         kept = limit / sqrt(square)
         return kept * first, kept * second
     return first, second
+
+
+@jit_lean
+def within_friction_cones(first: Lanes, second: Lanes, limit: Lanes) -> tuple[Lanes, Lanes]:
+    """Do the same in lanes."""
+    square = first * first + second * second
+    kept = limit / square_root(square)
+    return (
+        where_less(limit * limit, square, kept * first, first),
+        where_less(limit * limit, square, kept * second, second),
+    )

@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from softbody.collision.contact import NOBODY, Contacts
+from softbody.collision.batches import FRICTION, Batches, batches_of, take_impulses
+from softbody.collision.contact import Contacts
 from softbody.collision.held_boxes import pass_down
 from softbody.collision.solver_row import (
+    ANGULAR_A,
+    ANGULAR_B,
     APPROACH,
     COUPLING,
-    INVERSE_A,
-    INVERSE_B,
     MASS,
     NORMAL,
     NORMAL_IMPULSE,
@@ -36,15 +37,16 @@ from softbody.collision.solver_row import (
     load_pair,
     load_three,
     speed_along,
-    store_body,
     store_motion,
 )
 from softbody.collision.support_trees import solve_trees
 from softbody.collision.sweep_order import sweep_order
 from softbody.jit import jit, jit_lean
-from softbody.law import speed_after, within_friction_cone
+from softbody.lanes import Lanes, least_lane, load_lanes, spread, store_lanes, where_less
+from softbody.law import speed_after, within_friction_cones
 from softbody.state import RigidBodies
-from softbody.vec import Vec, add, load, scale, store, sub
+from softbody.vec import Vec, add, dot, load, scale, store, sub
+from softbody.vec_lanes import VecLanes, gather_vec, scatter_vec
 
 # The part of a depth that one step undoes. All at once would let a pile that is not solved to the end jump.
 BAUMGARTE = 0.2
@@ -130,76 +132,109 @@ def _start_from_cache(contacts: Contacts, motion: np.ndarray) -> None:
                     apply_impulse(row, k, direction, row[k, NORMAL_IMPULSE + direction], motion, pair)
 
 
-@jit_lean
+@jit
 def _sweep_all(contacts: Contacts, pairs: np.ndarray, iterations: int, enough: float, motion: np.ndarray) -> None:
     """Sweep up and down by turns until no speed at a contact changes by more than `enough` [m/s], or not roughly."""
+    batches, motions = batches_of(contacts, pairs, motion.shape[0] - 1), motion.reshape(-1)
     for left in range((1 + MORE) * iterations, 0, -1):
         # The last one goes down, and leaves what is amiss at the top, where it moves least.
         down = left % 2 == 1
-        changed = _sweep(contacts, pairs, down, motion)
+        changed = _sweep(batches, down, motions)
         if changed <= enough or (left <= MORE * iterations + 1 and down and changed <= ROUGH * enough):
             break
+    take_impulses(contacts, batches)
 
 
 @jit_lean
-def _sweep(contacts: Contacts, pairs: np.ndarray, down: bool, motion: np.ndarray) -> float:
+def _sweep(batches: Batches, down: bool, motions: np.ndarray) -> float:
     """Correct the impulses of all contacts once; return the largest change of a speed at a contact [m/s].
 
-    In the order of `pairs` (p, 2), or the other way round if `down`: forth and back, what the sweeps do is symmetric,
-    and damps; always forth, it may swing. The velocities of a pair stay in the processor's registers from one of its
-    contacts to the next.
+    Batch by batch, or the other way round if `down`: forth and back, what the sweeps do is symmetric, and damps; always
+    forth, it may swing. `motions` (6 m + 6,) are those of all bodies, one after the other. The velocities of pairs stay
+    in the processor's registers from one contact to the next.
     """
-    row, number = contacts.row, pairs.shape[0]
-    most = 0.0
+    number = batches.start.shape[0] - 1
+    most = spread(0.0)
     for place in range(number):
-        which = number - 1 - place if down else place
-        start, end = pairs[which, 0], pairs[which, 1]
-        a, b = contacts.box[start, 0], contacts.box[start, 1]
-        v_a, w_a, v_b, w_b = load_pair(motion, a, b)
-        share_a, share_b = row[start, INVERSE_A], row[start, INVERSE_B]
-        for turn in range(end - start):
-            k = end - 1 - turn if down else start + turn
+        t = number - 1 - place if down else place
+        start, slots = batches.start[t], batches.start[t + 1] - batches.start[t]
+        a, b = batches.body[t, 0], batches.body[t, 1]
+        share_a, share_b = load_lanes(batches.share[t, 0], 0), load_lanes(batches.share[t, 1], 0)
+        v_a, w_a = gather_vec(motions[0:], a), gather_vec(motions[3:], a)
+        v_b, w_b = gather_vec(motions[0:], b), gather_vec(motions[3:], b)
+        for turn in range(slots):
+            row = batches.row[start + slots - 1 - turn if down else start + turn]
             # Along the normal: towards the target, and never pulling.
             pair = v_a, w_a, v_b, w_b
-            before = row[k, NORMAL_IMPULSE]
-            lack = row[k, TARGET] - speed_along(row, k, NORMAL, pair)
-            normal = max(0.0, before + row[k, MASS] * lack)
+            mass, before = load_lanes(row[MASS], 0), load_lanes(row[NORMAL_IMPULSE], 0)
+            normal = before + mass * (load_lanes(row[TARGET], 0) - _speed_in_lanes(row, NORMAL, pair))
+            normal = where_less(0.0, normal, normal, 0.0)
             change = normal - before
-            row[k, NORMAL_IMPULSE] = normal
-            most = max(most, abs(change) / row[k, MASS])
-            s = t = 0.0
-            if contacts.friction[k] > 0.0 and (before > 0.0 or normal > 0.0):
-                # Along the sliding that this leaves, by one number for both tangents: with the exact 2 × 2 solve, what
-                # the bound leaves would not point against the sliding, and a box would slide on by a seventh too far.
-                slide_1 = speed_along(row, k, TANGENT, pair) + change * row[k, COUPLING]
-                slide_2 = speed_along(row, k, SECOND, pair) + change * row[k, SECOND_COUPLING]
-                first = row[k, TANGENT_IMPULSE] - row[k, TANGENT_MASS] * slide_1
-                second = row[k, SECOND_IMPULSE] - row[k, TANGENT_MASS] * slide_2
-                first, second = within_friction_cone(first, second, contacts.friction[k] * normal)
-                s, t = first - row[k, TANGENT_IMPULSE], second - row[k, SECOND_IMPULSE]
-                row[k, TANGENT_IMPULSE], row[k, SECOND_IMPULSE] = first, second
-                most = max(most, (abs(s) + abs(t)) / row[k, TANGENT_MASS])
-            along = _combined(row, k, 0, (change, s, t))
+            # Along the sliding that this leaves, by one number for both tangents: with the exact 2 × 2 solve, what the
+            # bound leaves would not point against the sliding, and a box would slide on by a seventh too far.
+            across = load_lanes(row[TANGENT_MASS], 0)
+            slide_1 = _speed_in_lanes(row, TANGENT, pair) + change * load_lanes(row[COUPLING], 0)
+            slide_2 = _speed_in_lanes(row, SECOND, pair) + change * load_lanes(row[SECOND_COUPLING], 0)
+            before_1, before_2 = load_lanes(row[TANGENT_IMPULSE], 0), load_lanes(row[SECOND_IMPULSE], 0)
+            first, second = within_friction_cones(
+                before_1 - across * slide_1, before_2 - across * slide_2, load_lanes(row[FRICTION], 0) * normal
+            )
+            change_1, change_2 = first - before_1, second - before_2
+            store_lanes(row[NORMAL_IMPULSE], 0, normal)
+            store_lanes(row[TANGENT_IMPULSE], 0, first)
+            store_lanes(row[SECOND_IMPULSE], 0, second)
+            most = _larger(most, _size(change) / mass)
+            most = _larger(most, (_size(change_1) + _size(change_2)) / across)
+            impulse = change, change_1, change_2
+            along = _combined_in_lanes(row, 0, impulse)
             v_a, v_b = add(v_a, scale(share_a, along)), sub(v_b, scale(share_b, along))
-            w_a = add(w_a, _combined(row, k, TURN_A, (change, s, t)))
-            w_b = sub(w_b, _combined(row, k, TURN_B, (change, s, t)))
-        store_body(motion, a, v_a, w_a)
-        if b != NOBODY:
-            store_body(motion, b, v_b, w_b)
-    return most
+            w_a = add(w_a, _combined_in_lanes(row, TURN_A, impulse))
+            w_b = sub(w_b, _combined_in_lanes(row, TURN_B, impulse))
+        scatter_vec(motions[0:], a, v_a)
+        scatter_vec(motions[3:], a, w_a)
+        scatter_vec(motions[0:], b, v_b)
+        scatter_vec(motions[3:], b, w_b)
+    return -least_lane(0.0 - most)
 
 
 @jit_lean
-def _combined(row: np.ndarray, k: int, column: int, impulse: Vec) -> Vec:
-    """Return the sum of what `impulse` [N s] along the normal and both tangents does, from `column` on."""
-    normal, first, second = load_three(row, k, column), load_three(row, k, column + 3), load_three(row, k, column + 6)
-    return add(scale(impulse[0], normal), add(scale(impulse[1], first), scale(impulse[2], second)))
+def _larger(a: Lanes, b: Lanes) -> Lanes:
+    return where_less(a, b, b, a)
+
+
+@jit_lean
+def _size(a: Lanes) -> Lanes:
+    return where_less(a, 0.0, 0.0 - a, a)
+
+
+@jit_lean
+def _three(row: np.ndarray, column: int) -> VecLanes:
+    """Return three columns of a row (columns, 8), from `column` on."""
+    return load_lanes(row[column], 0), load_lanes(row[column + 1], 0), load_lanes(row[column + 2], 0)
+
+
+@jit_lean
+def _speed_in_lanes(row: np.ndarray, direction: int, pair: tuple[VecLanes, VecLanes, VecLanes, VecLanes]) -> Lanes:
+    """Return the speeds [m/s] along one direction, as `speed_along`."""
+    v_a, w_a, v_b, w_b = pair
+    d = 3 * direction
+    turning = dot(_three(row, ANGULAR_A + d), w_a) - dot(_three(row, ANGULAR_B + d), w_b)
+    return dot(_three(row, d), sub(v_a, v_b)) + turning
+
+
+@jit_lean
+def _combined_in_lanes(row: np.ndarray, column: int, impulse: VecLanes) -> VecLanes:
+    """Return the sums of what `impulse` [N s] along the normal and both tangents does, from `column` on."""
+    first, second = scale(impulse[1], _three(row, column + 3)), scale(impulse[2], _three(row, column + 6))
+    return add(scale(impulse[0], _three(row, column)), add(first, second))
 
 
 @jit_lean
 def _impulse(row: np.ndarray, k: int) -> Vec:
     """Return the impulse [N s] on a of contact `k`, in the world."""
-    return _combined(row, k, 0, load_three(row, k, NORMAL_IMPULSE))
+    normal, first, second = load_three(row, k, 0), load_three(row, k, 3), load_three(row, k, 6)
+    size = load_three(row, k, NORMAL_IMPULSE)
+    return add(scale(size[0], normal), add(scale(size[1], first), scale(size[2], second)))
 
 
 @jit

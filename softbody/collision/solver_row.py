@@ -46,13 +46,16 @@ def inverse_masses(bodies: RigidBodies) -> np.ndarray:
 
 @jit
 def load_motion(bodies: RigidBodies) -> np.ndarray:
-    """Return (m + 1, 6): v [m/s] and ω [rad/s] of each body; the last row is that of NOBODY, −1: zeros."""
+    """Return (m + 1, 6): v [m/s] and ω [rad/s] of each body; the last row is that of NOBODY, −1: zeros.
+
+    No zero is negative, nor becomes so: to add either zero to it changes nothing.
+    """
     count = bodies.inverse_mass.shape[0]
     motion = np.zeros((count + 1, 6))
     for i in range(count):
         for c in range(3):
-            motion[i, c] = bodies.velocity[i, c]
-            motion[i, 3 + c] = bodies.angular_velocity[i, c]
+            motion[i, c] += bodies.velocity[i, c]
+            motion[i, 3 + c] += bodies.angular_velocity[i, c]
     return motion
 
 

@@ -21,11 +21,11 @@ from softbody.lanes import (
     load_lanes,
     spread,
     square_root,
-    store_lanes,
     sum_of_lanes,
 )
 from softbody.state import DEGREE, END, ENTRY, FIRST, NEXT, NUMBER, STIFFNESS, VertexRings
 from softbody.vec import add, cross, dot, scale, sub
+from softbody.vec_lanes import VecLanes, load_vec_lanes, store_vec_lanes
 
 # Rows of the work array in which one body moves, by index: three each for x, y and z.
 POSITION = 0  # [m]; velocities follow positions
@@ -40,7 +40,6 @@ SHIFT = 22  # [m/s²] sum over the stages, for rk4
 WORK_ROWS = 25
 
 Blocks = tuple[int, int]  # first and end
-VecLanes = tuple[Lanes, Lanes, Lanes]  # eight 3-vectors side by side
 
 
 class Forces(NamedTuple):
@@ -49,20 +48,6 @@ class Forces(NamedTuple):
     position: np.ndarray  # (3, n) [m]
     pull: np.ndarray  # (3, n) [N]
     area: np.ndarray  # (3, n) G [m²]
-
-
-@jit_lean
-def load_vec_lanes(rows: np.ndarray, i: int) -> VecLanes:
-    """Return columns i … i + 7 of `rows` (3, n)."""
-    return load_lanes(rows[0], i), load_lanes(rows[1], i), load_lanes(rows[2], i)
-
-
-@jit_lean
-def store_vec_lanes(rows: np.ndarray, i: int, a: VecLanes) -> None:
-    """Overwrite columns i … i + 7 of `rows` (3, n)."""
-    store_lanes(rows[0], i, a[0])
-    store_lanes(rows[1], i, a[1])
-    store_lanes(rows[2], i, a[2])
 
 
 @jit_lean

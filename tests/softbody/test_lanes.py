@@ -18,6 +18,7 @@ from softbody.lanes import (
     least_lane,
     load_lanes,
     lowest_bit,
+    scatter_lanes,
     spread,
     square_root,
     store_lanes,
@@ -64,6 +65,18 @@ def test_lanes_are_gathered_from_where_the_index_says(real):
     )
     gathered(x, index, 2, out)
     assert out.tolist() == [3.0, 19.0, 0.0, 7.0, 8.0, 1.0, 2.0, 5.0]
+
+
+@jit_lean
+def scattered(x, index, e, lanes):
+    scatter_lanes(x, index, e, load_lanes(lanes, 0))
+
+
+@precisions
+def test_lanes_are_scattered_to_where_the_index_says_and_the_last_one_stays(real):
+    x, index = np.full(20, -1.0, real), np.array([9, 3, 3, 19, 0, 7, 8, 3, 2, 5], np.uint32)
+    scattered(x, index, 2, np.arange(8.0).astype(real))
+    assert {k: x[k] for k in range(20) if x[k] >= 0.0} == {3: 5.0, 19: 1.0, 0: 2.0, 7: 3.0, 8: 4.0, 2: 6.0, 5: 7.0}
 
 
 @jit_lean
@@ -163,7 +176,7 @@ def test_lanes_of_two_precisions_are_not_mixed():
 
 OUTSIDE = """
 import numba, numpy as np
-from softbody.lanes import gather_lanes, load_lanes, store_lanes, sum_of_lanes
+from softbody.lanes import gather_lanes, load_lanes, scatter_lanes, store_lanes, sum_of_lanes
 
 @numba.njit(nogil=True)
 def load(x, i): return sum_of_lanes(load_lanes(x, i))
@@ -174,15 +187,19 @@ def keep(x, i): store_lanes(x, i, load_lanes(x, 0))
 @numba.njit(nogil=True)
 def gather(x, index, i): return sum_of_lanes(gather_lanes(x, index, i))
 
+@numba.njit(nogil=True)
+def scatter(x, index, i): scatter_lanes(x, index, i, load_lanes(x, 0))
+
 x, index = np.zeros(10), np.full(8, 10, np.uint32)
 for call, *arguments in (
-    (load, x, 3), (load, x, -1), (keep, x, 3), (gather, x, index, 0), (gather, np.zeros(11), index, 1)
+    (load, x, 3), (load, x, -1), (keep, x, 3), (gather, x, index, 0), (gather, np.zeros(11), index, 1),
+    (scatter, x, index, 0), (scatter, np.zeros(11), index, 1)
 ):
     try:
         call(*arguments)
     except (IndexError, AssertionError):
         print("refused")
-load(x, 2), keep(x, 2), gather(np.zeros(11), index, 0)
+load(x, 2), keep(x, 2), gather(np.zeros(11), index, 0), scatter(np.zeros(11), index, 0)
 """
 
 
@@ -190,4 +207,4 @@ load(x, 2), keep(x, 2), gather(np.zeros(11), index, 0)
 def test_lanes_outside_of_an_array_are_seen_by_bounds_checks_and_without_the_compiler(flags):
     run = [sys.executable, "-c", OUTSIDE]
     done = subprocess.run(run, env={**os.environ, **flags}, capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["refused"] * 5
+    assert done.stdout.split() == ["refused"] * 7

@@ -8,6 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from softbody import Box, SoftBody, World, contact_points, icosphere, landing, step
+from softbody.collision import batches
 from softbody.scenes import box_pile, boxes_on_torus, sphere_on_torus, tray
 from validation.cases import BOX_TRIANGLES, corners_of, random_orientations, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check
@@ -110,6 +111,24 @@ def loads_of_a_beam(run: Run) -> Comparison:
     " worst of four seeds, 2.1e-12 at standard",
     detects="a contact that is not told, or told twice; friction left out; the ground's forces on soft bodies",
     faults=(
+        Fault(
+            "two pairs of one box solved side by side",
+            batches._schedule,
+            "least_[a] = t_ + 1",
+            "least_[a] = t_",
+        ),
+        Fault(
+            "a pair solved side by side with others of its second box",
+            batches._schedule,
+            "max(full_, least_[a], least_[b])",
+            "max(full_, least_[a])",
+        ),
+        Fault(
+            "the impulses of the pair in the next lane",
+            batches.take_impulses,
+            "batches_.place[k_] % LANES",
+            "(batches_.place[k_] + 1) % LANES",
+        ),
         Fault(
             "what the ground gives without friction",
             landing.resolve_ground,

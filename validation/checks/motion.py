@@ -25,8 +25,8 @@ FIRST_ORDER_TORQUE = Fault(
 FRICTION = Fault(
     "friction off by 1 %",
     sequential_impulses._sweep,
-    "contacts_.friction[k_] * normal_",
-    "1.01 * contacts_.friction[k_] * normal_",
+    "load_lanes(row_[FRICTION], 0) * normal_",
+    "1.01 * load_lanes(row_[FRICTION], 0) * normal_",
 )
 G = 9.81
 

@@ -203,8 +203,8 @@ def rest_beside_engines(run: Run) -> Comparison:
         Fault(
             "half the friction",
             sequential_impulses._sweep,
-            "contacts_.friction[k_] * normal_",
-            "0.5 * contacts_.friction[k_] * normal_",
+            "load_lanes(row_[FRICTION], 0) * normal_",
+            "0.5 * load_lanes(row_[FRICTION], 0) * normal_",
         ),
     ),
 )

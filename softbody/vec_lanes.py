@@ -1,0 +1,38 @@
+"""Eight 3-vectors side by side: tuples of lanes, for which the arithmetic of `softbody.vec` does as it is."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softbody.jit import jit_lean
+from softbody.lanes import Lanes, gather_lanes, load_lanes, scatter_lanes, store_lanes
+
+VecLanes = tuple[Lanes, Lanes, Lanes]
+
+
+@jit_lean
+def load_vec_lanes(rows: np.ndarray, i: int) -> VecLanes:
+    """Return columns i … i + 7 of `rows` (3, n)."""
+    return load_lanes(rows[0], i), load_lanes(rows[1], i), load_lanes(rows[2], i)
+
+
+@jit_lean
+def store_vec_lanes(rows: np.ndarray, i: int, a: VecLanes) -> None:
+    """Overwrite columns i … i + 7 of `rows` (3, n)."""
+    store_lanes(rows[0], i, a[0])
+    store_lanes(rows[1], i, a[1])
+    store_lanes(rows[2], i, a[2])
+
+
+@jit_lean
+def gather_vec(numbers: np.ndarray, first: np.ndarray) -> VecLanes:
+    """Return eight vectors that are among `numbers` (n,), from where `first` (8,), unsigned, says."""
+    return gather_lanes(numbers, first, 0), gather_lanes(numbers[1:], first, 0), gather_lanes(numbers[2:], first, 0)
+
+
+@jit_lean
+def scatter_vec(numbers: np.ndarray, first: np.ndarray, a: VecLanes) -> None:
+    """Overwrite what `gather_vec` returns."""
+    scatter_lanes(numbers, first, 0, a[0])
+    scatter_lanes(numbers[1:], first, 0, a[1])
+    scatter_lanes(numbers[2:], first, 0, a[2])
