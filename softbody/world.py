@@ -134,8 +134,8 @@ class World(StrictNames):
     Choices, all keywords: `integrator` of soft bodies: "symplectic_euler" (default), "rk4", four times the work and far
     more exact, or "rk4_velocity", the paper's, as much work and a damping that grows with the step. `axes` of the
     separating-axis test of boxes: "complete", or "paper" for face normals only. `contact` of boxes: "manifold",
-    all points solved together in `iterations` sweeps a step (30; up to four times as many where an impact or friction
-    is still on its way through a pile), or "single", the paper's one impulse a pair, half-way
+    all points solved together in `iterations` sweeps a step (30; up to four times as many while they converge
+    fast), or "single", the paper's one impulse a pair, half-way
     between the two where one lies on the other. `soft_contact`, those of soft bodies: "together", within the step, or
     "single", as in the paper: one after the other, half of the overlap to each side, at the end of the step. `pairs` to
     test: those near in a "grid", or "exhaustive", as in the paper, which tries the normals of all faces of two soft

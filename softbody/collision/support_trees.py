@@ -10,6 +10,7 @@ more than its friction slides (an active-set method). The sweeps then start from
 
 from __future__ import annotations
 
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -55,6 +56,10 @@ FINE = 1e-2
 # heaps that tumble: they seldom are solved, and cost all rounds. (The piles of the claims stand the same without it.)
 HOPELESS = 0.25
 
+# A contact is taken to slide from so many times `enough` on: as fast as gravity makes a body in a step. What holds
+# creeps, too, a little, while it is solved for.
+SLIDING = 1e4
+
 # What a contact does: nothing, keep its distance, or its place; along so many directions it is held.
 OPEN, SLIDES, HOLDS = 0, 1, 3
 
@@ -95,8 +100,8 @@ class Equations(NamedTuple):
 def solve_trees(contacts: Contacts, bodies: RigidBodies, order: SweepOrder, motion: np.ndarray, enough: float) -> None:
     """Correct the impulses of contacts, and `motion` (m + 1, 6), so that all that stands is held.
 
-    Speeds of `enough` [m/s] are the least that matter. Of the correction of each tree as much is taken as takes away
-    most energy: it never adds any.
+    Speeds of `enough` [m/s] are the least that matter. Of the correction of each tree as much is taken as its contacts
+    ask for: where nothing slides, as much as takes away most energy.
     """
     forest = _plant(contacts, bodies, order)
     trial = _begin(contacts, forest, motion, enough)
@@ -108,7 +113,7 @@ def solve_trees(contacts: Contacts, bodies: RigidBodies, order: SweepOrder, moti
         _assemble(contacts, bodies, forest, trial, equations)
         _eliminate(bodies, forest, trial, equations)
         _correct(contacts, forest, trial, equations, enough)
-    _take(contacts, forest, trial, motion)
+    _take(contacts, forest, trial, motion, SLIDING * enough)
 
 
 @jit
@@ -398,11 +403,30 @@ def _correct_contact(contacts: Contacts, k: int, wanted: np.ndarray, trial: Tria
     return pulls or slips
 
 
-@jit
-def _take(contacts: Contacts, forest: Forest, trial: Trial, motion: np.ndarray) -> None:
-    """Move each tree's impulses and motions towards those of the trial, as far as its energy falls.
+@jit_lean
+def _drive(contacts: Contacts, k: int, direction: int, motion: np.ndarray, sliding: float) -> float:
+    """Return the speed [m/s] by which a contact asks for more impulse along one direction.
 
-    Along that way the energy ½ v·M v − Σ λ·target is a parabola; the impulses allowed at each contact are convex.
+    What it lacks; along the normal less μ times what it slides by, if that is `sliding` [m/s] or more (de Saxcé and
+    Feng 1998). By the lack alone a higher load would be a gain wherever the friction that it allows takes energy, and
+    what slides fast would be lifted off.
+    """
+    drive = _lack(contacts, k, direction, motion)
+    if direction == NORMAL and contacts.friction[k] > 0.0:
+        first, second = _lack(contacts, k, TANGENT, motion), _lack(contacts, k, SECOND, motion)
+        slide = sqrt(first * first + second * second)
+        if slide >= sliding:
+            drive -= contacts.friction[k] * slide
+    return drive
+
+
+@jit
+def _take(contacts: Contacts, forest: Forest, trial: Trial, motion: np.ndarray, sliding: float) -> None:
+    """Move each tree's impulses and motions towards those of the trial, as far as its contacts together ask for it.
+
+    Coulomb's law: of all impulses allowed, which are convex, none is asked for more than those that act. Along the way
+    to the trial the asking is taken to fall evenly, as it does without sliding, where it is the slope of the energy
+    ½ v·M v − Σ λ·target. What slides at `sliding` [m/s] or more does.
     """
     row = contacts.row
     fall, curvature = np.zeros(motion.shape[0]), np.zeros(motion.shape[0])
@@ -412,13 +436,13 @@ def _take(contacts: Contacts, forest: Forest, trial: Trial, motion: np.ndarray) 
             for k in range(forest.pairs[pair, 0], forest.pairs[pair, 1]):
                 for d in range(3):
                     change = trial.impulse[k, d] - row[k, NORMAL_IMPULSE + d]
-                    before = _lack(contacts, k, d, motion)
+                    before = _drive(contacts, k, d, motion, sliding)
                     fall[root] += change * before
-                    curvature[root] += change * (before - _lack(contacts, k, d, trial.motion))
+                    curvature[root] += change * (before - _drive(contacts, k, d, trial.motion, sliding))
     part = np.zeros(motion.shape[0])
     for i in range(motion.shape[0]):
         if fall[i] > 0.0:
-            # (A curvature may be negative, by rounding, where trial and motion are all but the same.)
+            # (All of it where the trial still asks to go on. By rounding too, where it is all but where they are.)
             part[i] = fall[i] / curvature[i] if curvature[i] > fall[i] else 1.0
     for pair in range(forest.pairs.shape[0]):
         body = forest.standing[pair]

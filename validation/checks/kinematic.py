@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from softbody import World, icosphere, quaternion, rigid_box
-from softbody.collision import box_contacts, impulse, soft_response, solver_row
+from softbody.collision import box_contacts, impulse, sequential_impulses, soft_response, solver_row
 from softbody.dynamics import rigid_boxes
 from validation.cases import random_orientations
 from validation.check import Comparison, Run, check
@@ -150,7 +150,17 @@ def _lift(rng: np.random.Generator, size: np.ndarray, mass: float, rides: Rides)
     because="four corners that say the same are solved at once, by impulses that are larger on the way than at the end:"
     " rounding is 2e-15 at worst of ten seeds, 3.7e-13 of 3 000 hits",
     detects="a paddle that is slowed, jumps over what it hits, or whose speed the impact does not count",
-    faults=(RESTS, STAYS, FORESEEN),
+    faults=(
+        RESTS,
+        STAYS,
+        FORESEEN,
+        Fault(
+            "sweeps that never go on, though they converge",
+            sequential_impulses._sweep_all,
+            "changed_ > FAST * before_",
+            "True",
+        ),
+    ),
 )
 def paddles(run: Run) -> Comparison:
     rng, rides = run.fresh_rng(), Rides([], [], [], [])
