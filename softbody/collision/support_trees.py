@@ -101,7 +101,7 @@ def solve_trees(contacts: Contacts, bodies: RigidBodies, order: SweepOrder, moti
     """Correct the impulses of contacts, and `motion` (m + 1, 6), so that all that stands is held.
 
     Speeds of `enough` [m/s] are the least that matter. Of the correction of each tree as much is taken as its contacts
-    ask for: where nothing slides, as much as takes away most energy.
+    ask for: where nothing slides, as much as takes away most energy. It never adds any.
     """
     forest = _plant(contacts, bodies, order)
     trial = _begin(contacts, forest, motion, enough)
@@ -426,24 +426,28 @@ def _take(contacts: Contacts, forest: Forest, trial: Trial, motion: np.ndarray, 
 
     Coulomb's law: of all impulses allowed, which are convex, none is asked for more than those that act. Along the way
     to the trial the asking is taken to fall evenly, as it does without sliding, where it is the slope of the energy
-    ½ v·M v − Σ λ·target. What slides at `sliding` [m/s] or more does.
+    ½ v·M v − Σ λ·target. What slides at `sliding` [m/s] or more does. Nothing is taken that would add energy.
     """
-    row = contacts.row
-    fall, curvature = np.zeros(motion.shape[0]), np.zeros(motion.shape[0])
+    row, count = contacts.row, motion.shape[0]
+    asked, left = np.zeros(count), np.zeros(count)  # at the start and at the end of the way, in all
+    lack, lack_left = np.zeros(count), np.zeros(count)  # the same, of the energy alone
     for pair in range(forest.pairs.shape[0]):
         if forest.standing[pair] != NOBODY:
             root = forest.root[forest.standing[pair]]
             for k in range(forest.pairs[pair, 0], forest.pairs[pair, 1]):
                 for d in range(3):
                     change = trial.impulse[k, d] - row[k, NORMAL_IMPULSE + d]
-                    before = _drive(contacts, k, d, motion, sliding)
-                    fall[root] += change * before
-                    curvature[root] += change * (before - _drive(contacts, k, d, trial.motion, sliding))
-    part = np.zeros(motion.shape[0])
-    for i in range(motion.shape[0]):
-        if fall[i] > 0.0:
+                    asked[root] += change * _drive(contacts, k, d, motion, sliding)
+                    left[root] += change * _drive(contacts, k, d, trial.motion, sliding)
+                    lack[root] += change * _lack(contacts, k, d, motion)
+                    lack_left[root] += change * _lack(contacts, k, d, trial.motion)
+    part = np.zeros(count)
+    for i in range(count):
+        if asked[i] > 0.0:
             # (All of it where the trial still asks to go on. By rounding too, where it is all but where they are.)
-            part[i] = fall[i] / curvature[i] if curvature[i] > fall[i] else 1.0
+            part[i] = asked[i] / (asked[i] - left[i]) if left[i] < 0.0 else 1.0
+        if lack[i] - 0.5 * part[i] * (lack[i] - lack_left[i]) < 0.0:
+            part[i] = 0.0  # it would add energy
     for pair in range(forest.pairs.shape[0]):
         body = forest.standing[pair]
         if body != NOBODY:

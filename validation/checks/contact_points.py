@@ -235,18 +235,15 @@ def who_touches_whom(run: Run) -> Comparison:
     told, judged, kinds = [], [], []
     ball = icosphere(2, 0.5)
     for _ in range(run.count(3, 12, 100)):
-        world, hulls = World((0.0, 0.0, 0.0)), []
+        world = World((0.0, 0.0, 0.0))
         world.add_ground()
         places = iter(rng.uniform((0.0, 0.0, 0.2), (3.0, 2.0, 1.6), (9, 3)))
         bodies: list[SoftBody | Box] = []
         for _ in range(4):
-            body = world.add_soft_body(ball, 1.0, 100.0, 10.0, next(places), (0.0, 0.0, -0.01))
-            bodies.append(body)
-            hulls.append((body.positions.copy(), ball.triangles))
+            bodies.append(world.add_soft_body(ball, 1.0, 100.0, 10.0, next(places), (0.0, 0.0, -0.01)))
         for place, turn in zip(places, random_orientations(rng, 5)):
-            size = rng.uniform(0.3, 1.0, 3)
-            bodies.append(world.add_box(size, 1.0, place, turn))
-            hulls.append((corners_of(size) @ rotation_matrix(turn).T + place, BOX_TRIANGLES))
+            bodies.append(world.add_box(rng.uniform(0.3, 1.0, 3), 1.0, place, turn))
+        hulls = [_hull(body) for body in bodies]
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # they are deep inside each other
             world.step(1e-4)
@@ -254,7 +251,8 @@ def who_touches_whom(run: Run) -> Comparison:
         pairs = points.pairs()
         for i, j in combinations(range(9), 2):
             meet = _meets(hulls[i], hulls[j])
-            if meet is not None:
+            # (Boxes that start deep inside each other are pushed apart before soft bodies are asked what they touch.)
+            if meet is not None and meet == _meets(_hull(bodies[i]), _hull(bodies[j])):
                 told += [(i, j) in pairs, len(points.of(bodies[j], bodies[i])) > 0]
                 judged += [meet] * 2
                 kinds += [f"{bodies[i].kind} and {bodies[j].kind}{'' if meet else ', apart'}"] * 2
@@ -264,6 +262,13 @@ def who_touches_whom(run: Run) -> Comparison:
                 judged.append(low < 0.0)
                 kinds.append(f"{bodies[i].kind} and the ground{'' if low < 0.0 else ', apart'}")
     return Comparison(np.array(told), np.array(judged), groups=kinds)
+
+
+def _hull(body: SoftBody | Box) -> tuple[np.ndarray, np.ndarray]:
+    """Return vertices (n, 3) [m] and triangles of a body as it is now."""
+    if isinstance(body, SoftBody):
+        return body.positions.copy(), body.triangles
+    return corners_of(body.size) @ rotation_matrix(body.orientation).T + body.position, BOX_TRIANGLES
 
 
 def _meets(one: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.ndarray]) -> bool | None:
