@@ -11,7 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from softbody.collision.edge_edge import PARALLEL_SINE
+from softbody.geometry.segments import starts_of, ways_of
 from softbody.jit import jit_lean
+from softbody.lanes import bits_at_most
 from softbody.vec import Vec, cross, dot, norm, scale, sub
 
 
@@ -38,6 +40,23 @@ NONE = Crossing(0.0, (0.0, 0.0, 0.0), 0.0, 0.0, False)
 
 # A depth below this part of an edge's length is rounding, as where an edge meets its own mirror image.
 GRAZING = 1e-9
+
+
+@jit_lean
+def bits_across(segments: np.ndarray, other: Ridge) -> int:
+    """Return bits: which of eight edges (9, 8) [m] meet the common perpendicular with `other`, and so does it.
+
+    No others are across it: the first of what `edge_across_edge` asks, in lanes.
+    """
+    along, along_other = ways_of(segments), sub(other.end, other.start)
+    across = cross(along, along_other)
+    square = dot(across, across)
+    way = sub(other.start, starts_of(segments))
+    place, other_place = dot(way, cross(along_other, across)), dot(way, cross(along, across))
+    bits = bits_at_most(0.0, place) & bits_at_most(place, square)
+    bits &= bits_at_most(0.0, other_place) & bits_at_most(other_place, square)
+    least = PARALLEL_SINE * PARALLEL_SINE * dot(along, along) * dot(along_other, along_other)
+    return bits & ~bits_at_most(square, least)
 
 
 @jit_lean

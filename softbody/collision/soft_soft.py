@@ -5,14 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from softbody.collision.contact import Listing, Touch, add_contact, soft_side
-from softbody.collision.edge_mesh import Crossing, Ridge, edge_across_edge
+from softbody.collision.edge_mesh import Crossing, Ridge, bits_across, edge_across_edge
 from softbody.collision.point_mesh import way_out
 from softbody.collision.surface import Memory, Solid, Surface
 from softbody.collision.surface_point import SurfacePoint, at_particle, on_edge
 from softbody.geometry.aabb import box_around, boxes_meet
+from softbody.geometry.bvh import Search
 from softbody.geometry.bvh_boxes import ask_box, ask_nothing, list_near, sort_listed
 from softbody.geometry.bvh_rays import segment_hits
 from softbody.geometry.penetration import INSIDE, find_penetrations
+from softbody.geometry.segments import end_of, put_segment, start_of
 from softbody.jit import jit_lean
 from softbody.lanes import LANES, lowest_bit
 from softbody.law import Material
@@ -115,24 +117,24 @@ def _add_edges(
     contacts: Listing,
 ) -> None:
     """Add where those of eight `edges` at most that are partly inside are across edges of the other surface."""
-    surface, tree, search, ends = other.surface, other.tree, memory.search, memory.ends
+    surface, tree, search, segments = other.surface, other.tree, memory.search, memory.segments
     for lane in range(edges.shape[0]):
-        for end in range(2):
-            store(ends[lane], end, load(one.vertices.position, one.ridges[edges[lane], end]))
-    segment_hits(ends, edges.shape[0], tree, surface.vertices.position, search, memory.hits, memory.place)
+        i, j = one.ridges[edges[lane], 0], one.ridges[edges[lane], 1]
+        put_segment(segments, lane, load(one.vertices.position, i), load(one.vertices.position, j))
+    segment_hits(segments, edges.shape[0], tree, surface.vertices.position, search, memory.hits, memory.place)
     # Which edges of the other are near what is inside?
     ask_nothing(search)
     for lane in range(edges.shape[0]):
         starts_inside = _starts_inside(one, edges[lane], memory)
         if memory.hits[lane] > 0 or starts_inside:
-            p, q = load(ends[lane], 0), load(ends[lane], 1)
+            p, q = start_of(segments, lane), end_of(segments, lane)
             enter, leave = 0.0 if starts_inside else 1.0, 1.0 if _ends_inside(one, edges[lane], memory) else 0.0
             for k in range(memory.hits[lane]):
                 enter, leave = min(enter, memory.place[lane, k]), max(leave, memory.place[lane, k])
             margin = min(deepest, REACH * (leave - enter) * norm(sub(q, p)))
             low, high = box_around(point_between(p, q, enter), point_between(p, q, leave), margin)
             ask_box(search, lane, low, high, tree)
-    count = list_near(tree, search)
+    count = _keep_those_across(surface, segments, search, list_near(tree, search))
     sort_listed(search, count)
     for near in range(count):
         for side in range(3):
@@ -146,6 +148,21 @@ def _add_edges(
                 crossing = edge_across_edge(_ridge_of(one, edges[lane]), ridge, deepest)
                 if crossing.depth > 0.0 and _is_inside(one, edges[lane], crossing.place, lane, memory):
                     _add_crossing((one, edges[lane]), (surface, other_edge), crossing, material, contacts)
+
+
+@jit_lean
+def _keep_those_across(surface: Surface, segments: np.ndarray, search: Search, count: int) -> int:
+    """Keep of the `count` triangles that are listed those with a side across one of eight edges; return how many."""
+    kept = 0
+    for near in range(count):
+        across = 0
+        for side in range(3):
+            other_edge = surface.sides[search.listed[near], side]
+            if other_edge >= 0:
+                across |= bits_across(segments, _ridge_of(surface, other_edge))
+        search.listed[kept], search.meets[kept] = search.listed[near], search.meets[near] & across
+        kept += search.meets[kept] != 0
+    return kept
 
 
 @jit_lean

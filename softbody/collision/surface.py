@@ -8,6 +8,7 @@ import numpy as np
 
 from softbody.geometry.bvh import BVH, Search, build_bvh, search_space
 from softbody.geometry.penetration import Penetrations, Points, room_for_penetrations
+from softbody.geometry.segments import ROWS
 from softbody.jit import jit_inlined
 from softbody.lanes import LANES
 from softbody.mesh import unique_edges
@@ -41,7 +42,7 @@ class Memory(NamedTuple):
     search: Search
     found: Penetrations
     edge: np.ndarray  # (most edges of a body + 1,) see `candidate_edges`
-    ends: np.ndarray  # (8, 2, 3) see `segment_hits`
+    segments: np.ndarray  # (9, 8) see `softbody.geometry.segments`
     hits: np.ndarray  # (8,)
     place: np.ndarray  # (8, most triangles of a body)
     way_out: (
@@ -95,7 +96,7 @@ class Desks(NamedTuple):
     depth: np.ndarray
     outcode: np.ndarray
     edge: np.ndarray
-    ends: np.ndarray
+    segments: np.ndarray
     hits: np.ndarray
     place: np.ndarray
     way_out: np.ndarray
@@ -160,7 +161,7 @@ def _desks(largest: BVH, model: Model, threads: int) -> Desks:
         *search_space(largest),
         *room_for_penetrations(most),
         np.empty(edges + 1, np.int64),
-        np.empty((LANES, 2, 3)),
+        np.empty((ROWS, LANES)),
         np.empty(LANES, np.int64),
         np.empty((LANES, len(largest.order))),
         np.empty((most, 3)),
@@ -240,7 +241,7 @@ def memory_at(desks: Desks, desk: int) -> Memory:
             desks.inside[desk], desks.triangle[desk], desks.weights[desk], desks.depth[desk], desks.outcode[desk]
         ),
         desks.edge[desk],
-        desks.ends[desk],
+        desks.segments[desk],
         desks.hits[desk],
         desks.place[desk],
         desks.way_out[desk],

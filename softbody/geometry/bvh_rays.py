@@ -11,6 +11,7 @@ from softbody.geometry.aabb import box_around
 from softbody.geometry.bvh import BVH, Search
 from softbody.geometry.bvh_boxes import ask_box, ask_nothing, list_near
 from softbody.geometry.polyhedron import UNCERTAIN, ray_hits_triangle, ray_hits_triangle_filtered
+from softbody.geometry.segments import bits_not_beside, end_of, start_of
 from softbody.geometry.triangle import area_vector
 from softbody.jit import jit_lean
 from softbody.lanes import lowest_bit
@@ -61,25 +62,31 @@ def points_in_bvh_filtered(
 
 @jit_lean
 def segment_hits(
-    ends: np.ndarray, count: int, tree: BVH, vertices: np.ndarray, search: Search, hits: np.ndarray, place: np.ndarray
+    segments: np.ndarray,
+    count: int,
+    tree: BVH,
+    vertices: np.ndarray,
+    search: Search,
+    hits: np.ndarray,
+    place: np.ndarray,
 ) -> None:
-    """Find where segments, the first `count` of `ends` (8, 2, 3) [m], go through triangles.
+    """Find where segments, the first `count` of `segments` (9, 8) [m], go through triangles.
 
     `hits` (8,) is overwritten by how often each does, and the first entries of `place` (8, t) by where, 0 at its start
     … 1 at its end, in no order. The tree must have been fitted to `vertices` (n, 3) [m].
     """
     ask_nothing(search)
     for lane in range(count):
-        low, high = box_around(load(ends[lane], 0), load(ends[lane], 1), 0.0)
+        low, high = box_around(start_of(segments, lane), end_of(segments, lane), 0.0)
         ask_box(search, lane, low, high, tree)
         hits[lane] = 0
     for k in range(list_near(tree, search)):
         a, b, c = _corners(tree, vertices, search.listed[k])
-        meets = search.meets[k]
+        meets = search.meets[k] & bits_not_beside(segments, a, area_vector(a, b, c))
         while meets != 0:
             lane = lowest_bit(meets)
             meets &= meets - 1
-            where = _place_in_triangle(load(ends[lane], 0), load(ends[lane], 1), a, b, c)
+            where = _place_in_triangle(start_of(segments, lane), end_of(segments, lane), a, b, c)
             if where < NEVER:
                 place[lane, hits[lane]] = where
                 hits[lane] += 1

@@ -9,7 +9,7 @@ import numpy as np
 
 import softbody
 from softbody import Mesh, World, law
-from softbody.collision import soft_contacts, soft_response
+from softbody.collision import edge_mesh, soft_contacts, soft_response
 from softbody.collision.contact import Touch, add_contact, box_side, new_contacts, soft_side
 from softbody.collision.soft_response import Bodies, resolve_contacts
 from softbody.collision.surface_point import SurfacePoint
@@ -377,6 +377,12 @@ PRISM_FACES = np.array([[0, 2, 1], [3, 4, 5], [0, 1, 4], [0, 4, 3], [1, 2, 5], [
             bvh_rays._place_in_triangle,
             "_is_positive(before_, n_) == _is_positive(beyond_, n_)",
             "before_ < np.inf",
+        ),
+        Fault(
+            "edges whose nearest point is before the other's start",
+            edge_mesh.bits_across,
+            "bits_at_most(0.0, other_place_)",
+            "bits_at_most(other_place_, 0.0)",
         ),
     ),
 )

@@ -9,7 +9,8 @@ import numpy as np
 import softbody
 from softbody import Box as RigidBox
 from softbody import Mesh, SoftBody, World
-from softbody.collision import edge_mesh, soft_contacts, soft_response
+from softbody.collision import edge_mesh, soft_contacts, soft_response, soft_soft
+from softbody.geometry import segments
 from validation.cases import random_orientations, rotated
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
@@ -174,6 +175,18 @@ SCENES = {
     detects="a contact that depends on which of two triangles was found first, on which body is asked, on what others"
     " did before it; a way measured in one frame",
     faults=(
+        Fault(
+            "the last of eight edges goes through no triangle",
+            segments.bits_not_beside,
+            "(1 << LANES) - 1",
+            "(1 << LANES) // 2 - 1",
+        ),
+        Fault(
+            "triangles of which the last side alone is looked at",
+            soft_soft._keep_those_across,
+            "across_ |= x_",
+            "across = bits_across(segments, _ridge_of(surface, other_edge))",
+        ),
         Fault(
             "an edge that is held by the triangle of lower numbers",
             edge_mesh.edge_across_edge,

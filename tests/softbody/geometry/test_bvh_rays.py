@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 import softbody
 from softbody.geometry.bvh import build_bvh, search_space
 from softbody.geometry.bvh_rays import point_in_bvh, points_in_bvh_filtered, segment_hits
+from softbody.geometry.segments import put_segment
 
 CUBE = softbody.box((2.0, 2.0, 2.0))
 TREE = build_bvh(CUBE.vertices, CUBE.triangles)
@@ -21,7 +22,10 @@ def hits_of(p, q, vertices=CUBE.vertices, triangles=CUBE.triangles):
     """Return where the segment from p to q goes through a cube, in order; three others are asked about with it."""
     hits, places, tree = np.empty(8, np.int64), np.empty((8, len(triangles))), build_bvh(vertices, triangles)
     ends = np.array([(q, p), (p, q), (p, np.zeros(3)), (np.full(3, np.nan), q), *[(p, q)] * 4])
-    segment_hits(ends, 4, tree, vertices, SEARCH, hits, places)
+    segments = np.empty((9, 8))
+    for lane in range(8):
+        put_segment(segments, lane, *(tuple(float(x) for x in end) for end in ends[lane]))
+    segment_hits(segments, 4, tree, vertices, SEARCH, hits, places)
     assert hits[0] == hits[1]
     assert hits[3] == 0
     return np.sort(places[1, : hits[1]])
