@@ -31,6 +31,7 @@ def _environment() -> Environment:
     )
     environment.filters |= {name: getattr(notation, name) for name in NOTATION} | {
         "breakable": breakable,
+        "with_code": with_code,
         "sparkline": lambda trend: Markup(sparkline(trend)),
     }
     return environment
@@ -39,3 +40,8 @@ def _environment() -> Environment:
 def breakable(name: str) -> Markup:
     """Return an identifier that a narrow column may break after a dot or an underscore."""
     return Markup(re.sub(r"([._])(?=\w)", r"\1<wbr>", str(escape(name))))
+
+
+def with_code(text: str) -> Markup:
+    """Return a text in which what stands between backticks is code."""
+    return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(escape(text))))
