@@ -143,9 +143,7 @@ class Page:
             self._with_contacts = gui.add_checkbox("contacts", True)
             self._with_joints = gui.add_checkbox("joints", True, visible=len(session.frame.joints) > 0)
             if self._ground is not None:
-                ground = gui.add_checkbox(
-                    "ground", True, hint="Hide it where the browser draws without a graphics card."
-                )
+                ground = gui.add_checkbox("ground", True, hint="Hidden, there is less to draw.")
                 ground.on_update(lambda event: setattr(self._ground, "visible", event.target.value))
             gui.add_markdown("Drag a body with the mouse to pull it; drag beside it to turn the view.")
         self._plot = gui.add_uplot(
