@@ -451,7 +451,7 @@ def pulled_from_under(run: Run) -> Comparison:
     unit="of the speed",
     kind="closed form",
     tolerance=4e-4,
-    because="what the sweeps leave where they end: up to 4.2e-5 of ten seeds and of 600 trials",
+    because="what the sweeps leave where they end: up to 4.2e-5 of six seeds and of 600 trials",
     detects="a solver that lifts what slides, for friction's sake: 1.9e-3, and 4.6e-3 of ten seeds",
     faults=(LIFTED,),
 )
