@@ -93,7 +93,7 @@ def within_friction_cone(first: float, second: float, limit: float) -> tuple[flo
 def within_friction_cones(first: Lanes, second: Lanes, limit: Lanes) -> tuple[Lanes, Lanes]:
     """Do the same in lanes."""
     square = first * first + second * second
-    kept = limit / square_root(square)
+    kept = limit / square_root(where_less(0.0, square, square, 1.0))  # of nothing, all is kept
     return (
         where_less(limit * limit, square, kept * first, first),
         where_less(limit * limit, square, kept * second, second),
