@@ -190,14 +190,6 @@ def apply_impulse(
 
 
 @jit_lean
-def store_body(motion: np.ndarray, i: int, v: Vec, w: Vec) -> None:
-    """Set the velocity and angular velocity of a body."""
-    for c in range(3):
-        motion[i, c] = v[c]
-        motion[i, 3 + c] = w[c]
-
-
-@jit_lean
 def component(row: np.ndarray, k: int, direction: int, p: Vec) -> float:
     """Return the component of `p` along one direction of contact `k`."""
     d = 3 * direction

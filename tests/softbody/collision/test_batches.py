@@ -29,7 +29,6 @@ from softbody.collision.solver_row import (
     load_pair,
     load_three,
     speed_along,
-    store_body,
 )
 from softbody.collision.sweep_order import sweep_order
 from softbody.lanes import LANES
@@ -93,9 +92,9 @@ def sweep_singly(contacts, pairs, down, motion):
             along, turn_a, turn_b = (combined(row, k, column, (change, s, t)) for column in (0, TURN_A, TURN_B))
             v_a, v_b = add(v_a, scale(row[k, INVERSE_A], along)), sub(v_b, scale(row[k, INVERSE_B], along))
             w_a, w_b = add(w_a, turn_a), sub(w_b, turn_b)
-        store_body(motion, a, v_a, w_a)
+        motion[a] = (*v_a, *w_a)
         if b != NOBODY:
-            store_body(motion, b, v_b, w_b)
+            motion[b] = (*v_b, *w_b)
     return most
 
 
