@@ -44,6 +44,9 @@ SEED = 20080101  # of the sample, and of the claims' cases
 )
 @click.option("--batch", type=click.IntRange(1, 20_000), default=1000, show_default=True, help="Mutants in one core.")
 @click.option("--jobs", type=click.IntRange(min=1), default=min(os.cpu_count() or 1, 4), show_default=True)
+@click.option(
+    "--least", type=click.FloatRange(0.0, 1.0), default=1.0, show_default=True, help="Share to be seen for exit code 0."
+)
 @click.option("--resume", is_flag=True, help="Go on where the last run of this core and seed was stopped.")
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), default=Path("build/mutants.json"))
 def main(
@@ -56,6 +59,7 @@ def main(
     form: str,
     batch: int,
     jobs: int,
+    least: float,
     resume: bool,
     out: Path,
 ) -> None:
@@ -63,14 +67,15 @@ def main(
 
     Each mutant's fate is kept beside OUT, in JSON lines, as soon as it is known: --resume goes on, also with more
     mutants, and tries those that survived on claims that have changed since. Exit code: 0 every mutant is seen or
-    explained, 1 some survive, 2 wrong usage, 130 interrupted.
+    explained, or of those that are not explained as many as --least says, 1 more survive, 2 wrong usage, 130
+    interrupted.
     """
     from rich.console import Console
 
     from softbody.core_digest import core_digest
     from validation.check import all_checks
     from validation.mutation.equivalents import EQUIVALENTS
-    from validation.mutation.results import Ledger, counted, survivors_of, write_summary
+    from validation.mutation.results import Ledger, counted, share_seen, survivors_of, write_summary
     from validation.mutation.trials import Trials
 
     chosen = sample(count, seed, files, changed_since)
@@ -95,7 +100,7 @@ def main(
         tell(fate, console)
     totals = counted(fates, EQUIVALENTS)
     click.echo(f"{len(fates)} mutants: " + ", ".join(f"{n} {name}" for name, n in totals.items() if n) + f"; {out}")
-    sys.exit(130 if interrupted else 1 if totals["survived"] else 0)
+    sys.exit(130 if interrupted else 0 if share_seen(totals) >= least else 1)
 
 
 def matches(name: str, patterns: tuple[str, ...]) -> bool:

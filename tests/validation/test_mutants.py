@@ -19,7 +19,7 @@ from validation.damaged_core import ROOT
 from validation.mutation import sample
 from validation.mutation.core import LEFT_OUT, all_mutants, is_left_out, mutants_at, mutated, write_core
 from validation.mutation.equivalents import EQUIVALENTS
-from validation.mutation.results import KILLED, STILLBORN, SURVIVED, Fate, Ledger, counted, write_summary
+from validation.mutation.results import KILLED, STILLBORN, SURVIVED, Fate, Ledger, counted, share_seen, write_summary
 from validation.mutation.sample import changed_functions, in_fair_order
 from validation.mutation.sites import Mutant, mutants_in
 from validation.mutation.trials import culprits
@@ -211,6 +211,8 @@ def test_equivalents_and_what_does_not_compile_are_counted_apart(tmp_path: Path)
     assert totals == {"killed": 1, "crashed": 0, "hung": 0, "equivalent": 1, "survived": 1, "stillborn": 1}
     write_summary(fates, explained, {"core": "a"}, tmp_path / "m.json")
     assert '"mutants": 3,' in (tmp_path / "m.json").read_text()
+    assert share_seen(totals) == 0.5
+    assert share_seen(counted([], {})) == 1.0  # nothing has changed
 
 
 def test_what_does_not_compile_is_found_by_numbas_message(tmp_path: Path) -> None:

@@ -27,6 +27,9 @@ MESHES = (
     softbody.torus(0.4, 0.15, 20, 10),
 )
 SECONDS = 0.6  # they have met, and some have parted
+ROUNDED = 1e-9  # of the size: what rounding grows to by then
+SWEPT = 1e-7  # of the size: what the sweeps leave of impacts of boxes, another part in another order
+HARDLY = 1e-15  # [m] by which a start may differ
 STEP = 1e-3  # [s]
 FRAME = (3.0, -2.0, 1.5)  # [m/s]
 
@@ -169,9 +172,12 @@ SCENES = {
     reference="the same world, changed; every particle, and the centres of boxes, changed back",
     unit="of the size",
     kind="invariant",
-    tolerance=1e-9,
+    tolerance=ROUNDED,
     because="only sums are rounded otherwise, by 1e-16, of which half a second of vibration and rolling makes 2.3e-12"
-    " at worst of ten quick seeds, 7.5e-10 at standard, where a box rolls over a soft body",
+    " at worst of ten quick seeds, 7.5e-10 at standard, where a box rolls over a soft body. Relative to a hundred times"
+    " that where boxes meet: sweeps, in another order, leave 1.8e-8 at worst of 360 at full, and with ten times as many"
+    " 1e-15; and to ten times what a start 1e-15 m off becomes where that is more: of 660 at full three, of one scene"
+    " in which an edge lifts off a box and rounding decides in which step",
     detects="a contact that depends on which of two triangles was found first, on which body is asked, on what others"
     " did before it; a way measured in one frame",
     faults=(
@@ -209,14 +215,31 @@ SCENES = {
 )
 def motion_is_the_same_however_described(run: Run) -> Comparison:
     rng = run.fresh_rng()
-    apart, kinds = [], []
+    apart, allowed, kinds = [], [], []
     for _ in range(run.count(1, 3, 30)):
         for name, make in SCENES.items():
             scene = make(rng)
             ends = ends_of(scene, STEP)
             for change, changed in CHANGES.items():
                 if not (scene.ground and changed is in_another_frame):
-                    others = changed(scene, STEP, rng)
-                    apart.append(max(np.abs(a - b).max() for a, b in zip(ends, others, strict=True)))
+                    apart.append(_distance(ends, changed(scene, STEP, rng)))
+                    few = sum(isinstance(body, Box) for body in scene.bodies) < 2
+                    allowed.append(ROUNDED if few else SWEPT)
+                    if apart[-1] > allowed[-1]:
+                        allowed[-1] = max(allowed[-1], 10.0 * _what_rounding_becomes(scene, ends))
                     kinds.append(f"{name}, {change}")
-    return Comparison(apart, np.zeros(len(apart)), groups=kinds)
+    return Comparison(apart, np.zeros(len(apart)), np.array(allowed) / ROUNDED, groups=kinds)
+
+
+def _distance(ends: list[np.ndarray], others: list[np.ndarray]) -> float:
+    """Return the largest distance along an axis [m] between what belongs together."""
+    return float(np.max([np.abs(a - b).max() for a, b in zip(ends, others, strict=True)]))
+
+
+def _what_rounding_becomes(scene: Scene, ends: list[np.ndarray]) -> float:
+    """Return how far from its ends [m] a scene comes that starts hardly elsewhere, at most of some tries."""
+    rng, apart = np.random.default_rng(0), []
+    for _ in range(4):
+        bodies = [body._replace(place=body.place + HARDLY * rng.normal(size=3)) for body in scene.bodies]
+        apart.append(_distance(ends, ends_of(scene._replace(bodies=bodies), STEP)))
+    return float(np.max(apart))

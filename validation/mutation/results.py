@@ -157,6 +157,12 @@ def counted(fates: Iterable[Fate], equivalents: Mapping[str, str]) -> dict[str, 
     return {name: states.count(name) for name in STATES}
 
 
+def share_seen(counts: Mapping[str, int]) -> float:
+    """Return the share of the mutants that turn a claim red, of all that compile and that nobody has explained."""
+    seen = sum(counts[name] for name in (KILLED, CRASHED, HUNG))
+    return seen / (seen + counts[SURVIVED]) if seen + counts[SURVIVED] else 1.0
+
+
 def survivors_of(fates: Iterable[Fate], equivalents: Mapping[str, str]) -> Iterator[Fate]:
     """Yield the mutants that no claim has seen, and that nobody has explained."""
     return (fate for fate in fates if _state(fate, equivalents) == SURVIVED)
