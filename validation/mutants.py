@@ -47,7 +47,7 @@ SEED = 20080101  # of the sample, and of the claims' cases
 @click.option(
     "--least", type=click.FloatRange(0.0, 1.0), default=1.0, show_default=True, help="Share to be seen for exit code 0."
 )
-@click.option("--resume", is_flag=True, help="Go on where the last run of this core and seed was stopped.")
+@click.option("--resume", is_flag=True, help="Go on from the last run of this seed, also with another core.")
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), default=Path("build/mutants.json"))
 def main(
     count: int,
@@ -66,9 +66,9 @@ def main(
     """Mutate the core, and see which claims turn red by what they measure.
 
     Each mutant's fate is kept beside OUT, in JSON lines, as soon as it is known: --resume goes on, also with more
-    mutants, and tries those that survived on claims that have changed since. Exit code: 0 every mutant is seen or
-    explained, or of those that are not explained as many as --least says, 1 more survive, 2 wrong usage, 130
-    interrupted.
+    mutants, and tries those anew whose functions have changed since, and those that survived on claims that have.
+    Exit code: 0 every mutant is seen or explained, or of those that are not explained as many as --least says, 1 more
+    survive, 2 wrong usage, 130 interrupted.
     """
     from rich.console import Console
 
@@ -84,7 +84,7 @@ def main(
         raise click.UsageError(f"no claim matches {' or '.join(claims)}; python -m validation --list shows them all")
     heading = {"core": core_digest(), "seed": seed}
     try:
-        ledger = Ledger(out.with_suffix(".jsonl"), heading, resume)
+        ledger = Ledger(out.with_suffix(".jsonl"), core_digest(), seed, resume)
     except ValueError as error:
         raise click.UsageError(str(error)) from error
     console = Console(stderr=True)

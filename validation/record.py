@@ -313,8 +313,13 @@ class Sensitivity:
     faults: list[PlantedFault] = field(default_factory=list)
     faults_why: str | None = None  # why there are none, if there are none
     mutants: int = 0
-    killed: int = 0
-    equivalent: int = 0  # mutants that change nothing
+    killed: int = 0  # by what a claim measured
+    crashed: int = 0  # made claims raise errors, and do nothing else
+    hung: int = 0  # made a claim go on for ever
+    equivalent: int = 0  # change nothing
+    earlier: int = 0  # were tried on an earlier core, in functions that do the same in this one
+    seen_at: dict[str, int] = field(default_factory=dict)  # level → mutants that it was the first to see
+    survivors: list[str] = field(default_factory=list)  # what no claim has seen, and nobody explained: place and change
     mutants_why: str | None = None
 
 

@@ -24,7 +24,10 @@ def sensitivity(folder: Path) -> Sensitivity:
         rows = faults["faults"]
         found.faults = [PlantedFault(row["name"], row["place"], list(row["claims"]), row["verdict"]) for row in rows]
     if mutants:
-        found.mutants, found.killed, found.equivalent = (int(mutants[k]) for k in ("mutants", "killed", "equivalent"))
+        for name in ("mutants", "killed", "crashed", "hung", "equivalent", "earlier"):
+            setattr(found, name, int(mutants[name]))
+        found.seen_at = dict(mutants["seen_at"])
+        found.survivors = [f"{row['file']}:{row['line']} {row['key'].split(':', 1)[1]}" for row in mutants["survivors"]]
     return found
 
 

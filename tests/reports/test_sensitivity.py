@@ -19,8 +19,13 @@ def tried(report):
             PlantedFault("of a claim that is gone", "softbody.vec.dot", ["nobody.knows"], "caught"),
         ],
         mutants=110,
-        killed=97,
+        killed=90,
+        crashed=6,
+        hung=1,
         equivalent=10,
+        earlier=7,
+        seen_at={"quick": 80, "standard": 17},
+        survivors=["softbody/law.py:12 f: a < b -> a <= b"],
     )
     return report
 
@@ -28,7 +33,10 @@ def tried(report):
 def test_faults_are_counted_by_families_and_drawn_by_claims(tried):
     text = page(tried)
     assert "2 of 3 planted faults" in text
-    assert "97 %" in text
+    assert "<b>97 %</b> of the others turn a claim red: 90 % by what it measures, 6 % because" in text
+    assert "Level quick was the first to see 80, level standard 17. 7 of them were tried on an earlier core" in text
+    assert "The mutant that no claim has seen" in text
+    assert "a &lt; b -&gt; a &lt;= b" in text
     assert "a sign &lt;turned&gt;" in text
     assert text[text.index('<svg class="matrix"') :].count("</title></circle>") == 3
     assert [(len(family.faults), family.caught) for family in by_family(tried) if family.faults] != []

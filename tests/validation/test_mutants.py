@@ -7,6 +7,7 @@ import subprocess
 import textwrap
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -189,19 +190,22 @@ def test_only_what_is_measured_counts_as_seen() -> None:
 
 
 def test_fates_outlive_a_run_that_is_cut_off(tmp_path: Path) -> None:
-    path, heading = tmp_path / "m.jsonl", {"core": "a", "seed": 1}
-    ledger = Ledger(path, heading, resume=False)
+    path = tmp_path / "m.jsonl"
+    ledger = Ledger(path, "a", 1, resume=False)
     ledger.note(Fate(toy("a.py", 1), KILLED, by="sat.depth", tried=["quick sat.depth 1"]))
     ledger.is_done(["quick sat.axes 1"], [toy("a.py", 1), toy("a.py", 3)])
     with path.open("a") as file:
         file.write('{"mutant": {"file"')
-    again = Ledger(path, heading, resume=True)
-    assert again.fate_of(toy("a.py", 1)).verdict == KILLED
+    again = Ledger(path, "b", 1, resume=True)
+    assert (again.fate_of(toy("a.py", 1)).verdict, again.fate_of(toy("a.py", 1)).core) == (KILLED, "a")
     assert again.known(again.fate_of(toy("a.py", 1))) == {"quick sat.depth 1", "quick sat.axes 1"}
     assert again.known(again.fate_of(toy("a.py", 3))) == {"quick sat.axes 1"}
     assert again.fate_of(toy("a.py", 2)).verdict == SURVIVED
-    with pytest.raises(ValueError, match="is of another core or seed"):
-        Ledger(path, {"core": "b", "seed": 1}, resume=True)
+    changed = replace(toy("a.py", 1), text="another function")
+    assert again.fate_of(changed).verdict == SURVIVED
+    assert not again.known(again.fate_of(changed))
+    with pytest.raises(ValueError, match="is of another seed"):
+        Ledger(path, "a", 2, resume=True)
 
 
 def test_equivalents_and_what_does_not_compile_are_counted_apart(tmp_path: Path) -> None:

@@ -5,6 +5,8 @@ import json
 import pytest
 
 from softbody.core_digest import core_digest
+from validation.mutation.results import HUNG, KILLED, Ledger, write_summary
+from validation.mutation.sites import Mutant
 from validation.sensitivity import sensitivity
 
 FAULT = {"name": "a sign", "place": "softbody.vec.dot", "claims": ["a.b"], "verdict": "caught"}
@@ -14,7 +16,13 @@ FAULT = {"name": "a sign", "place": "softbody.vec.dot", "claims": ["a.b"], "verd
 def left(tmp_path):
     def write(core):
         (tmp_path / "faults.json").write_text(json.dumps({"core": core, "faults": [FAULT]}))
-        (tmp_path / "mutants.json").write_text(json.dumps({"core": core, "mutants": 9, "killed": 7, "equivalent": 1}))
+        ledger = Ledger(tmp_path / "mutants.jsonl", "an earlier core", 1, resume=False)
+        fates = [ledger.fate_of(Mutant("law.py", f"f{k}", "sign", "-x", "x", 12)) for k in range(4)]
+        fates[0].verdict, fates[0].level = KILLED, "quick"
+        fates[1].verdict, fates[1].level = HUNG, "standard"
+        for fate in fates:
+            ledger.note(fate)
+        write_summary(fates, {fates[2].mutant.key: "why"}, {"core": core}, tmp_path / "mutants.json")
         return sensitivity(tmp_path)
 
     return write
@@ -23,7 +31,9 @@ def left(tmp_path):
 def test_faults_and_mutants_of_this_core_are_told(left):
     found = left(core_digest())
     assert [fault.name for fault in found.faults] == ["a sign"]
-    assert (found.mutants, found.killed, found.equivalent) == (9, 7, 1)
+    assert (found.mutants, found.killed, found.crashed, found.hung, found.equivalent) == (4, 1, 0, 1, 1)
+    assert (found.seen_at, found.earlier) == ({"quick": 1, "standard": 1}, 4)
+    assert found.survivors == ["softbody/law.py:12 f3: -x -> x"]
     assert found.faults_why is None
 
 

@@ -390,7 +390,7 @@ def overlaps_do_not_explode(run: Run) -> Comparison:
     least=4,
     tolerance=TOUCHING,
     because="a bound that counts overlap only: bodies that touch may be as deep in each other as those that met from"
-    " outside, 0.4 %; 0.03 % is seen at standard; 2 of 60 that start so take longer than a second; deeper inside they may"
+    " outside, 0.4 %; 0.03 % is seen at standard; 2 of 60 that start so take more than a second; deeper inside they may"
     " stay",
     detects="overlap that stays",
     faults=(BOXES_UNMET,),

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
-import inspect
 import json
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -28,6 +27,7 @@ class Fate:
     why: str | None = None
     level: str | None = None  # at which it told
     form: str | None = None  # "interpreted" or "compiled"
+    core: str | None = None  # digest of the core in which it was tried last
     seconds: float = 0.0  # of the processor, in claims
     crashes: int = 0  # claims that crashed
     tried: list[str] = field(
@@ -45,21 +45,24 @@ class Fate:
 
 
 class Ledger:
-    """The fates of mutants, in a file of JSON lines; the last line of a mutant counts."""
+    """The fates of mutants, in a file of JSON lines; the last line of a mutant counts.
 
-    def __init__(self, path: Path, heading: Mapping[str, Any], resume: bool) -> None:
-        """Begin a file, or go on with one; raises ValueError if that one is of another core or seed."""
-        self._path = path
+    What was seen of a mutant is said of every core in which its function does what it did then.
+    """
+
+    def __init__(self, path: Path, core: str, seed: int, resume: bool) -> None:
+        """Begin a file, or go on with one; raises ValueError if that one is of another seed. `core` is its digest."""
+        self._path, self._core = path, core
         self._fates: dict[str, Fate] = {}
         self._done: dict[str, set[str]] = {}  # claims that were tried on a mutant, or do not come by
         self.slow: set[str] = set()  # claims that take long interpreted
         path.parent.mkdir(parents=True, exist_ok=True)
         if not (resume and path.exists()):
-            write_whole(path, json.dumps(dict(heading)) + "\n")
+            write_whole(path, json.dumps({"seed": seed}) + "\n")
             return
         rows = [_row(line) for line in path.read_text(encoding="utf-8").splitlines()]
-        if not rows or rows[0] != dict(heading):
-            raise ValueError(f"{path} is of another core or seed: begin anew, without --resume")
+        if not rows or rows[0] != {"seed": seed}:
+            raise ValueError(f"{path} is of another seed: begin anew, without --resume")
         for row in rows[1:]:
             self._take(row)
 
@@ -70,7 +73,7 @@ class Ledger:
             self._take_done(row["done"], row["mutants"])
         elif "mutant" in row:
             fate = Fate(**row | {"mutant": Mutant(**row["mutant"])})
-            self._fates[fate.mutant.key] = fate
+            self._fates[fate.mutant.identity] = fate
 
     def _append(self, row: dict[str, Any]) -> None:
         with self._path.open("a", encoding="utf-8") as file:
@@ -78,10 +81,11 @@ class Ledger:
 
     def fate_of(self, mutant: Mutant) -> Fate:
         """Return what is known of a mutant."""
-        return self._fates.setdefault(mutant.key, Fate(mutant))
+        return self._fates.setdefault(mutant.identity, Fate(mutant))
 
     def note(self, fate: Fate) -> None:
-        """Keep what has become of a mutant."""
+        """Keep what has become of a mutant in this core."""
+        fate.core = self._core
         self._append(asdict(fate))
 
     def is_slow(self, claim: str) -> None:
@@ -91,7 +95,7 @@ class Ledger:
 
     def is_done(self, claims: Iterable[str], mutants: Iterable[Mutant]) -> None:
         """Keep that of some claims all that come by some mutants were tried on them."""
-        row: dict[str, Any] = {"done": sorted(claims), "mutants": [each.key for each in mutants]}
+        row: dict[str, Any] = {"done": sorted(claims), "mutants": [each.identity for each in mutants]}
         self._take_done(row["done"], row["mutants"])
         self._append(row)
 
@@ -101,7 +105,7 @@ class Ledger:
 
     def known(self, fate: Fate) -> set[str]:
         """Return the claims that were tried on a mutant, or do not come by."""
-        return self._done.get(fate.mutant.key, set()).union(fate.tried)
+        return self._done.get(fate.mutant.identity, set()).union(fate.tried)
 
 
 def _row(line: str) -> dict[str, Any]:
@@ -113,16 +117,12 @@ def _row(line: str) -> dict[str, Any]:
     return row
 
 
-def digest_of(module: Any) -> str:
-    """Return what is another text once the file of a module has changed."""
-    return hashlib.sha256(inspect.getsource(module).encode()).hexdigest()[:8]
-
-
 def write_summary(fates: Iterable[Fate], equivalents: Mapping[str, str], heading: Mapping[str, Any], out: Path) -> None:
     """Write the totals, and all that survived, as JSON.
 
     `mutants` counts those that compile; each is `killed` (by what a claim measured), `crashed`, `hung`, `equivalent`
-    (nobody can tell it from the core) or `survived`.
+    (nobody can tell it from the core) or `survived`. `seen_at` are those that turn a claim red, by the level that was
+    first to see them; `earlier` are those that were tried on another core, in a function that does the same now.
     """
     rows = list(fates)
     counts = {name: sum(_state(fate, equivalents) == name for fate in rows) for name in STATES}
@@ -132,6 +132,8 @@ def write_summary(fates: Iterable[Fate], equivalents: Mapping[str, str], heading
         "mutants": len(rows) - stillborn,
         **counts,
         "stillborn": stillborn,
+        "seen_at": dict(Counter(fate.level for fate in rows if fate.verdict in SEEN)),
+        "earlier": sum(fate.core not in (None, heading["core"]) for fate in rows),
         **heading,
         "survivors": [_survivor(fate) for fate in survivors],
         "equivalents": [
@@ -144,7 +146,8 @@ def write_summary(fates: Iterable[Fate], equivalents: Mapping[str, str], heading
 
 
 EQUIVALENT = "equivalent"
-STATES = (KILLED, CRASHED, HUNG, EQUIVALENT, SURVIVED, STILLBORN)
+SEEN = (KILLED, CRASHED, HUNG)
+STATES = (*SEEN, EQUIVALENT, SURVIVED, STILLBORN)
 
 
 def _state(fate: Fate, equivalents: Mapping[str, str]) -> str:
@@ -159,7 +162,7 @@ def counted(fates: Iterable[Fate], equivalents: Mapping[str, str]) -> dict[str, 
 
 def share_seen(counts: Mapping[str, int]) -> float:
     """Return the share of the mutants that turn a claim red, of all that compile and that nobody has explained."""
-    seen = sum(counts[name] for name in (KILLED, CRASHED, HUNG))
+    seen = sum(counts[name] for name in SEEN)
     return seen / (seen + counts[SURVIVED]) if seen + counts[SURVIVED] else 1.0
 
 

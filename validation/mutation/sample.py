@@ -9,7 +9,7 @@ import zlib
 from collections.abc import Iterable
 
 from validation.mutation.core import ROOT, is_left_out
-from validation.mutation.sites import Mutant, functions_of
+from validation.mutation.sites import Mutant, functions_of, what_it_does
 
 
 def in_fair_order(mutants: Iterable[Mutant], seed: int) -> list[Mutant]:
@@ -51,9 +51,5 @@ def changed_functions(revision: str) -> set[tuple[str, str]]:
 
 
 def _bodies(source: str) -> dict[str, str]:
-    """Return what each function of a module does, without its docstring."""
-    bodies = {}
-    for name, function in functions_of(ast.parse(source)):
-        first = 1 if ast.get_docstring(function) is not None else 0
-        bodies[name] = ast.dump(function.args) + "".join(ast.dump(each) for each in function.body[first:])
-    return bodies
+    """Return what each function of a module does."""
+    return {name: what_it_does(function) for name, function in functions_of(ast.parse(source))}

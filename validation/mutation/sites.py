@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import ast
 import copy
+import hashlib
 import inspect
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -29,12 +30,18 @@ class Mutant:
     after: str  # source; empty where a statement is left out
     line: int
     occurrence: int = 0  # of the same change in the same function, from 0 on
+    text: str = ""  # digest of what its function does
 
     @property
     def key(self) -> str:
         """What names this mutant in records and in the table of equivalents."""
         change = f"{self.before} -> {self.after or 'nothing'}"
         return f"{self.file}:{self.function}: {change}" + (f" #{self.occurrence}" if self.occurrence else "")
+
+    @property
+    def identity(self) -> str:
+        """What another mutant has once its function does something else."""
+        return f"{self.key} @{self.text}"
 
 
 Found = tuple[str, ast.AST, "ast.AST | None"]  # the operator's name, a node, and what takes its place, if anything
@@ -81,9 +88,10 @@ def mutants_in(
     """
     seen: Counter[Mutant] = Counter()
     for name, function in functions_of(tree):
+        text = digest_of(what_it_does(function))
         for operator, node, put in _Sites(function, names).found():
             after = "" if put is None else _source(put)
-            one = Mutant(file, name, operator, _source(node), after.replace("mutant_", ""), 0)
+            one = Mutant(file, name, operator, _source(node), after.replace("mutant_", ""), 0, text=text)
             if one.before == one.after:
                 continue
             yield replace(one, line=getattr(node, "lineno", 0), occurrence=seen[one]), node, put
@@ -99,6 +107,17 @@ def functions_of(tree: ast.AST, prefix: str = "") -> Iterator[tuple[str, ast.Fun
             yield from functions_of(node, f"{prefix}{node.name}.")
         elif isinstance(node, (ast.If, ast.Try)):
             yield from functions_of(node, prefix)
+
+
+def what_it_does(function: ast.FunctionDef) -> str:
+    """Return a text that is another one when a function does something else, whatever its docstring says."""
+    first = 1 if ast.get_docstring(function) is not None else 0
+    return ast.dump(function.args) + "".join(ast.dump(each) for each in function.body[first:])
+
+
+def digest_of(text: str) -> str:
+    """Return what is another text once a text has changed."""
+    return hashlib.sha256(text.encode()).hexdigest()[:8]
 
 
 def _source(node: ast.AST) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import queue
 import re
 import sys
@@ -22,8 +23,8 @@ from validation.mutation.core import mutants_at, write_core
 from validation.mutation.results import CRASHED as HAS_CRASHED
 from validation.mutation.results import HUNG as HAS_HUNG
 from validation.mutation.results import KILLED as IS_KILLED
-from validation.mutation.results import STILLBORN, Fate, Ledger, digest_of
-from validation.mutation.sites import Mutant
+from validation.mutation.results import STILLBORN, Fate, Ledger
+from validation.mutation.sites import Mutant, digest_of
 
 CHEAP = 2.0  # seconds of the processor that a claim may take to be judged interpreted
 BUDGET = 8.0  # and all claims on one mutant: compiled they take a small part of it
@@ -48,7 +49,9 @@ class Trials:
     def __init__(self, checks: Sequence[Check], seed: int, jobs: int, ledger: Ledger, console: Console) -> None:
         self._checks = {each.id: each for each in checks if each.id not in TIMED and not each.hindrance}
         self._seed, self._jobs, self._ledger, self._console = seed, jobs, ledger, console
-        self._files = {id: digest_of(sys.modules[one.compare.__module__]) for id, one in self._checks.items()}
+        self._files = {
+            id: digest_of(inspect.getsource(sys.modules[one.compare.__module__])) for id, one in self._checks.items()
+        }
         self._killers: dict[tuple[str, str], list[str]] = {}  # claims that have seen mutants of a function
 
     def run(self, mutants: Sequence[Mutant], level: str, forms: Sequence[str], batch: int) -> None:
