@@ -14,7 +14,7 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -41,6 +41,7 @@ class Seen:
     seconds: float = 0.0  # of the processor
     reached: frozenset[int] = frozenset()  # damages that it came by
     used_threads: bool = False
+    bits: str = ""  # digest of all that it measured, and of its worlds after each call; "" if no two runs agree
 
 
 def seen_of(verdict: str, n: int, why: str) -> str:
@@ -90,9 +91,11 @@ class Bench:
         if seen.what != GREEN:
             return seen
         if seen.used_threads:
-            return self.judge(ASLEEP, claim, level, seed, limit)
-        self._ends[0].send(("here", claim, level, seed))
-        return _received(self._ends[0])
+            again = self.judge(ASLEEP, claim, level, seed, limit)
+        else:
+            self._ends[0].send(("here", claim, level, seed))
+            again = _received(self._ends[0])
+        return again if again.bits == seen.bits else replace(again, bits="")
 
     def split(self) -> None:
         """Let the server fork, so that each job has one of its own, whose kernels are ready; until `join`."""
@@ -175,16 +178,18 @@ def _judged(run: Sequence[Any], number: int) -> Seen:
     from softbody import switch  # type: ignore[attr-defined]
     from validation.check import Run, all_checks
     from validation.judge import judge
+    from validation.trace import traced
 
     claim, level, seed = run
     switch.AWAKE.value = number
     for k in _set_bits(switch.REACHED):
         switch.REACHED[k] = 0
     start = time.process_time()
-    record = judge(all_checks()[claim], Run(level, seed, claim))
+    with traced(all_checks()[claim]) as (check, bits):
+        record = judge(check, Run(level, seed, claim))
     seconds = time.process_time() - start
     what = seen_of(record.verdict, record.n, record.why or "")
-    return Seen(what, record.why or "", seconds, frozenset(_set_bits(switch.REACHED)), _has_threads())
+    return Seen(what, record.why or "", seconds, frozenset(_set_bits(switch.REACHED)), _has_threads(), bits.hexdigest())
 
 
 def _set_bits(flags: Any) -> Iterator[int]:

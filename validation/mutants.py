@@ -30,6 +30,7 @@ SEED = 20080101  # of the sample, and of the claims' cases
 @click.option(
     "--files", multiple=True, metavar="PATTERN", help="Only of files of softbody/ that contain or match PATTERN."
 )
+@click.option("--only", multiple=True, metavar="TEXT", help="Only mutants whose `key` in OUT contains TEXT.")
 @click.option("--changed-since", metavar="REVISION", help="Only of functions that have changed since then.")
 @click.option(
     "-k", "claims", multiple=True, metavar="PATTERN", help="Only claims whose id contains or matches PATTERN."
@@ -53,6 +54,7 @@ def main(
     count: int,
     seed: int,
     files: tuple[str, ...],
+    only: tuple[str, ...],
     changed_since: str | None,
     claims: tuple[str, ...],
     level: str,
@@ -78,7 +80,7 @@ def main(
     from validation.mutation.results import Ledger, counted, share_seen, survivors_of, write_summary
     from validation.mutation.trials import Trials
 
-    chosen = sample(count, seed, files, changed_since)
+    chosen = sample(count, seed, files, only, changed_since)
     used = [each for each in all_checks().values() if matches(each.id, claims)]
     if not used:
         raise click.UsageError(f"no claim matches {' or '.join(claims)}; python -m validation --list shows them all")
@@ -108,14 +110,19 @@ def matches(name: str, patterns: tuple[str, ...]) -> bool:
     return not patterns or any(pattern in name or fnmatch(name, pattern) for pattern in patterns)
 
 
-def sample(count: int, seed: int, files: tuple[str, ...], changed_since: str | None) -> list[Mutant]:
-    """Return the mutants to try; wrong usage if there is no file of which they could be."""
+def sample(
+    count: int, seed: int, files: tuple[str, ...], only: tuple[str, ...], changed_since: str | None
+) -> list[Mutant]:
+    """Return the mutants to try; wrong usage if there is no file, or no change, of which they could be."""
     from validation.mutation.core import all_mutants
     from validation.mutation.sample import changed_functions, in_fair_order
 
     some = [each for each in in_fair_order(all_mutants(), seed) if matches(each.file, files)]
     if not some:
         raise click.UsageError(f"no file of the core that is mutated matches {' or '.join(files)}")
+    some = [each for each in some if not only or any(text in each.key for text in only)]
+    if not some:
+        raise click.UsageError(f"no mutant there has {' or '.join(only)} in its key; mutants.json shows keys")
     if changed_since is not None:
         try:
             changed = changed_functions(changed_since)

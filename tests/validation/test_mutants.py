@@ -12,10 +12,13 @@ from pathlib import Path
 from typing import Any
 
 import numba
+import numpy as np
 import pytest
 
+from softbody import World
 from validation import switch
 from validation.bench import ASLEEP, CRASHED, GREEN, HUNG, MEASURED, Bench, seen_of
+from validation.check import Comparison, Run, all_checks
 from validation.damaged_core import ROOT
 from validation.mutation import sample
 from validation.mutation.core import LEFT_OUT, all_mutants, is_left_out, mutants_at, mutated, write_core
@@ -25,6 +28,7 @@ from validation.mutation.sample import changed_functions, in_fair_order
 from validation.mutation.sites import Mutant, mutants_in
 from validation.mutation.trials import culprits
 from validation.record import BROKEN, FAILS, HOLDS
+from validation.trace import traced
 
 SOURCE = '''
 def clamp(x: float, low: float, high: float) -> tuple[float, float]:
@@ -266,3 +270,20 @@ def test_explained_and_left_out_are_things_of_the_core_as_it_is() -> None:
     assert all((ROOT / "softbody" / each).exists() for each in LEFT_OUT)
     assert is_left_out("scenes/tray.py")
     assert not is_left_out("world.py")
+
+
+def test_bits_are_those_of_worlds_and_of_answers() -> None:
+    def bits_of(height: float, answer: float) -> str:
+        def fall(run: Run) -> Comparison:
+            world = World()
+            world.add_box((1.0, 1.0, 1.0), 1.0, (0.0, 0.0, height))
+            world.run(0.01, 0.01)
+            return Comparison([answer], [answer])
+
+        with traced(replace(all_checks()["impulse.denominator"], compare=fall)) as (check, bits):
+            check.compare(Run("quick", 1, check.id))
+        return str(bits.hexdigest())
+
+    assert bits_of(5.0, 1.0) == bits_of(5.0, 1.0)
+    assert bits_of(5.0, 1.0) != bits_of(np.nextafter(5.0, 6.0), 1.0)
+    assert bits_of(5.0, 1.0) != bits_of(5.0, np.nextafter(1.0, 2.0))

@@ -33,6 +33,7 @@ class Fate:
     tried: list[str] = field(
         default_factory=list
     )  # claims that came by: "quick sat.depth 0a1b2c3d", the last of their file
+    changed: list[str] = field(default_factory=list)  # those of which it changed a bit, and that hold nevertheless
 
     @property
     def is_over(self) -> bool:
@@ -182,4 +183,5 @@ def _survivor(fate: Fate) -> dict[str, Any]:
         "after": one.after,
         "key": one.key,
         "claims": fate.claims(),
+        "changed": fate.changed,
     }

@@ -52,14 +52,15 @@ class Trials:
         self._files = {
             id: digest_of(inspect.getsource(sys.modules[one.compare.__module__])) for id, one in self._checks.items()
         }
-        self._killers: dict[tuple[str, str], list[str]] = {}  # claims that have seen mutants of a function
+        self._killers: dict[tuple[str, str], list[str]] = {}  # claims that have seen mutants of a function, or ""
 
     def run(self, mutants: Sequence[Mutant], level: str, forms: Sequence[str], batch: int) -> None:
         """Judge mutants, those of earlier runs by what has not been tried on them yet."""
         fates = [self._ledger.fate_of(mutant) for mutant in mutants]
         for fate in fates:
             if fate.by is not None:
-                self._killers.setdefault(_place(fate), []).append(fate.by)
+                for function in (fate.mutant.function, ""):
+                    self._killers.setdefault((fate.mutant.file, function), []).append(fate.by)
         if INTERPRETED in forms:
             self._run_together(fates, [Stage(INTERPRETED, "quick", CHEAP, BUDGET)])
         levels = ["quick", "standard"] if level == "standard" else ["quick"]
@@ -185,15 +186,16 @@ class Trials:
     ) -> bool:
         """Judge one mutant by the claims that reach it until one sees it; return whether that was not given up before.
 
-        First those that have seen others of the same function, then the quickest. A mutant that only crashes claims is
-        tried on some more, for what they measure; one that hangs is not.
+        First those that have seen others of its function, or of its file, then the quickest. A mutant that only crashes
+        claims is tried on some more, for what they measure; one that hangs is not.
         """
         known, spent = self._ledger.known(fate), 0.0
-        killers = self._killers.setdefault(_place(fate), [])
+        one = fate.mutant
+        here, near = (self._killers.setdefault(place, []) for place in ((one.file, one.function), (one.file, "")))
         reaching = [claim for claim, seen in asleep.items() if number in seen.reached]
         names = {claim: self._named(stage.level, claim) for claim in reaching}
         waiting = [claim for claim in reaching if names[claim] not in known]
-        for claim in sorted(waiting, key=lambda each: (each not in killers, asleep[each].seconds)):
+        for claim in sorted(waiting, key=lambda each: (each not in here, each not in near, asleep[each].seconds)):
             if stop.is_set() or spent > stage.budget:
                 self._ledger.note(fate)
                 return False
@@ -202,6 +204,8 @@ class Trials:
             spent += seen.seconds
             fate.tried.append(names[claim])
             if seen.what == GREEN:
+                if asleep[claim].bits and seen.bits != asleep[claim].bits:
+                    fate.changed.append(claim)
                 continue
             fate.crashes += seen.what == CRASHED
             fate.by, fate.why, fate.level, fate.form = claim, seen.why, stage.level, stage.form
@@ -209,14 +213,11 @@ class Trials:
             if fate.is_over:
                 break
         if fate.verdict in (IS_KILLED, HAS_HUNG) and fate.by is not None:
-            killers.append(fate.by)
+            here.append(fate.by)
+            near.append(fate.by)
         if waiting:
             self._ledger.note(fate)
         return True
-
-
-def _place(fate: Fate) -> tuple[str, str]:
-    return fate.mutant.file, fate.mutant.function
 
 
 def culprits(why: str, folder: Path) -> set[int]:
