@@ -52,7 +52,8 @@ def read(path: str | os.PathLike[str], most_bytes: int, kind: Kind = WORLD) -> d
     if not stat.S_ISREG(path.stat().st_mode):
         raise SnapshotError(f"{path} is no file; give one that {kind.writer} wrote")
     with path.open("rb") as file:
-        raw = file.read(most_bytes + 1)
+        # (A file that is asked for a number of bytes takes memory for that many, however few it has.)
+        raw = file.read(min(most_bytes, os.fstat(file.fileno()).st_size) + 1)
     try:
         if len(raw) > most_bytes:
             raise _too_large(len(raw), most_bytes, kind)

@@ -242,3 +242,10 @@ def test_a_mesh_with_any_numbers_is_saved_and_read(path):
     world.add_soft_body(softbody.octahedron(), 1.0, 10.0, 1.0)
     world.save(path)
     assert World.load(path).state_hash() == world.state_hash()
+
+
+def test_a_file_takes_no_more_memory_than_it_has_bytes(tmp_path):
+    world = World()
+    world.add_box((1.0, 1.0, 1.0), 1.0)
+    world.save(tmp_path / "w.npz")
+    assert World.load(tmp_path / "w.npz", most_bytes=2**62).state_hash() == world.state_hash()
