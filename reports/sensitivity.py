@@ -6,10 +6,12 @@ from dataclasses import dataclass, field
 
 from markupsafe import Markup, escape
 
+from reports.overview import axis_of, ratios
 from validation.record import PlantedFault, Report
 
 CAUGHT = "caught"
 PITCH, MARGIN = 3, 4  # of the matrix's dots, and around them
+WIDE, TALL, LABELS = 4, 200, 40  # of a tolerance among the others, of their axis, and of what is written beside it
 
 
 @dataclass
@@ -37,6 +39,55 @@ def by_family(report: Report) -> list[Caught]:
         if families:
             found[families[0]].faults.append(fault)
     return list(found.values())
+
+
+@dataclass(frozen=True)
+class Room:
+    """How far a tolerance is from what the sound core shows, and from the smallest error that a fault has shown."""
+
+    claim: str
+    seen: float  # largest error of the sound core, in tolerances
+    fault: str  # the planted fault that is off by least
+    off: float  # by so many tolerances: they may widen as much before it escapes
+
+
+def rooms(report: Report) -> list[Room]:
+    """Return the room of each tolerance that faults have been tried on, the one that may widen least first."""
+    largest = {claim.id: errors[2] for claim in report.claims if (errors := ratios(claim)) is not None}
+    found: dict[str, Room] = {}
+    for fault in report.sensitivity.faults if report.sensitivity else []:
+        for claim, off in fault.off.items():
+            if claim in largest and not (claim in found and found[claim].off <= off):
+                found[claim] = Room(claim, largest[claim], fault.name, off)
+    return sorted(found.values(), key=lambda room: room.off)
+
+
+def room_plot(report: Report) -> Markup | None:
+    """Return a picture of all tolerances, side by side: below the line what the core shows, above it faults."""
+    rows = rooms(report)
+    if not rows:
+        return None
+    axis = axis_of([value for room in rows for value in (room.seen, room.off)])
+    width, height = LABELS + 2 * MARGIN + WIDE * len(rows), TALL + 2 * MARGIN
+
+    def level(ratio: float) -> float:
+        return MARGIN + TALL * (1.0 - axis.at(ratio) / 100.0)
+
+    parts = [f'<svg class="matrix" viewBox="0 0 {width} {height}" width="{width}" height="{height}" role="img"']
+    parts.append(' aria-label="How far each tolerance is from what the core and what faults show">')
+    for place, label in axis.ticks:
+        y = MARGIN + TALL * (1.0 - place / 100.0)
+        parts.append(f'<path class="rule" d="M{LABELS}{y:g}H{width - MARGIN}"/>')
+        parts.append(f'<text x="{LABELS - 3}" y="{y + 3:g}" text-anchor="end">{escape(label)}</text>')
+    parts.append(f'<path class="limit" d="M{LABELS} {level(1.0):g}H{width - MARGIN}"/>')
+    for k, room in enumerate(rows):
+        x = LABELS + MARGIN + WIDE * (k + 0.5)
+        title = escape(f"{room.claim}: {room.seen:.2g} of the tolerance; {room.off:.3g} × it with “{room.fault}”")
+        for kind, ratio in (("holds", room.seen), ("fails", room.off)):
+            parts.append(
+                f'<circle class="{kind}" cx="{x:g}" cy="{level(ratio):g}" r="1.7"><title>{title}</title></circle>'
+            )
+    return Markup("".join([*parts, "</svg>"]))
 
 
 def matrix(report: Report) -> Markup | None:

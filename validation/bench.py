@@ -15,6 +15,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from math import nan
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -42,6 +43,7 @@ class Seen:
     reached: frozenset[int] = frozenset()  # damages that it came by
     used_threads: bool = False
     bits: str = ""  # digest of all that it measured, and of its worlds after each call; "" if no two runs agree
+    off: float = nan  # its largest error, in tolerances; not a number where it counts, or has measured nothing
 
 
 def seen_of(verdict: str, n: int, why: str) -> str:
@@ -189,7 +191,15 @@ def _judged(run: Sequence[Any], number: int) -> Seen:
         record = judge(check, Run(level, seed, claim))
     seconds = time.process_time() - start
     what = seen_of(record.verdict, record.n, record.why or "")
-    return Seen(what, record.why or "", seconds, frozenset(_set_bits(switch.REACHED)), _has_threads(), bits.hexdigest())
+    return Seen(
+        what,
+        record.why or "",
+        seconds,
+        frozenset(_set_bits(switch.REACHED)),
+        _has_threads(),
+        bits.hexdigest(),
+        nan if record.value is None or not record.tolerance else record.value / record.tolerance,
+    )
 
 
 def _set_bits(flags: Any) -> Iterator[int]:

@@ -14,6 +14,7 @@ import random
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -35,11 +36,15 @@ CAUGHT, ESCAPED, NOT_RUN = "caught", "escaped", "not run"
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one fault: the claims that should see it, why some did not, and why it was not run."""
+    """What became of one fault: the claims that should see it, why some did not, and why it was not run.
+
+    `off` is by how many of its tolerances a claim was off, where it has one and the error was finite.
+    """
 
     fault: Fault
     claims: tuple[str, ...]
     blind: Mapping[str, str] = field(default_factory=dict)
+    off: Mapping[str, float] = field(default_factory=dict)
     why: str | None = None
 
     @property
@@ -112,17 +117,21 @@ def try_fault(fault: Fault, claims: tuple[str, ...], judges: Judges, sound: Mapp
     absent = missing(tuple(engine for claim in claims for engine in all_checks()[claim].engines))
     if absent:
         return Outcome(fault, claims, why=f"{', '.join(absent)} is not installed")
-    said = {claim: why_not_seen(fault, claim, judges, sound[claim]) for claim in claims}
-    return Outcome(fault, claims, {claim: why for claim, why in said.items() if why is not None})
+    blind, off = {}, {}
+    for claim in claims:
+        if sound[claim].what != GREEN:
+            blind[claim] = f"{claim} does not hold without it: {sound[claim].why}"
+            continue
+        seen = judges.awake(fault, claim)
+        if seen.what != MEASURED:
+            blind[claim] = why_not_seen(claim, seen)
+        elif isfinite(seen.off):
+            off[claim] = seen.off
+    return Outcome(fault, claims, blind, off)
 
 
-def why_not_seen(fault: Fault, claim: str, judges: Judges, sound: Seen) -> str | None:
-    """Return why a claim cannot be said to have seen a fault, or None: it turned red by what it measured."""
-    if sound.what != GREEN:
-        return f"{claim} does not hold without it: {sound.why}"
-    seen = judges.awake(fault, claim)
-    if seen.what == MEASURED:
-        return None
+def why_not_seen(claim: str, seen: Seen) -> str:
+    """Return why a claim cannot be said to have seen a fault: it did not turn red by what it measured."""
     return f"not seen by {claim}" if seen.what == GREEN else f"{claim} {seen.what}, and has seen nothing: {seen.why}"
 
 
@@ -146,7 +155,13 @@ def line_of(outcome: Outcome) -> str:
 def write(outcomes: list[Outcome], caught: int, out: Path) -> None:
     """Write what became of all faults as JSON."""
     rows = [
-        {"name": each.fault.name, "place": ".".join(each.fault.place), "claims": each.claims, "verdict": each.verdict}
+        {
+            "name": each.fault.name,
+            "place": ".".join(each.fault.place),
+            "claims": each.claims,
+            "verdict": each.verdict,
+            "off": dict(each.off),
+        }
         for each in outcomes
     ]
     planted = {"core": core_digest(), "planted": len(outcomes), "caught": caught, "faults": rows}

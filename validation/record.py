@@ -304,6 +304,7 @@ class PlantedFault:
     place: str  # in the core, dotted
     claims: list[str]  # that were to see it
     verdict: str  # "caught", "escaped" or "not run"
+    off: dict[str, float] = field(default_factory=dict)  # claim → its error, in tolerances, where it has one
 
 
 @dataclass

@@ -22,7 +22,9 @@ def sensitivity(folder: Path) -> Sensitivity:
     found = Sensitivity(faults_why=why_no_faults, mutants_why=why_no_mutants)
     if faults:
         rows = faults["faults"]
-        found.faults = [PlantedFault(row["name"], row["place"], list(row["claims"]), row["verdict"]) for row in rows]
+        found.faults = [
+            PlantedFault(row["name"], row["place"], list(row["claims"]), row["verdict"], row["off"]) for row in rows
+        ]
     if mutants:
         for name in ("mutants", "killed", "crashed", "hung", "equivalent", "earlier"):
             setattr(found, name, int(mutants[name]))

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import pytest
 
+from reports.overview import ratios
 from reports.page import page
-from reports.sensitivity import by_family
+from reports.sensitivity import by_family, rooms
 from validation.record import PlantedFault, Sensitivity
 
 
 @pytest.fixture
 def tried(report):
     first, second = report.claims[0].id, report.claims[-1].id
+    measured = next(claim.id for claim in report.claims if ratios(claim) is not None)
     report.sensitivity = Sensitivity(
         [
-            PlantedFault("a sign <turned>", "softbody.law.sliding_kept", [first, second], "caught"),
-            PlantedFault("a factor of two", "softbody.vec.dot", [second], "escaped"),
+            PlantedFault("a sign <turned>", "softbody.law.sliding_kept", [first, second], "caught", {measured: 40.0}),
+            PlantedFault("a factor of two", "softbody.vec.dot", [second], "escaped", {measured: 9.0}),
             PlantedFault("of a claim that is gone", "softbody.vec.dot", ["nobody.knows"], "caught"),
         ],
         mutants=110,
@@ -38,8 +40,16 @@ def test_faults_are_counted_by_families_and_drawn_by_claims(tried):
     assert "The mutant that no claim has seen" in text
     assert "a &lt; b -&gt; a &lt;= b" in text
     assert "a sign &lt;turned&gt;" in text
-    assert text[text.index('<svg class="matrix"') :].count("</title></circle>") == 3
+    assert text[text.index('<svg class="matrix"') :].count("</title></circle>") == 3 + 2  # and how wide a tolerance is
     assert [(len(family.faults), family.caught) for family in by_family(tried) if family.faults] != []
+
+
+def test_a_tolerance_may_widen_as_far_as_its_smallest_fault(tried):
+    (room,) = rooms(tried)
+    assert (room.fault, room.off) == ("a factor of two", 9.0)
+    text = page(tried)
+    assert "1 of 1 would miss a fault if they were ten times as wide" in text
+    assert "9 × it with “a factor of two”" in text
 
 
 def test_what_was_not_tried_says_how_to(report):

@@ -9,7 +9,7 @@ from validation.mutation.results import HUNG, KILLED, Ledger, write_summary
 from validation.mutation.sites import Mutant
 from validation.sensitivity import sensitivity
 
-FAULT = {"name": "a sign", "place": "softbody.vec.dot", "claims": ["a.b"], "verdict": "caught"}
+FAULT = {"name": "a sign", "place": "softbody.vec.dot", "claims": ["a.b"], "verdict": "caught", "off": {"a.b": 3.0}}
 
 
 @pytest.fixture
@@ -30,7 +30,7 @@ def left(tmp_path):
 
 def test_faults_and_mutants_of_this_core_are_told(left):
     found = left(core_digest())
-    assert [fault.name for fault in found.faults] == ["a sign"]
+    assert [(fault.name, fault.off) for fault in found.faults] == [("a sign", {"a.b": 3.0})]
     assert (found.mutants, found.killed, found.crashed, found.hung, found.equivalent) == (4, 1, 0, 1, 1)
     assert (found.seen_at, found.earlier) == ({"quick": 1, "standard": 1}, 4)
     assert found.survivors == ["softbody/law.py:12 f3: -x -> x"]
