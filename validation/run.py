@@ -21,6 +21,7 @@ from validation.engines import environment, revision, version_of, versions
 from validation.errata import open_errata
 from validation.journal import Journal
 from validation.judge import blank_record
+from validation.order import soonest_first
 from validation.plain_text import plain
 from validation.record import Report, Setting, Subject
 from validation.runner import LIMITS, run_checks, run_tasks
@@ -129,7 +130,7 @@ def blank_report(plan: Plan) -> Report:
 
 def judge_all(plan: Plan, journal: Journal, terminal: Terminal, now: Now) -> None:
     """Judge all claims that the journal has not, and write each to it as it ends."""
-    every = [(check, seed) for seed in plan.seeds for check in plan.checks]
+    every = [(check, seed) for seed in plan.seeds for check in soonest_first(plan.checks, plan.out)]
     left = [(check, seed) for check, seed in every if (check.id, seed) not in journal.records]
     if len(left) < len(every):
         what = "claims" if plan.draws == 1 else "claims, by seeds of their own,"
