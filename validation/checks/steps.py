@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from softbody import World
-from softbody.dynamics import integrators, ring_forces
+from softbody.dynamics import integrators, ring_forces, stability
 from softbody.settings import INTEGRATORS
 from validation.cases import MESH_KINDS, edge_lengths, random_mesh
 from validation.check import Comparison, Run, check
@@ -91,3 +91,63 @@ def schemes_of_any_body(run: Run) -> Comparison:
             expected += [x / size, v / np.abs(v).max()]
             kinds += [f"{kind}, {scheme}"] * (2 * count)
     return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+
+
+LIMIT = {"symplectic_euler": 2.0, "rk4_velocity": 2.0, "rk4": 2.0 * np.sqrt(2.0)}  # ω h without damping
+
+
+@check(
+    family="integrators",
+    claim="The stable time step that the world tells is that of the documented bounds of frequency and damping, for the"
+    " body of several that is the shortest of all: any meshes, stretched, no two springs alike, pinned, damped or not.",
+    section="5.1",
+    piece="softbody.World.stable_time_step, softbody.dynamics.stability",
+    reference="the bounds by their formulas, in NumPy",
+    kind="specification",
+    unit="of the step",
+    least=4,
+    tolerance=5e-15,
+    because="rounding of sums of some hundred terms, most of which are positive: 3.7e-16 at worst of four seeds",
+    detects="a term of the bound that is left out or taken twice, a body that is not asked, another scheme's limit",
+    faults=(
+        Fault(
+            "the gas softer by a thousandth",
+            stability.highest_frequency,
+            "rank_one_ / abs(volume_)",
+            "0.999 * rank_one / abs(volume)",
+        ),
+        Fault(
+            "damping of one end",
+            stability.highest_damping,
+            "springs = max(springs, both)",
+            "springs = max(springs, 0.5 * both)",
+        ),
+        Fault("the first body alone", stability.shortest_stable_step, "range(model.soft_count)", "range(1)"),
+    ),
+)
+def stable_step_as_documented(run: Run) -> Comparison:
+    from references import stability as documented
+
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    for trial in range(run.count(4, 12, 60)):
+        for scheme, limit in LIMIT.items():
+            world, steps = World(integrator=scheme), []
+            for kind in rng.choice(MESH_KINDS, 1 + trial % 3):
+                mesh, mass = random_mesh(kind, rng), 10.0 ** rng.uniform(-1.0, 1.0)
+                count, edges = len(mesh.vertices), mesh.edges
+                stiffness, gas = 10.0 ** rng.uniform(0.0, 3.0, len(edges)), 10.0 ** rng.uniform(-1.0, 3.0)
+                pins = rng.choice(count, trial % 4, replace=False)
+                damping, drag = (0.0, 0.0) if trial % 2 else rng.uniform(0.0, [0.3, 5.0])
+                world.add_soft_body(mesh, mass, stiffness, gas, damping=damping, drag=drag, fixed=pins)
+                stretched = world.soft_bodies[-1].positions
+                stretched *= rng.uniform(0.9, 1.2, 3)
+                inverse = np.full(count, count / mass)
+                inverse[pins] = 0.0
+                frequency = documented.highest_frequency(stretched, edges, stiffness, mesh.triangles, gas, inverse)
+                rate = documented.highest_damping(edges, damping, drag, inverse)
+                steps.append(documented.longest_step(frequency, rate, limit))
+            measured.append(world.stable_time_step())
+            expected.append(min(steps))
+            kinds.append(scheme)
+    return Comparison(measured, expected, expected, groups=kinds)
