@@ -31,7 +31,7 @@ ROUNDED = 1e-9  # of the size: what rounding grows to by then
 SWEPT = 1e-7  # of the size: what the sweeps leave of impacts of boxes, another part in another order
 HARDLY = 1e-15  # [m] by which a start may differ
 STEP = 1e-3  # [s]
-FRAME = (3.0, -2.0, 1.5)  # [m/s]
+FRAME = (30.0, -20.0, 15.0)  # [m/s] many times as fast as bodies move against each other
 
 
 class Soft(NamedTuple):
