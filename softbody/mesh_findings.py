@@ -21,8 +21,7 @@ class Finding:
 
     `kind`, and what the rows of `where` are:
     "several shells": the first triangle of each (s,);
-    "inside out": the first triangle of each shell (s,) that faces inwards, though it bounds no cavity;
-    "nested": that of each shell (s,) that faces outwards within another, so that its volume counts twice;
+    "nested": the first triangle of each shell (s,) that faces outwards within another, so that its volume counts twice;
     "flat shell": that of each shell (s,) that encloses no volume;
     "coincident triangles": pairs of triangles (p, 2) that have their corners at the same three places;
     "self-intersections": pairs of triangles (p, 2) that go through each other, touch, or lie on each other;
@@ -65,7 +64,6 @@ def _about_shells(vertices: np.ndarray, triangles: np.ndarray, found: Shells, me
     crossing = np.unique(between[between[:, 0] != between[:, 1]])
     clear = np.flatnonzero(~(flat | np.isin(np.arange(len(volume)), crossing)))
     is_cavity = enclosing(vertices, triangles, found, clear) % 2 == 1
-    inwards = volume[clear] < 0.0
     return [
         Finding(
             "several shells",
@@ -74,16 +72,10 @@ def _about_shells(vertices: np.ndarray, triangles: np.ndarray, found: Shells, me
             first,
         ),
         *_each(
-            "inside out",
-            "{n} shell(s) face inwards and bound no cavity: that of triangle {0}",
-            "reverse its triangles",
-            first[clear[inwards & ~is_cavity]],
-        ),
-        *_each(
             "nested",
             "{n} shell(s) within another face outwards, so that their volume counts twice: that of triangle {0}",
             "reverse its triangles for a cavity, or make a body of its own of it",
-            first[clear[~inwards & is_cavity]],
+            first[clear[(volume[clear] > 0.0) & is_cavity]],
         ),
         *_each("flat shell", "{n} shell(s) enclose no volume: that of triangle {0}", "remove it", first[flat]),
     ]
