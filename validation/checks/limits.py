@@ -11,7 +11,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import softbody
-from softbody import Mesh, ParameterError, Trajectory, TrajectoryWriter, World, geometry, parameters, settings
+from softbody import (
+    Mesh,
+    MeshError,
+    ParameterError,
+    Trajectory,
+    TrajectoryWriter,
+    World,
+    geometry,
+    parameters,
+    settings,
+)
 from softbody import mesh as meshes
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault
@@ -21,6 +31,9 @@ LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 
 BALL = softbody.icosphere(1, 0.5)
 LEAST, NAN, INF = 5e-324, float("nan"), float("inf")
+
+
+ROWS = {"points": "point", "vertices": "vertex", "triangles": "triangle"}  # what one of an array's rows is called
 
 
 class Limits(NamedTuple):
@@ -301,6 +314,33 @@ def of_meshes() -> Iterator[tuple[str, Callable[[Any], Any], Limits]]:
     yield "MeshQuery(columns_per_triangle=…)", partial(geometry.MeshQuery, *arrays), density
     for ask in (geometry.points_in_mesh, geometry.closest_on_mesh):
         yield f"{ask.__name__}(threads=…)", told(ask, "threads", np.zeros((1, 3)), *arrays), whole(1)
+        yield (
+            f"{ask.__name__}(points=…)",
+            told(ask, "points", vertices=arrays[0], triangles=arrays[1]),
+            _rows(arrays[0]),
+        )
+    of_vertices, of_triangles = _of_meshes(*arrays)
+    for make in (Mesh, geometry.MeshQuery):
+        yield f"{make.__name__}(vertices=…)", told(make, "vertices", triangles=arrays[1]), of_vertices
+        yield f"{make.__name__}(triangles=…)", told(make, "triangles", arrays[0]), of_triangles
+
+
+def _rows(rows: np.ndarray) -> Limits:
+    """Return the limits of rows of three numbers, as many as there may be, of which none is infinite or none at all."""
+    first, last = rows.copy(), rows.copy()
+    first[0, 2], last[-1, 0] = NAN, INF
+    return Limits(
+        (rows, rows.tolist(), rows.astype(np.float32)), (first, last, rows[0], rows[:, :2], "abc", 1j * rows, None)
+    )
+
+
+def _of_meshes(vertices: np.ndarray, triangles: np.ndarray) -> tuple[Limits, Limits]:
+    """Return the limits of the vertices and of the triangles of a mesh."""
+    below, beyond, count = triangles.copy(), triangles.copy(), len(vertices)
+    below[-1, 1], beyond[0, 0] = -1, count
+    bad = (below, beyond, triangles + 0.5, triangles[0], triangles[:, :2], triangles[:0], "abc", 1j * triangles)
+    of_vertices = _rows(vertices)
+    return of_vertices, Limits((triangles, triangles.tolist(), triangles.astype(np.uint32)), bad)
 
 
 class _Faces:
@@ -324,7 +364,9 @@ def is_refused_by_name(call: Callable[[Any], Any], value: Any, name: str) -> boo
     try:
         call(value)
     except Exception as error:
-        return isinstance(error, ParameterError) and name in str(error)
+        return isinstance(error, (ParameterError, MeshError)) and (
+            name in str(error) or ROWS.get(name, name) in str(error)
+        )
     return False
 
 
