@@ -62,8 +62,8 @@ def edges_in_a_box(run: Run) -> Comparison:
         p, end = turn.apply(ends) + place
         depth, normal, where = edge_box.edge_in_box(tuple(p), tuple(end), tuple(size), tuple(place), tuple(q))
         if depths[0] < 0.0 or depth <= 0.0:  # apart, or so it is said
-            measured.append([max(depth, 0.0) / unit, 0.0, 0.0, 0.0, 0.0])
-            expected.append([max(depths[0], 0.0) / unit, 0.0, 0.0, 0.0, 0.0])
+            measured.append([np.maximum(depth, 0.0) / unit, 0.0, 0.0, 0.0, 0.0])
+            expected.append([np.maximum(depths[0], 0.0) / unit, 0.0, 0.0, 0.0, 0.0])
             kinds.append("apart")
             continue
         out = ways[np.argmin(-ways[:, 3]), :3]

@@ -226,7 +226,7 @@ def motion_is_the_same_however_described(run: Run) -> Comparison:
                     few = sum(isinstance(body, Box) for body in scene.bodies) < 2
                     allowed.append(ROUNDED if few else SWEPT)
                     if apart[-1] > allowed[-1]:
-                        allowed[-1] = max(allowed[-1], 10.0 * _what_rounding_becomes(scene, ends))
+                        allowed[-1] = float(np.maximum(allowed[-1], 10.0 * _what_rounding_becomes(scene, ends)))
                     kinds.append(f"{name}, {change}")
     return Comparison(apart, np.zeros(len(apart)), np.array(allowed) / ROUNDED, groups=kinds)
 
