@@ -35,7 +35,8 @@ def changed_functions(revision: str) -> set[tuple[str, str]]:
     Raises ValueError if Git does not know the revision.
     """
     core, changed = ROOT / "softbody", set()
-    known = subprocess.run(["git", "rev-parse", "--verify", "--quiet", f"{revision}^{{commit}}"], cwd=ROOT)
+    asked = ["git", "rev-parse", "--verify", "--quiet", f"{revision}^{{commit}}"]
+    known = subprocess.run(asked, cwd=ROOT, capture_output=True)
     if known.returncode:
         raise ValueError(f"Git knows no revision {revision!r}; name a commit, a branch or a tag")
     for path in sorted(core.rglob("*.py")):
