@@ -319,7 +319,7 @@ def of_meshes() -> Iterator[tuple[str, Callable[[Any], Any], Limits]]:
             told(ask, "points", vertices=arrays[0], triangles=arrays[1]),
             _rows(arrays[0]),
         )
-    of_vertices, of_triangles = _of_meshes(*arrays)
+    of_vertices, of_triangles = _limits_of_arrays(*arrays)
     for make in (Mesh, geometry.MeshQuery):
         yield f"{make.__name__}(vertices=…)", told(make, "vertices", triangles=arrays[1]), of_vertices
         yield f"{make.__name__}(triangles=…)", told(make, "triangles", arrays[0]), of_triangles
@@ -334,7 +334,7 @@ def _rows(rows: np.ndarray) -> Limits:
     )
 
 
-def _of_meshes(vertices: np.ndarray, triangles: np.ndarray) -> tuple[Limits, Limits]:
+def _limits_of_arrays(vertices: np.ndarray, triangles: np.ndarray) -> tuple[Limits, Limits]:
     """Return the limits of the vertices and of the triangles of a mesh."""
     below, beyond, count = triangles.copy(), triangles.copy(), len(vertices)
     below[-1, 1], beyond[0, 0] = -1, count
