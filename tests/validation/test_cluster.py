@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import platform
+import re
 import shutil
 import signal
 import subprocess
@@ -171,7 +172,8 @@ def test_a_run_that_loses_its_scheduler_keeps_what_is_done_with_its_page(place, 
     os.killpg(scheduler.pid, signal.SIGKILL)
     _, said = ours.communicate(timeout=PATIENCE)
     assert ours.returncode == 5
-    assert f"the scheduler at {address} was lost in the claims, at many.one_" in said.decode()
+    # Between two claims, none is under way that could be named.
+    assert re.search(rf"the scheduler at {address} was lost in the claims(, at many\.one_\d)?: ", said.decode())
     assert "--resume" in said.decode()
     verdicts = [claim["verdict"] for claim in records_of(folder, "o")]
     assert 2 <= verdicts.count("holds") < len(verdicts) == 6
