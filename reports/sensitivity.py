@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from markupsafe import Markup, escape
 
 from reports.overview import axis_of, ratios
+from reports.plots import HOLDS, MUTED, svg
+from validation.order import faults_a_second
 from validation.record import PlantedFault, Report
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 CAUGHT = "caught"
 PITCH, MARGIN = 3, 4  # of the matrix's dots, and around them
@@ -88,6 +94,41 @@ def room_plot(report: Report) -> Markup | None:
                 f'<circle class="{kind}" cx="{x:g}" cy="{level(ratio):g}" r="1.7"><title>{title}</title></circle>'
             )
     return Markup("".join([*parts, "</svg>"]))
+
+
+def soonest(report: Report) -> list[tuple[float, int]]:
+    """Return after how many seconds of this run's claims how many of the caught faults have turned one red.
+
+    The claims come in the order in which a run judges them that has this report in its folder.
+    """
+    seconds, seen, course = 0.0, set[int](), [(0.0, 0)]
+    tried = [fault for fault in (report.sensitivity.faults if report.sensitivity else []) if fault.verdict == CAUGHT]
+    judged = [claim for claim in report.claims if claim.value is not None]
+    for claim in sorted(judged, key=lambda one: -faults_a_second(len(one.faults), one.seconds)):
+        seconds += claim.seconds
+        seen |= {k for k, fault in enumerate(tried) if claim.id in fault.claims}
+        course.append((seconds, len(seen)))
+    return course if seen else []
+
+
+def seconds_for(course: list[tuple[float, int]], share: float) -> float:
+    """Return after how many seconds a share of all that a course finds is found."""
+    return next(seconds for seconds, found in course if found >= share * course[-1][1])
+
+
+def soonest_plot(report: Report) -> Markup | None:
+    """Return a picture of how soon planted faults are seen."""
+    course = soonest(report)
+    return Markup(svg("soonest", lambda axes: _draw_course(axes, course))) if course else None
+
+
+def _draw_course(axes: Axes, course: list[tuple[float, int]]) -> None:
+    axes.step(*zip(*course), where="post", color=HOLDS, linewidth=1.6)
+    axes.set_xlim(0.0, 1.02 * course[-1][0])
+    axes.set_ylim(0.0, 1.05 * course[-1][1])
+    axes.grid(axis="y")
+    axes.set_xlabel("seconds of claims, one after the other")
+    axes.set_title("planted faults that have turned a claim red", loc="left", fontsize="medium", color=MUTED)
 
 
 def matrix(report: Report) -> Markup | None:

@@ -6,7 +6,7 @@ import pytest
 
 from reports.overview import ratios
 from reports.page import page
-from reports.sensitivity import by_family, rooms
+from reports.sensitivity import by_family, rooms, seconds_for, soonest
 from validation.record import PlantedFault, Sensitivity
 
 
@@ -50,6 +50,17 @@ def test_a_tolerance_may_widen_as_far_as_its_smallest_fault(tried):
     text = page(tried)
     assert "1 of 1 would miss a fault if they were ten times as wide" in text
     assert "9 × it with “a factor of two”" in text
+
+
+def test_what_a_minute_buys_is_drawn_from_what_claims_cost(tried):
+    first, *_, last = tried.claims
+    for claim in tried.claims:
+        claim.seconds, claim.faults = 4.0, []
+    first.seconds, last.seconds = 1.0, 2.0
+    course = soonest(tried)
+    assert course[:3] == [(0.0, 0), (1.0, 1), (3.0, 1)]  # the same fault is not seen twice
+    assert seconds_for(course, 0.5) == 1.0
+    assert "all within 1 of" in page(tried)
 
 
 def test_what_was_not_tried_says_how_to(report):
