@@ -76,7 +76,7 @@ def main(
 
     from softbody.core_digest import core_digest
     from validation.check import all_checks
-    from validation.mutation.equivalents import EQUIVALENTS
+    from validation.mutation.explained import EXPLAINED
     from validation.mutation.results import Ledger, counted, share_seen, survivors_of, write_summary
     from validation.mutation.trials import Trials
 
@@ -97,10 +97,10 @@ def main(
     except KeyboardInterrupt:
         interrupted = True
     fates = [ledger.fate_of(mutant) for mutant in chosen]
-    write_summary(fates, EQUIVALENTS, heading | {"level": level}, out)
-    for fate in survivors_of(fates, EQUIVALENTS):
+    write_summary(fates, EXPLAINED, heading | {"level": level}, out)
+    for fate in survivors_of(fates, EXPLAINED):
         tell(fate, console)
-    totals = counted(fates, EQUIVALENTS)
+    totals = counted(fates, EXPLAINED)
     click.echo(f"{len(fates)} mutants: " + ", ".join(f"{n} {name}" for name, n in totals.items() if n) + f"; {out}")
     sys.exit(130 if interrupted else 0 if share_seen(totals) >= least else 1)
 

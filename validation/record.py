@@ -318,6 +318,7 @@ class Sensitivity:
     crashed: int = 0  # made claims raise errors, and do nothing else
     hung: int = 0  # made a claim go on for ever
     equivalent: int = 0  # change nothing
+    within: int = 0  # change what is within what is promised
     earlier: int = 0  # were tried on an earlier core, in functions that do the same in this one
     seen_at: dict[str, int] = field(default_factory=dict)  # level → mutants that it was the first to see
     survivors: list[str] = field(default_factory=list)  # what no claim has seen, and nobody explained: place and change

@@ -26,7 +26,7 @@ def sensitivity(folder: Path) -> Sensitivity:
             PlantedFault(row["name"], row["place"], list(row["claims"]), row["verdict"], row["off"]) for row in rows
         ]
     if mutants:
-        for name in ("mutants", "killed", "crashed", "hung", "equivalent", "earlier"):
+        for name in ("mutants", "killed", "crashed", "hung", "equivalent", "within", "earlier"):
             setattr(found, name, int(mutants[name]))
         found.seen_at = dict(mutants["seen_at"])
         found.survivors = [f"{row['file']}:{row['line']} {row['key'].split(':', 1)[1]}" for row in mutants["survivors"]]

@@ -22,7 +22,7 @@ from validation.check import Comparison, Run, all_checks
 from validation.damaged_core import ROOT
 from validation.mutation import sample
 from validation.mutation.core import LEFT_OUT, all_mutants, is_left_out, mutants_at, mutated, write_core
-from validation.mutation.equivalents import EQUIVALENTS
+from validation.mutation.explained import EXPLAINED, Reason, explained_in
 from validation.mutation.results import KILLED, STILLBORN, SURVIVED, Fate, Ledger, counted, share_seen, write_summary
 from validation.mutation.sample import changed_functions, in_fair_order
 from validation.mutation.sites import Mutant, mutants_in
@@ -212,13 +212,26 @@ def test_fates_outlive_a_run_that_is_cut_off(tmp_path: Path) -> None:
         Ledger(path, "a", 2, resume=True)
 
 
-def test_equivalents_and_what_does_not_compile_are_counted_apart(tmp_path: Path) -> None:
-    fates = [Fate(toy("a.py", k), verdict) for k, verdict in enumerate([KILLED, SURVIVED, SURVIVED, STILLBORN])]
-    explained = {fates[1].mutant.key: "nobody can tell"}
+def test_what_is_explained_and_what_does_not_compile_are_counted_apart(tmp_path: Path) -> None:
+    verdicts = [KILLED, SURVIVED, SURVIVED, SURVIVED, STILLBORN]
+    fates = [Fate(toy("a.py", k), verdict) for k, verdict in enumerate(verdicts)]
+    explained = {
+        fates[1].mutant.key: Reason("nobody can tell", within=False),
+        fates[2].mutant.key: Reason("as good", within=True),
+        fates[0].mutant.key: Reason("seen after all", within=False),
+    }
     totals = counted(fates, explained)
-    assert totals == {"killed": 1, "crashed": 0, "hung": 0, "equivalent": 1, "survived": 1, "stillborn": 1}
+    assert totals == {
+        "killed": 1,
+        "crashed": 0,
+        "hung": 0,
+        "equivalent": 1,
+        "within": 1,
+        "survived": 1,
+        "stillborn": 1,
+    }
     write_summary(fates, explained, {"core": "a"}, tmp_path / "m.json")
-    assert '"mutants": 3,' in (tmp_path / "m.json").read_text()
+    assert '"mutants": 4,' in (tmp_path / "m.json").read_text()
     assert share_seen(totals) == 0.5
     assert share_seen(counted([], {})) == 1.0  # nothing has changed
 
@@ -264,9 +277,18 @@ def test_a_claim_without_an_end_is_ended(bench: tuple[Bench, dict[str, int]]) ->
     assert bench[0].judge(ASLEEP, "pressure.shape_at_rest", "quick", 1, limit=0.1).what == HUNG
 
 
+def test_a_mutant_has_one_reason(tmp_path: Path) -> None:
+    path = tmp_path / "explained.json"
+    path.write_text('[{"reason": "a", "mutants": ["f"]}, {"reason": "b", "within": true, "mutants": ["g"]}]')
+    assert explained_in(path) == {"f": Reason("a", False), "g": Reason("b", True)}
+    path.write_text('[{"reason": "a", "mutants": ["f"]}, {"reason": "b", "mutants": ["f"]}]')
+    with pytest.raises(ValueError, match="two reasons for 'f'"):
+        explained_in(path)
+
+
 def test_explained_and_left_out_are_things_of_the_core_as_it_is() -> None:
     every = {each.key for each in all_mutants()}
-    assert not EQUIVALENTS.keys() - every
+    assert not EXPLAINED.keys() - every
     assert all((ROOT / "softbody" / each).exists() for each in LEFT_OUT)
     assert is_left_out("scenes/tray.py")
     assert not is_left_out("world.py")

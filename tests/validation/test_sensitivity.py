@@ -5,6 +5,7 @@ import json
 import pytest
 
 from softbody.core_digest import core_digest
+from validation.mutation.explained import Reason
 from validation.mutation.results import HUNG, KILLED, Ledger, write_summary
 from validation.mutation.sites import Mutant
 from validation.sensitivity import sensitivity
@@ -22,7 +23,8 @@ def left(tmp_path):
         fates[1].verdict, fates[1].level = HUNG, "standard"
         for fate in fates:
             ledger.note(fate)
-        write_summary(fates, {fates[2].mutant.key: "why"}, {"core": core}, tmp_path / "mutants.json")
+        explained = {fates[2].mutant.key: Reason("why", within=False)}
+        write_summary(fates, explained, {"core": core}, tmp_path / "mutants.json")
         return sensitivity(tmp_path)
 
     return write
@@ -31,7 +33,8 @@ def left(tmp_path):
 def test_faults_and_mutants_of_this_core_are_told(left):
     found = left(core_digest())
     assert [(fault.name, fault.off) for fault in found.faults] == [("a sign", {"a.b": 3.0})]
-    assert (found.mutants, found.killed, found.crashed, found.hung, found.equivalent) == (4, 1, 0, 1, 1)
+    assert (found.mutants, found.killed, found.crashed, found.hung) == (4, 1, 0, 1)
+    assert (found.equivalent, found.within) == (1, 0)
     assert (found.seen_at, found.earlier) == ({"quick": 1, "standard": 1}, 4)
     assert found.survivors == ["softbody/law.py:12 f3: -x -> x"]
     assert found.faults_why is None

@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from validation.mutation.explained import Reason
 from validation.mutation.sites import Mutant
 from validation.record import write_whole
 
@@ -118,17 +119,20 @@ def _row(line: str) -> dict[str, Any]:
     return row
 
 
-def write_summary(fates: Iterable[Fate], equivalents: Mapping[str, str], heading: Mapping[str, Any], out: Path) -> None:
+def write_summary(
+    fates: Iterable[Fate], explained: Mapping[str, Reason], heading: Mapping[str, Any], out: Path
+) -> None:
     """Write the totals, and all that survived, as JSON.
 
     `mutants` counts those that compile; each is `killed` (by what a claim measured), `crashed`, `hung`, `equivalent`
-    (nobody can tell it from the core) or `survived`. `seen_at` are those that turn a claim red, by the level that was
-    first to see them; `earlier` are those that were tried on another core, in a function that does the same now.
+    (nobody can tell it from the core), `within` (it changes what is within what is promised) or `survived`. `seen_at`
+    are those that turn a claim red, by the level that was first to see them; `earlier` are those that were tried on
+    another core, in a function that does the same now.
     """
     rows = list(fates)
-    counts = {name: sum(_state(fate, equivalents) == name for fate in rows) for name in STATES}
+    counts = {name: sum(_state(fate, explained) == name for fate in rows) for name in STATES}
     stillborn = counts.pop(STILLBORN)
-    survivors = [fate for fate in rows if _state(fate, equivalents) == SURVIVED]
+    survivors = [fate for fate in rows if _state(fate, explained) == SURVIVED]
     summary = {
         "mutants": len(rows) - stillborn,
         **counts,
@@ -137,27 +141,30 @@ def write_summary(fates: Iterable[Fate], equivalents: Mapping[str, str], heading
         "earlier": sum(fate.core not in (None, heading["core"]) for fate in rows),
         **heading,
         "survivors": [_survivor(fate) for fate in survivors],
-        "equivalents": [
-            {"mutant": fate.mutant.key, "reason": equivalents[fate.mutant.key]}
+        "explained": [
+            {"mutant": fate.mutant.key, "reason": explained[fate.mutant.key].text, "state": state}
             for fate in rows
-            if _state(fate, equivalents) == EQUIVALENT
+            if (state := _state(fate, explained)) in (EQUIVALENT, WITHIN)
         ],
     }
     write_whole(out, json.dumps(summary, indent=1, ensure_ascii=False) + "\n")
 
 
-EQUIVALENT = "equivalent"
+EQUIVALENT, WITHIN = "equivalent", "within"
 SEEN = (KILLED, CRASHED, HUNG)
-STATES = (*SEEN, EQUIVALENT, SURVIVED, STILLBORN)
+STATES = (*SEEN, EQUIVALENT, WITHIN, SURVIVED, STILLBORN)
 
 
-def _state(fate: Fate, equivalents: Mapping[str, str]) -> str:
-    return EQUIVALENT if fate.verdict == SURVIVED and fate.mutant.key in equivalents else fate.verdict
+def _state(fate: Fate, explained: Mapping[str, Reason]) -> str:
+    reason = explained.get(fate.mutant.key) if fate.verdict == SURVIVED else None
+    if reason is None:
+        return fate.verdict
+    return WITHIN if reason.within else EQUIVALENT
 
 
-def counted(fates: Iterable[Fate], equivalents: Mapping[str, str]) -> dict[str, int]:
+def counted(fates: Iterable[Fate], explained: Mapping[str, Reason]) -> dict[str, int]:
     """Return how many mutants came to what."""
-    states = [_state(fate, equivalents) for fate in fates]
+    states = [_state(fate, explained) for fate in fates]
     return {name: states.count(name) for name in STATES}
 
 
@@ -167,9 +174,9 @@ def share_seen(counts: Mapping[str, int]) -> float:
     return seen / (seen + counts[SURVIVED]) if seen + counts[SURVIVED] else 1.0
 
 
-def survivors_of(fates: Iterable[Fate], equivalents: Mapping[str, str]) -> Iterator[Fate]:
+def survivors_of(fates: Iterable[Fate], explained: Mapping[str, Reason]) -> Iterator[Fate]:
     """Yield the mutants that no claim has seen, and that nobody has explained."""
-    return (fate for fate in fates if _state(fate, equivalents) == SURVIVED)
+    return (fate for fate in fates if _state(fate, explained) == SURVIVED)
 
 
 def _survivor(fate: Fate) -> dict[str, Any]:

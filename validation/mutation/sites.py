@@ -34,7 +34,7 @@ class Mutant:
 
     @property
     def key(self) -> str:
-        """What names this mutant in records and in the table of equivalents."""
+        """What names this mutant in records and among those that are explained."""
         change = f"{self.before} -> {self.after or 'nothing'}"
         return f"{self.file}:{self.function}: {change}" + (f" #{self.occurrence}" if self.occurrence else "")
 
