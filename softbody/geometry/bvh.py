@@ -16,10 +16,12 @@ from numpy.typing import ArrayLike
 
 from softbody.geometry.aabb import bounding_box
 from softbody.geometry.closest_point import Closest, with_weights, write_answer
-from softbody.geometry.triangle import squared_distance_to_triangle
+from softbody.geometry.triangle import squared_distance_to_triangle, squared_distances_to_triangles
 from softbody.geometry.triangle_list import checked_triangles
 from softbody.jit import jit, jit_inlined, jit_lean
+from softbody.lanes import Lanes, bits_at_most, in_double, load_lanes, lowest_bit, store_lanes, where_less
 from softbody.vec import Vec, load, scale, sub
+from softbody.vec_lanes import load_vec_lanes
 
 WIDTH = 8  # children of a node: what a processor with 256-bit registers compares at once in float32
 
@@ -34,6 +36,8 @@ Vec32 = tuple[np.float32, np.float32, np.float32]
 
 # Points are drawn in to this many half sizes from the mesh: its square is finite in float32, and a bound stays one.
 FARTHEST = 1e18
+MOST = 1e300  # more than any bound of a child that there is; those that there are not are infinitely far
+ZERO = np.float32(0.0)
 
 
 class BVH(NamedTuple):
@@ -234,34 +238,29 @@ def search_space(tree: BVH) -> Search:
 
 
 @jit_lean
-def _box_bounds(boxes: np.ndarray, node: int, p: Vec32, near: np.ndarray) -> None:
-    """Write into `near` a lower bound of the squared distance of `p` to each child of a node, in half sizes."""
-    x, y, z = p
-    zero = np.float32(0.0)
-    for s in range(near.shape[0]):  # not range(8): that is unrolled, and then not vectorised
-        dx = boxes[node, 0, s] - x
-        other = x - boxes[node, 3, s]
-        dx = dx if dx > other else other
-        dx = dx if dx > zero else zero
-        dy = boxes[node, 1, s] - y
-        other = y - boxes[node, 4, s]
-        dy = dy if dy > other else other
-        dy = dy if dy > zero else zero
-        dz = boxes[node, 2, s] - z
-        other = z - boxes[node, 5, s]
-        dz = dz if dz > other else other
-        dz = dz if dz > zero else zero
-        near[s] = (dx * dx + dy * dy + dz * dz) * LESSENED
+def _box_bounds(boxes: np.ndarray, node: int, p: Vec32) -> Lanes:
+    """Return a lower bound of the squared distance of `p` to each child of a node, in half sizes."""
+    sides = boxes[node]
+    dx = _beyond(load_lanes(sides[0], 0) - p[0], p[0] - load_lanes(sides[3], 0))
+    dy = _beyond(load_lanes(sides[1], 0) - p[1], p[1] - load_lanes(sides[4], 0))
+    dz = _beyond(load_lanes(sides[2], 0) - p[2], p[2] - load_lanes(sides[5], 0))
+    return (dx * dx + dy * dy + dz * dz) * LESSENED
 
 
 @jit_lean
-def _leaf_squares(corners: np.ndarray, leaf: int, p: Vec, square: np.ndarray) -> None:
-    """Write into `square` the squared distance [m²] of `p` to each triangle of a leaf."""
-    for s in range(square.shape[0]):
-        a = corners[leaf, 0, s], corners[leaf, 1, s], corners[leaf, 2, s]
-        b = corners[leaf, 3, s], corners[leaf, 4, s], corners[leaf, 5, s]
-        c = corners[leaf, 6, s], corners[leaf, 7, s], corners[leaf, 8, s]
-        square[s] = squared_distance_to_triangle(p, a, b, c)
+def _beyond(below: Lanes, above: Lanes) -> Lanes:
+    """Return how far a coordinate is beyond an interval, by how far it is below and above it."""
+    beyond = where_less(above, below, below, above)
+    return where_less(ZERO, beyond, beyond, ZERO)
+
+
+@jit_lean
+def _leaf_squares(corners: np.ndarray, leaf: int, p: Vec) -> Lanes:
+    """Return the squared distance [m²] of `p` to each triangle of a leaf."""
+    rows = corners[leaf]
+    return squared_distances_to_triangles(
+        p, load_vec_lanes(rows, 0), load_vec_lanes(rows[3:], 0), load_vec_lanes(rows[6:], 0)
+    )
 
 
 @jit
@@ -274,6 +273,12 @@ def in_half_sizes(p: Vec, middle: Vec, per_metre: float) -> Vec32:
 @jit
 def _to_float32(x: float) -> np.float32:
     return np.float32(min(max(x, -FARTHEST), FARTHEST))
+
+
+@jit
+def _in_reach(limit: float) -> float:
+    """Return how far a child may be so that it is looked into: those that there are, if nothing is known."""
+    return limit if limit < MOST else MOST
 
 
 LEVEL_SHIFT = 40
@@ -289,7 +294,7 @@ def _search(p: Vec, tree: BVH, search: Search, closest: int, best: float) -> int
         return -1
     seen = in_half_sizes(p, middle, per_metre)
     to_half_sizes = per_metre * per_metre
-    limit = best * to_half_sizes  # the same in half sizes
+    limit = _in_reach(best * to_half_sizes)  # the same in half sizes
     top = level_start.shape[0] - 1
     node_stack[0] = top << LEVEL_SHIFT
     bound_stack[0] = 0.0
@@ -302,30 +307,40 @@ def _search(p: Vec, tree: BVH, search: Search, closest: int, best: float) -> int
         number = node_stack[count] & ((1 << LEVEL_SHIFT) - 1)
         if level == 0:
             # A leaf: the distances to its eight triangles; of equal ones the lowest number wins.
-            _leaf_squares(corners, number, p, square)
-            for s in range(WIDTH):
-                if square[s] <= best:
-                    t = order[WIDTH * number + s]
-                    if square[s] < best or t < closest:
-                        best = square[s]
-                        closest = t
-            limit = best * to_half_sizes
+            squares = _leaf_squares(corners, number, p)
+            near_ones = bits_at_most(squares, best)
+            if near_ones != 0:
+                store_lanes(square, 0, squares)
+            while near_ones != 0:
+                s = lowest_bit(near_ones)
+                near_ones &= near_ones - 1
+                t = order[WIDTH * number + s]
+                if square[s] < best or (square[s] == best and t < closest):
+                    best = square[s]
+                    closest = t
+            limit = _in_reach(best * to_half_sizes)
         else:
             # An inner node: bounds of its children. The nearest is pushed last, so that it is taken first.
-            _box_bounds(boxes, level_start[level] + number, seen, near)
-            nearest = 0
-            least = near[0]
-            for s in range(1, WIDTH):
-                if near[s] < least:
-                    least = near[s]
+            bounds = _box_bounds(boxes, level_start[level] + number, seen)
+            store_lanes(near, 0, bounds)
+            children = bits_at_most(in_double(bounds), limit)
+            nearest = -1
+            while children != 0:
+                s = lowest_bit(children)
+                children &= children - 1
+                if nearest < 0:
                     nearest = s
-            for s in range(WIDTH):
-                node_stack[count] = (level - 1) << LEVEL_SHIFT | (WIDTH * number + s)
-                bound_stack[count] = near[s]
-                count += (s != nearest) & (near[s] <= limit) & (near[s] < np.inf)
-            node_stack[count] = (level - 1) << LEVEL_SHIFT | (WIDTH * number + nearest)
-            bound_stack[count] = least
-            count += 1
+                    continue
+                farther = s
+                if near[s] < near[nearest]:
+                    farther, nearest = nearest, s
+                node_stack[count] = (level - 1) << LEVEL_SHIFT | (WIDTH * number + farther)
+                bound_stack[count] = near[farther]
+                count += 1
+            if nearest >= 0:
+                node_stack[count] = (level - 1) << LEVEL_SHIFT | (WIDTH * number + nearest)
+                bound_stack[count] = near[nearest]
+                count += 1
     return closest
 
 

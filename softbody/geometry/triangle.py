@@ -6,8 +6,10 @@ from math import inf
 
 import numpy as np
 
-from softbody.jit import jit, jit_inlined
+from softbody.jit import jit, jit_inlined, jit_lean
+from softbody.lanes import Lanes, where_less
 from softbody.vec import Vec, add, cross, dot, load, norm, scale, store, sub
+from softbody.vec_lanes import VecLanes
 
 
 @jit
@@ -72,8 +74,7 @@ def _foot_on_face(pa: Vec, pb: Vec, pc: Vec, ab: Vec, ca: Vec) -> tuple[float, f
 def squared_distance_to_triangle(p: Vec, a: Vec, b: Vec, c: Vec) -> float:
     """Return the squared distance [m²] of `p` and the triangle (a, b, c); see `closest_point_on_triangle`.
 
-    Without a branch, so that eight triangles can be tried at once: the exhaustive search and the tree both call this,
-    and get the same bits.
+    Without a branch, as `squared_distances_to_triangles`, which has the same bits.
     """
     pa, pb, pc = sub(a, p), sub(b, p), sub(c, p)
     ab, bc, ca = sub(b, a), sub(c, b), sub(a, c)
@@ -84,6 +85,44 @@ def squared_distance_to_triangle(p: Vec, a: Vec, b: Vec, c: Vec) -> float:
     best = square if square < best else best
     _, _, _, square = _foot_on_face(pa, pb, pc, ab, ca)
     return square if square < best else best
+
+
+@jit_lean
+def squared_distances_to_triangles(p: Vec, a: VecLanes, b: VecLanes, c: VecLanes) -> Lanes:
+    """Return the squared distances [m²] of `p` and eight triangles (a, b, c), each as above, to the bit."""
+    pa, pb, pc = sub(a, p), sub(b, p), sub(c, p)
+    ab, bc, ca = sub(b, a), sub(c, b), sub(a, c)
+    best = _along_edges(pa, ab)
+    square = _along_edges(pb, bc)
+    best = where_less(square, best, square, best)
+    square = _along_edges(pc, ca)
+    best = where_less(square, best, square, best)
+    square = _feet_on_faces(pa, pb, pc, ab, ca)
+    return where_less(square, best, square, best)
+
+
+@jit_lean
+def _along_edges(start: VecLanes, edge: VecLanes) -> Lanes:
+    """Return the squared distances [m²] of eight edges from the origin; see `_along_edge`."""
+    t = (0.0 - dot(start, edge)) / dot(edge, edge)
+    t = where_less(0.0, t, t, 0.0)
+    t = where_less(t, 1.0, t, 1.0)
+    foot = add(start, scale(t, edge))
+    return dot(foot, foot)
+
+
+@jit_lean
+def _feet_on_faces(pa: VecLanes, pb: VecLanes, pc: VecLanes, ab: VecLanes, ca: VecLanes) -> Lanes:
+    """Return the squared distances [m²] of eight feet of perpendiculars from the origin; see `_foot_on_face`."""
+    n = cross(ca, ab)
+    square = dot(n, n)
+    v = dot(cross(pc, pa), n) / square
+    w = dot(cross(pa, pb), n) / square
+    u = 1.0 - v - w
+    foot = add(pa, sub(scale(v, ab), scale(w, ca)))
+    least = where_less(u, v, u, v)
+    least = where_less(least, w, least, w)
+    return where_less(0.0, least, dot(foot, foot), inf)
 
 
 @jit

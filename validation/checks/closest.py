@@ -17,9 +17,9 @@ FAMILY = "closest triangle"
 
 EDGE_LEFT_OUT = Fault(
     "the edge ca of a triangle left out",
-    triangle.squared_distance_to_triangle,
-    "_, square = _along_edge(pc, ca)",
-    "square = np.inf",
+    triangle.squared_distances_to_triangles,
+    "square = _along_edges(pc, ca)",
+    "square = best",
 )
 PIECE = "softbody.geometry.bvh.closest_all_in_bvh"
 ONE = "softbody.geometry.triangle.closest_point_on_triangle"
@@ -142,16 +142,29 @@ def distance_by_trimesh(run: Run) -> Comparison:
     detects="one other bit",
     faults=(
         Fault(
+            "the edge ca of a triangle left out, one at a time",
+            triangle.squared_distance_to_triangle,
+            "_, square = _along_edge(pc, ca)",
+            "square = np.inf",
+        ),
+        Fault(
+            "a foot off the face is kept, of eight",
+            triangle._feet_on_faces,
+            "where_less(0.0, least, dot(foot, foot), inf)",
+            "where_less(-0.1, least, dot(foot, foot), inf)",
+        ),
+        Fault("the nearest child only", bvh._search, "count += 1", ""),
+        Fault(
             "of equally close triangles the one met first",
             bvh._search,
-            "square_[s_] < best_ or t_ < closest_",
+            "square_[s_] < best_ or (square_[s_] == best_ and t_ < closest_)",
             "square_[s_] < best_",
         ),
         Fault(
             "a guess that is taken for the answer",
             bvh._search,
-            "limit_ = best_ * to_half_sizes",
-            "limit_ = best_ * to_half_sizes if closest < 0 else 0.3 * best_ * to_half_sizes",
+            "limit_ = _in_reach(best_ * to_half_sizes)",
+            "limit = _in_reach(best * to_half_sizes if closest < 0 else 0.3 * best * to_half_sizes)",
         ),
     ),
 )
