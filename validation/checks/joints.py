@@ -317,3 +317,79 @@ def _what_is_left(stiffness: np.ndarray, targets: np.ndarray, later: bool) -> Wo
         world = again
     world.step(1e-3, 200)
     return world
+
+
+@check(
+    family=FAMILY,
+    claim="In one step joints give bodies h times the force by where their ends are half-way: those on soft bodies of"
+    " the Runge–Kutta scheme ½ h v ahead, of n sub-steps of the others ½ h (1 − 1/n) v, those on boxes where they are.",
+    section="5.1",
+    piece="softbody.joint_forces.with_joints",
+    reference="closed form: Hooke's law and damping at these places; the momentum of each body before and after",
+    kind="closed form",
+    unit="of the momentum given",
+    tolerance=3e-14,
+    because="rounding: 1.4e-15 at worst of six seeds",
+    detects="an end that is taken too early or too late, so that what hangs on joints gains energy, or loses it",
+    faults=(
+        Fault(
+            "the time of one scheme taken for that of another",
+            joint_forces.with_joints,
+            "settings_.integrator == RK4",
+            "settings.integrator != RK4",
+        ),
+        Fault("ends where they are now", joint_forces._end, "scale(ahead_, v_)", "scale(0.0, v)"),
+        Fault("sub-steps that are not counted", joint_forces.with_joints, "1.0 / settings_.substeps", "1.0"),
+    ),
+)
+def ends_half_way(run: Run) -> Comparison:
+    rng, mesh = run.fresh_rng(), octahedron(0.3)
+    corner = mesh.triangles[3]
+    measured, expected, scales, kinds = [], [], [], []
+    for _ in range(run.count(6, 30, 300)):
+        for integrator in INTEGRATORS:
+            world, h, parts = World((0.0, 0.0, 0.0), integrator=integrator), 1e-3, int(rng.integers(1, 5))
+            softs = [
+                world.add_soft_body(mesh, rng.uniform(0.5, 2.0), 500.0, 1.0, (3.0 * k, 0.0, 0.0)) for k in range(2)
+            ]
+            box = world.add_box((0.2, 0.3, 0.4), 1.5, (0.0, 3.0, 0.0), velocity=rng.normal(size=3))
+            for body in softs:
+                body.velocities[:] = rng.normal(size=(1, 3)) + 0.3 * rng.normal(size=(6, 3))
+            ahead = 0.5 * h * (1.0 if integrator == "rk4" else 1.0 - 1.0 / parts)
+            weights = rng.dirichlet(np.ones(3))
+            # What each end can be: how a user says it, whose it is, where it will be, and how fast it is.
+            particle, place = int(rng.integers(6)), rng.normal(size=3)
+            ends: list[tuple[Any, int, np.ndarray, np.ndarray]] = [
+                ((softs[k], particle), k, softs[k].positions[particle] + ahead * softs[k].velocities[particle],
+                 softs[k].velocities[particle]) for k in range(2)
+            ]  # fmt: skip
+            face = [weights @ rows[corner] for rows in (softs[1].positions, softs[1].velocities)]
+            ends.append((_on_face(softs[1], corner, weights), 1, face[0] + ahead * face[1], face[1]))
+            ends.append(((box, box.position), 2, box.position, box.velocity))
+            ends.append((place, 3, place, np.zeros(3)))
+            given = np.zeros((4, 3))
+            for a, b in ((0, 1), (0, 2), (1, 3), (2, 3), (2, 4), (3, 4), (4, 0)):
+                stiffness, damping = rng.uniform(10.0, 100.0), rng.uniform(0.1, 1.0)
+                rest = float(rng.choice([0.0, rng.uniform(0.5, 2.0)]))
+                world.add_joint(ends[a][0], ends[b][0], stiffness, damping, rest)
+                away, closing = ends[a][2] - ends[b][2], ends[b][3] - ends[a][3]
+                if rest:
+                    along = away / np.linalg.norm(away)
+                    force = (stiffness * (rest - np.linalg.norm(away)) + damping * closing @ along) * along
+                else:
+                    force = damping * closing - stiffness * away
+                given[ends[a][1]] += h * force
+                given[ends[b][1]] -= h * force
+            before = _momenta(world)
+            world.step(h, substeps=parts)
+            measured.append(_momenta(world) - before)
+            expected.append(given[:3])
+            scales.append(np.full(3, np.linalg.norm(given[:3])))
+            kinds += [integrator] * 3
+    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds)
+
+
+def _momenta(world: World) -> np.ndarray:
+    """Return the momentum (b + m, 3) [N s] of each body."""
+    softs = [body.mass * body.velocities.mean(axis=0) for body in world.soft_bodies]
+    return np.array([*softs, *(box.mass * box.velocity for box in world.boxes)])
