@@ -147,7 +147,7 @@ def swept(
     unit="of the speed, of the momentum at 1 kg",
     kind="closed form",
     tolerance=2e-13,
-    because="rounding: 1.0e-14 at worst of ten seeds, 1.4e-14 at standard",
+    because="rounding: 1.0e-14 at worst of ten seeds",
     detects="bodies in two lanes of a batch, sweeps that go one way only, one more or less of them; a coupling, a"
     " tangent or a mass that slows the sweeps down, and that many sweeps hide",
     faults=(
@@ -157,7 +157,12 @@ def swept(
             "least[b_] = t_ + 1",
             "least[b] = max(t - 1, 0)",
         ),
-        Fault("sweeps that all go up", sequential_impulses._sweep_all, "_sweep(b_, down_, m_)", "_sweep(b, False, m)"),
+        Fault(
+            "sweeps that all go up",
+            sequential_impulses._sweep_all,
+            "_sweep(b_, down_, m_)",
+            "_sweep(batches, False, motions)",
+        ),
         Fault(
             "sweeps that go on once more",
             sequential_impulses._sweep_all,
