@@ -68,3 +68,72 @@ def nothing_passes_through(run: Run) -> Comparison:
             held.append(shoot(target, rng))
             kinds.append(target)
     return Comparison(np.array(held), np.ones(len(held), bool), groups=kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="A step of worlds of soft bodies and boxes that fly, swell and spin anyhow is cut into as few equal parts as"
+    " let nothing that is near move against a soft body by more than a quarter of the thinner one's thickness a part.",
+    section="6",
+    piece="softbody.collision.substeps.subdivision",
+    reference="the rule, pair by pair, in NumPy; thickness: 2 V/A of a box, a ball or a plate",
+    kind="closed form",
+    unit="parts",
+    tolerance=0.0,
+    because="whole numbers",
+    detects="speeds of a body's points about another's mean, the wrong thickness, pairs that are seen too late or where"
+    " they are not",
+    faults=(
+        Fault("means that point back", substeps.subdivision, "add(mean_, x_)", "sub(mean, x_)"),
+        Fault("points that spread about nothing", substeps.subdivision, "sub(x_, mean_)", "add(x_, mean)"),
+        Fault("pairs that are near now alone", substeps.subdivision, "h_ * (x_ + spread_[b_])", "0.0 * x_"),
+        Fault("half of what spins", substeps.subdivision, "0.5 * norm(size_)", "0.25 * norm(size)"),
+    ),
+)
+def parts_of_a_step(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    measured: list[int] = []
+    expected: list[int] = []
+    kinds = []
+    while len(measured) < run.count(50, 250, 2_500):
+        world = World(gravity=(0.0, 0.0, 0.0))
+        h, pace = 10.0 ** rng.uniform(-3.0, -1.0), 10.0 ** rng.uniform(-0.5, 2.0)
+        rows: list[tuple[np.ndarray, float, np.ndarray, float, float, bool]] = []
+        for _ in range(rng.integers(2, 5)):
+            velocity = pace * rng.normal(size=3)
+            # As far apart as they may come in a step, or much less or more.
+            place = 10.0 ** rng.uniform(-0.5, 1.0) * rng.normal(size=3) * max(0.3, h * pace)
+            if rng.random() < 0.6:
+                size = rng.uniform(0.1, 0.5, 3)
+                mesh = (softbody.icosphere(1, size[0]), softbody.box(size))[rng.integers(2)]
+                swelling = pace * rng.normal(size=mesh.vertices.shape) * rng.uniform(0.0, 0.5)
+                body = world.add_soft_body(mesh, 1.0, 100.0, 0.0, place)
+                body.velocities[:] = flying = velocity + swelling
+                corners = mesh.vertices[mesh.triangles]
+                normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+                area, volume = 0.5 * np.linalg.norm(normals, axis=1).sum(), np.linalg.det(corners).sum() / 6.0
+                mean = flying.mean(axis=0)
+                spread = np.linalg.norm(flying - mean, axis=1).max()
+                reach = np.linalg.norm(mesh.vertices, axis=1).max()
+                rows.append((place, float(reach), mean, float(spread), float(2.0 * volume / area), True))
+            else:
+                size, spin = rng.uniform(0.05, 1.0, 3), pace * rng.normal(size=3)
+                world.add_box(size, 1.0, place, velocity=velocity, angular_velocity=spin)
+                reach = 0.5 * np.linalg.norm(size)
+                rows.append((place, float(reach), velocity, float(reach * np.linalg.norm(spin)), size.min(), False))
+        parts, is_clear = 1.0, True
+        for k, one in enumerate(rows):
+            for other in rows[:k]:
+                # (A sphere around a soft body may be larger than the least one by a fifth.)
+                apart, reach = np.linalg.norm(one[0] - other[0]), one[1] + other[1]
+                come = h * (np.linalg.norm(one[2]) + one[3] + np.linalg.norm(other[2]) + other[3])
+                closing = np.linalg.norm(one[2] - other[2]) + one[3] + other[3]
+                if (one[5] or other[5]) and apart < 1.6 * reach + come:
+                    parts = np.maximum(parts, h * closing / (0.25 * min(one[4], other[4])))
+                    is_clear &= bool(apart < come + 0.4 * reach)
+        if is_clear and (parts > 1.0 or rng.random() < 0.3):
+            found = substeps.subdivision(world.model, world.state, h)
+            measured.append(found)
+            expected.append(int(np.ceil(np.minimum(parts, 1_000.0))))
+            kinds.append("one part" if expected[-1] == 1 else "several" if expected[-1] < 1_000 else "most")
+    return Comparison(np.array(measured, float), np.array(expected, float), groups=kinds)

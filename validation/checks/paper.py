@@ -10,10 +10,12 @@ import numpy as np
 import softbody
 from softbody import Mesh, OverlapWarning, World, law, move_boxes, step
 from softbody.collision import paper_response, sat_meshes, single_contact, soft_contacts
+from softbody.collision.sat_boxes import PlacedBox
 from softbody.dynamics import rigid_boxes
 from validation.cases import corners_of, dented_sphere, random_box_pairs, random_orientations, rotated, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.checks.impulse import OVERLAP, Impacts, mass_ratio, random_impacts
+from validation.checks.manifold import turned
 from validation.fault import Fault
 
 if TYPE_CHECKING:
@@ -611,3 +613,67 @@ def _widest_gap(a: Mesh, b: Mesh) -> float:
         one, other = a.vertices @ normals.T, b.vertices @ normals.T
         gaps += [one.min(axis=0) - other.max(axis=0), other.min(axis=0) - one.max(axis=0)]
     return float(np.concatenate(gaps).max())
+
+
+@check(
+    family=FAMILY,
+    claim="The one point in which two boxes touch: half as deep as they are, below the corner of either that is in a"
+    " face of the other; in the middle of what two faces that lie on each other, along any axis, have in common.",
+    section="4.4",
+    piece="softbody.collision.single_contact.box_box_contact",
+    reference="closed form: the lowest corner; the middle of a rectangle",
+    kind="closed form",
+    unit="of the size",
+    tolerance=5e-14,
+    because="rounding: 1.9e-15 at worst of ten seeds",
+    detects="a point on one of both surfaces, of the first box or the second alone; faces that are a little too wide",
+    faults=(
+        Fault(
+            "a point that is not half-way below a corner of the first",
+            single_contact._contact,
+            "add(point_, scale(0.5 * depth_, normal_))",
+            "add(point, scale(0.505 * depth, normal))",
+        ),
+        Fault(
+            "faces wider by a hundredth on one side",
+            single_contact._nearest_in_box,
+            "max(local_[2], -0.5 * size_[2])",
+            "max(local[2], -0.505 * size[2])",
+        ),
+        Fault("the middle of the wider face", single_contact._deepest_point, "add(arm_, aside_)", "arm"),
+    ),
+)
+def one_point(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    for case in range(run.count(60, 300, 3_000)):
+        (whole, own), shift = random_orientations(rng, 2), rng.normal(size=3)
+        turn = rotation_matrix(whole)
+        size_a, size_b = rng.uniform(0.5, 2.0, (2, 3))
+        axis, side = case // 2 % 3, rng.choice([-1.0, 1.0])
+        up, depth = side * np.eye(3)[axis], rng.uniform(0.01, 0.05)
+        if case % 2:  # the face of b lies on that of a, off its middle
+            place = rng.uniform(-0.45, 0.45, 3) * (size_a + size_b)
+            place[axis] = side * (0.5 * (size_a[axis] + size_b[axis]) - depth)
+            low, high = np.maximum(-0.5 * size_a, place - 0.5 * size_b), np.minimum(0.5 * size_a, place + 0.5 * size_b)
+            wide = np.delete(high - low, axis)
+            if wide.min() < 2.0 * depth:
+                continue
+            own, middle, kind = np.array([1.0, 0.0, 0.0, 0.0]), 0.5 * (low + high), "face on face"
+        else:  # a corner of b is in that face of a, well inside
+            corners = corners_of(size_b) @ rotation_matrix(own).T
+            heights = np.sort(corners @ up)
+            lowest = corners[np.argmin(corners @ up)]
+            if heights[1] - heights[0] < 0.3:
+                continue
+            tip = rng.uniform(-0.2, 0.2, 3) * size_a
+            tip[axis] = side * (0.5 * size_a[axis] - depth)
+            place, middle, kind = tip - lowest, tip + 0.5 * depth * up, "a corner in a face"
+        one = PlacedBox(tuple(size_a), tuple(shift), tuple(whole))
+        other = PlacedBox(tuple(size_b), tuple(turn @ place + shift), tuple(turned(whole, own)))
+        for pair, sign in (((one, other), -1.0), ((other, one), 1.0)):
+            found = single_contact.box_box_contact(*pair)
+            measured.append([found[0], *found[1], *found[2]])
+            expected.append([depth, *(turn @ middle + shift), *(sign * turn @ up)])
+            kinds.append(kind)
+    return Comparison(np.array(measured), np.array(expected), groups=kinds)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+from typing import Any
+
 import numpy as np
 
-from softbody import World
+from softbody import World, icosphere, mesh
 from softbody.collision import soft_contacts, soft_response
 from softbody.collision.contact import new_contacts
 from softbody.collision.surface import build_surfaces
@@ -212,3 +215,104 @@ def threads_find_the_same_contacts(run: Run) -> Comparison:
     same = [(ends[0].view(np.uint64) == other.view(np.uint64)).all(axis=1) for other in ends[1:]]
     agree = np.concatenate(same)
     return Comparison(agree, np.ones(len(agree), bool), notes=[f"{contacts[0]} contacts at the end"])
+
+
+@check(
+    family=FAMILY,
+    claim="Which soft bodies and boxes are near which is as bounding boxes and spheres have it, also where Python runs"
+    " the kernel and minds the ends of arrays; and each thread gets its share of the work, by the particles that are"
+    " asked and asked about, but for one body.",
+    section="4.2, 4.3",
+    piece="softbody.collision.soft_contacts",
+    reference="all pairs, in NumPy; sums of particles",
+    kind="exhaustive search",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="bodies that are near by rounding, or by the sphere that is chosen, are not tried",
+    detects="a row beyond the last; a body that is overlooked, or asked twice; shares of a number that is none",
+    faults=(
+        Fault("one row too many", soft_contacts._near_bodies, "b_ < soft_", "b <= soft", nth=1),
+        Fault("boxes that have as many particles as soft bodies", soft_contacts._even_shares, "other_ < soft_",
+              "not other < soft"),
+        Fault("bounds that are not asked", soft_contacts._near_bodies, "boxes_meet(a_, b_)", "True"),
+        Fault(
+            "faces that are not asked",
+            soft_contacts._near_bodies,
+            "_sphere_may_meet_box(model_, state_, x_, b_)",
+            "True",
+        ),
+    ),
+)  # fmt: skip
+def near_bodies_and_shares(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    agree, kinds = [], []
+    left = run.count(12, 60, 600)
+    while left:
+        world, threads = World(), int(rng.integers(2, 5))
+        soft, boxes = int(rng.integers(2, 6)), int(rng.integers(1, 4))
+        places, sizes = rng.uniform(-1.5, 1.5, (soft + boxes, 3)), rng.uniform(0.3, 0.8, soft + boxes)
+        for i in range(soft):
+            flat = mesh.box(2.0 * sizes[i] * rng.uniform(0.1, 1.0, 3))  # whose sphere is far larger than it
+            one = (icosphere(int(rng.integers(0, 2)), sizes[i]), flat)[rng.integers(2)]
+            world.add_soft_body(one, 1.0, 100.0, 0.0, places[i])
+        for i in range(soft, soft + boxes):
+            world.add_box(2.0 * sizes[i] * rng.uniform(0.5, 1.0, 3), 1.0, places[i])
+        near = _near(world)
+        if near is None:
+            continue
+        left -= 1
+        model, state = world.model, world.state
+        surfaces = build_surfaces(model, state.particle_position, threads)
+        asked = model, state, surfaces.shapes, surfaces.desks, False
+        start, other = soft_contacts._near_bodies(*asked)
+        for form, found in (("compiled", (start, other)), ("by Python", _by_python(*asked))):
+            lists = [sorted(found[1][found[0][i] : found[0][i + 1]].tolist()) for i in range(soft)]
+            agree += [one == judged for one, judged in zip(lists, near)]
+            kinds += [form] * soft
+        numbers = np.diff(model.soft_particle_start)
+        work = [
+            (numbers[i] if near[i] else 0) + sum(numbers[k] if k < soft else 8 for k in near[i]) for i in range(soft)
+        ]
+        cut, total = soft_contacts._even_shares(model, start, other, threads)
+        shares = [sum(work[a:b]) for a, b in pairwise(cut)]
+        agree.append(bool(np.isclose(total, sum(work), rtol=1e-12)))
+        agree.append(
+            cut[0] == 0 and cut[-1] == soft and max(shares) < sum(work) / threads + max(work, default=0) + 1e-9
+        )
+        kinds += ["work", "shares"]
+    return Comparison(np.array(agree, bool), np.ones(len(agree), bool), groups=kinds)
+
+
+def _near(world: World) -> list[list[int]] | None:
+    """Return which soft bodies, and boxes, numbered after them, are near each soft body; None where that is unclear."""
+    soft = [body.positions for body in world.soft_bodies]
+    near: list[list[int]] = [[] for _ in soft]
+    radius = [np.linalg.norm(rows - rows.mean(axis=0), axis=1).max() for rows in soft]
+    for i, rows in enumerate(soft):
+        low, high = rows.min(axis=0), rows.max(axis=0)
+        for k, others in enumerate(soft[:i]):
+            apart = np.linalg.norm(rows.mean(axis=0) - others.mean(axis=0)) / (radius[i] + radius[k])
+            if ((low <= others.max(axis=0)) & (others.min(axis=0) <= high)).all():
+                if apart > 0.95:
+                    return None  # spheres decide, and those of the core need not be the least
+                near[i].append(k)
+                near[k].append(i)
+        for k, box in enumerate(world.boxes):
+            middle = rows.mean(axis=0) - box.position
+            gap = (np.abs(middle) - 0.5 * box.size).max() / radius[i]
+            apart = np.linalg.norm(middle) / (radius[i] + 0.5 * np.linalg.norm(box.size))
+            if 0.7 < gap < 1.5 or (gap <= 0.7 and apart > 0.95):
+                return None
+            if gap <= 0.7:
+                near[i].append(len(soft) + k)
+    return [sorted(each) for each in near]
+
+
+def _by_python(*asked: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return what Python finds where the core has a kernel; nothing if it leaves an array."""
+    kernel = soft_contacts._near_bodies
+    try:
+        found: tuple[np.ndarray, np.ndarray] = getattr(kernel, "py_func", kernel)(*asked)
+    except IndexError:
+        return np.zeros(100, np.int64), np.zeros(0, np.int64)
+    return found
