@@ -536,7 +536,7 @@ def plates_of_whole_numbers(run: Run) -> Comparison:
     unit="of what is said",
     kind="specification",
     tolerance=0.1,
-    because="columns along a side are whole: 3 % at worst of ten seeds; and \"about\": 161 bytes, 6 %",
+    because='columns along a side are whole: 3 % at worst of ten seeds; and "about": 161 bytes, 6 %',
     detects="a grid of a few columns only, which is right and slow; one of several times the size",
     faults=(
         Fault(
