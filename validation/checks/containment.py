@@ -435,8 +435,9 @@ def plates(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray
     """Return vertices (n, 3) and triangles (t, 3) of a mesh of many boxes, points (m, 3), and which are inside.
 
     Boxes and points have whole and half coordinates, skewed by whole numbers: nothing is rounded. The boxes, most of
-    them plates and rods, lie in and across each other, or are a stack of plates, and what an odd number of them holds is
-    inside. No point is on a surface. A flat triangle of two vertices, which changes nothing, makes the number of triangles odd.
+    them plates and rods, lie in and across each other, or are a stack of plates, and what an odd number of them holds
+    is inside. No point is on a surface. A flat triangle of two vertices, which changes nothing, makes the number of
+    triangles odd.
     """
     extent = rng.integers(3, 48, 3)
     thin = rng.random((int(rng.integers(2, 24)), 3)) < 0.5

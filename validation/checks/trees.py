@@ -4,8 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from softbody.geometry import aabb, boxes_meet, build_bvh, bvh_rays, penetration, points_of, refit_bvh, search_space
-from softbody.geometry import bvh, bvh_boxes
+from softbody.geometry import (
+    aabb,
+    boxes_meet,
+    build_bvh,
+    bvh,
+    bvh_boxes,
+    bvh_rays,
+    penetration,
+    points_of,
+    refit_bvh,
+    search_space,
+)
 from softbody.geometry.segments import put_segment
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault
@@ -26,7 +36,7 @@ CLEAR = 1e-6  # of the mesh's half size: between 0 and this, a box of float32 ma
     unit="times that it is listed",
     kind="closed form",
     tolerance=0.0,
-    because="boxes are grown by more than float32 rounds them, and by less than a millionth; those between are left out",
+    because="boxes are grown by more than float32 rounds, and by less than a millionth; those between are left out",
     detects="a box that is missed, or too large; one of a neighbour",
     faults=(
         Fault(
@@ -188,7 +198,7 @@ def _places(ends: np.ndarray, corners: np.ndarray) -> list[float]:
 @check(
     family=FAMILY,
     claim="Outcodes of points name the sides of a mesh's bounding box that they are beyond, and whether they are beyond"
-    " its farthest vertex on the way to the points' box; and two boxes meet that have a point in common: whole numbers.",
+    " its farthest vertex on the way to the points' box; boxes that have a point in common meet: whole numbers.",
     section="6",
     piece="softbody.geometry.penetration.find_outcodes, softbody.geometry.aabb.boxes_meet",
     reference="whole numbers in NumPy",
@@ -198,9 +208,7 @@ def _places(ends: np.ndarray, corners: np.ndarray) -> list[float]:
     because="a yes-or-no answer, of whole numbers",
     detects="a side that is taken for another one, or a point on it for one beyond; boxes that touch and do not meet",
     faults=(
-        Fault(
-            "two sides with one bit", penetration.find_outcodes, "(p_[2] > high_[2]) << 5", "(p_[2] > high_[2]) << 6"
-        ),
+        Fault("two sides with one bit", penetration.find_outcodes, "(p_[2] > x_) << 5", "(p_[2] > x_) << 6"),
         Fault("a side without a bit", penetration.find_outcodes, "(p_[0] < low_[0]) | x_", "(p_[0] < low_[0]) & x_"),
         Fault(
             "points on the plane are beyond it",
@@ -208,9 +216,7 @@ def _places(ends: np.ndarray, corners: np.ndarray) -> list[float]:
             "reach_ += ROUNDING * norm(axis_) * size_",
             "reach_ -= ROUNDING * norm(axis_) * size_",
         ),
-        Fault(
-            "boxes that touch are apart", aabb.boxes_meet, "b_[0][axis_] <= a_[1][axis_]", "b_[0][axis_] < a_[1][axis_]"
-        ),
+        Fault("boxes that touch are apart", aabb.boxes_meet, "b[0][k_] <= a[1][k_]", "b[0][k_] < a[1][k_]"),
     ),
 )
 def sides_of_a_mesh(run: Run) -> Comparison:
@@ -231,9 +237,9 @@ def sides_of_a_mesh(run: Run) -> Comparison:
         measured.append(np.unpackbits(code[:, None], axis=1, bitorder="little").astype(bool).ravel())
         expected.append(np.column_stack([bits, np.zeros(len(points), bool)]).ravel())
         meet = bool((first <= high).all() and (low <= last).all())
-        measured.append([boxes_meet(ours.bounds, theirs.bounds), boxes_meet(theirs.bounds, ours.bounds)])
-        expected.append([meet, meet])
-        measured.append([left == (~bits.any(axis=1)).sum()])
-        expected.append([True])
+        measured.append(np.array([boxes_meet(ours.bounds, theirs.bounds), boxes_meet(theirs.bounds, ours.bounds)]))
+        expected.append(np.array([meet, meet]))
+        measured.append(np.array([left == (~bits.any(axis=1)).sum()]))
+        expected.append(np.array([True]))
         kinds += ["outcodes"] * (8 * len(points)) + ["boxes"] * 2 + ["how many are beyond none"]
     return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
