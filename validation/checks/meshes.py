@@ -86,7 +86,7 @@ def intersections_of_the_surface_with_itself(run: Run) -> Comparison:
             "own_ > 0.0 and others_ > 0.0",
             "own_ > 0.0 and others_ >= 0.0",
         ),
-        Fault("what touches an edge goes by", self_intersections._have_one_sign, "u_ >= 0.0 and v_", "u_ > 0.0 and v_"),
+        Fault("what touches an edge goes by", self_intersections._have_one_sign, "u >= 0.0", "u > 0.0"),
         Fault("a pair before the first", self_intersections._find_pairs, "count = 0", "count = 1"),
     ),
 )
