@@ -216,7 +216,7 @@ def _places(ends: np.ndarray, corners: np.ndarray) -> list[float]:
             "reach_ += ROUNDING * norm(axis_) * size_",
             "reach_ -= ROUNDING * norm(axis_) * size_",
         ),
-        Fault("boxes that touch are apart", aabb.boxes_meet, "b[0][k_] <= a[1][k_]", "b[0][k_] < a[1][k_]"),
+        Fault("bounding boxes that touch are apart", aabb.boxes_meet, "b[0][k_] <= a[1][k_]", "b[0][k_] < a[1][k_]"),
     ),
 )
 def sides_of_a_mesh(run: Run) -> Comparison:
