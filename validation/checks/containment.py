@@ -530,7 +530,7 @@ def plates_of_whole_numbers(run: Run) -> Comparison:
 
 @check(
     family=FAMILY,
-    claim="A grid has the columns that it is asked for, also under wide triangles, and takes some 170 bytes a triangle.",
+    claim="A grid has the columns that are asked for, also under wide triangles, and takes some 170 bytes a triangle.",
     section="6",
     piece="softbody.geometry.parity_grid.build_parity_grid",
     reference="the columns asked for, and the documented size of a grid of many triangles",
