@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import numpy as np
 
 from softbody import Mesh
@@ -178,6 +180,9 @@ def tree_is_exhaustive(run: Run) -> Comparison:
             vertices = np.ascontiguousarray(vertices * rng.uniform(0.7, 1.4, 3) + rng.normal(size=3))
             refit_bvh(tree, vertices)
             points = points_near_and_far(Mesh(vertices, mesh.triangles), rng, run.count(200, 1_200, 30_000))
+            nowhere = points[:12].copy()
+            nowhere[np.arange(12), np.arange(12) % 3] = np.repeat([np.nan, np.inf, -np.inf, 1e200], 3)
+            points = rng.permutation(np.concatenate([points, nowhere]))
             answers = no_answers(len(points))
             closest_all_in_bvh(points, tree, vertices, answers, (0, len(points)))
             same = all_bits(answers) == all_bits(closest_triangles(points, vertices, mesh.triangles))
@@ -308,6 +313,63 @@ def distance_is_invariant(run: Run) -> Comparison:
             asked.append(moved)
     inputs = {"point": np.concatenate(asked)}
     return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds, inputs=inputs)
+
+
+@check(
+    family=FAMILY,
+    claim="Of a triangle without area the first of its edges that is closest, ab, bc, ca, has the point, or of a point"
+    " all of it is at the first corner: in whole numbers, of edges of 4 and 8.",
+    section="4.3",
+    piece=MANY,
+    reference="Python's fractions: the edges one by one",
+    unit="of a weight; and of a length",
+    kind="exact arithmetic",
+    tolerance=0.0,
+    because="nothing is rounded: squares of lengths are powers of two",
+    detects="weights of another edge that is just as close",
+    faults=(
+        Fault(
+            "of two edges just as close the second",
+            triangle.closest_weights_on_triangle,
+            "if square_ < best_:\n    best_ = square_\n    weights_ = (0.0, 1.0 - t_, t_)",
+            "if square_ <= best_:\n    best_ = square_\n    weights_ = (0.0, 1.0 - t_, t_)",
+        ),
+        Fault(
+            "of two edges just as close the last",
+            triangle.closest_weights_on_triangle,
+            "if square_ < best_:\n    best_ = square_\n    weights_ = (t_, 0.0, 1.0 - t_)",
+            "if square_ <= best_:\n    best_ = square_\n    weights_ = (t_, 0.0, 1.0 - t_)",
+        ),
+    ),
+)
+def first_of_equal_edges(run: Run) -> Comparison:
+    rng, count = run.fresh_rng(), run.count(500, 5_000, 50_000)
+    axis, places = rng.integers(3, size=count), 4 * rng.integers(0, 3, (count, 3))
+    corners, points = np.tile(rng.integers(-3, 4, (count, 1, 3)), (1, 3, 1)), rng.integers(-4, 13, (count, 3))
+    corners[np.arange(count), :, axis] += places
+    found, weights = triangle.closest_points_on_triangles(points.astype(float), corners.astype(float))
+    expected = np.array([_first_edge(point, corner) for point, corner in zip(points, corners)])
+    return Comparison(np.column_stack([weights, found]), expected, inputs={"point": points, "corners": corners})
+
+
+def _first_edge(point: np.ndarray, corners: np.ndarray) -> list[float]:
+    """Return the weights of the closest point on the edges ab, bc, ca, of equal ones the first, and the point."""
+    best: tuple[Fraction, list[Fraction], list[Fraction]] | None = None
+    p, rows = point.tolist(), corners.tolist()
+    for k in range(3):
+        a, b = rows[k], rows[(k + 1) % 3]
+        square = sum((v - u) ** 2 for u, v in zip(a, b))
+        along = sum((x - u) * (v - u) for x, u, v in zip(p, a, b))
+        t = Fraction(min(max(along, 0), square), square) if square else Fraction(0)
+        foot = [u + t * (v - u) for u, v in zip(a, b)]
+        away = sum(((x - y) ** 2 for x, y in zip(p, foot)), Fraction(0))
+        if best is None or away < best[0]:
+            weights = [Fraction(0)] * 3
+            weights[k] += 1 - t
+            weights[(k + 1) % 3] += t
+            best = away, weights, foot
+    assert best is not None
+    return [float(each) for each in (*best[1], *best[2])]
 
 
 @check(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from softbody import Mesh, MeshError
-from softbody.geometry import MeshQuery, query, self_intersections
+from softbody.geometry import MeshQuery, build_bvh, query, search_space, self_intersections
 from validation.cases import MESH_KINDS, edge_lengths, points_around, random_mesh, rotated
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault
@@ -58,6 +58,83 @@ def intersections_of_the_surface_with_itself(run: Run) -> Comparison:
             theirs += [pair in expected for pair in asked]
             kinds += [kind] * len(asked)
     return Comparison(np.array(ours), np.array(theirs), 1.0, kinds, notes=[f"{sum(theirs)} pairs do"])
+
+
+@check(
+    family=FAMILY,
+    claim="Of triangles in whole numbers, of which many touch, lie in one plane, share corners or are flat, all those"
+    " pairs are found that have a point in common besides what their common corners span, and those of one place.",
+    section="beyond the paper",
+    piece="softbody.geometry.self_intersections.self_intersections",
+    reference="libigl with CGAL's exact predicates; of two over one edge, whole numbers: are they folded?",
+    engines=("igl",),
+    unit=DISAGREEMENTS,
+    kind="exact arithmetic",
+    tolerance=0.0,
+    because="both are exact; flat triangles are judged with their neighbours over an edge only",
+    detects="triangles that only touch, or are folded, and are overlooked; a pair too many",
+    faults=(
+        Fault(
+            "folded only if the triangle is large",
+            self_intersections._are_folded,
+            "own_ > 0.0 and others_ > 0.0",
+            "own_ > 1.0 and others_ > 0.0",
+        ),
+        Fault(
+            "folded onto a flat neighbour",
+            self_intersections._are_folded,
+            "own_ > 0.0 and others_ > 0.0",
+            "own_ > 0.0 and others_ >= 0.0",
+        ),
+        Fault("what touches an edge goes by", self_intersections._have_one_sign, "u >= 0.0", "u > 0.0"),
+        Fault("a pair before the first", self_intersections._find_pairs, "count = 0", "count = 1"),
+    ),
+)
+def triangles_of_whole_numbers(run: Run) -> Comparison:
+    from references import igl
+
+    rng = run.fresh_rng()
+    ours, theirs, kinds = [], [], []
+    for turn in range(run.count(30, 150, 2_000)):
+        whole = np.unique(rng.integers(0, rng.integers(1, 5, 3), (int(rng.integers(5, 30)), 3)), axis=0)
+        faces = rng.integers(0, len(whole), (int(rng.integers(2, 40)), 3))
+        faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
+        a, b, c = whole[faces].transpose(1, 0, 2)
+        is_flat = (np.cross(b - a, c - a) == 0).all(axis=1)
+        if turn % 2 == 0:  # without flat ones all is known
+            faces, is_flat = faces[is_flat == 0], is_flat[is_flat == 0]
+        solid = np.flatnonzero(is_flat == 0)
+        if len(solid) < 2:
+            continue
+        points, place = 2.0 ** rng.integers(-6, 7) * whole, np.arange(len(whole))
+        meeting, coincident = self_intersections.self_intersections(points, faces, place)
+        found, same = _pairs(meeting), _pairs(coincident)
+        meet = {(int(solid[t]), int(solid[u])) for t, u in _pairs(igl.self_intersections(points, faces[solid]))}
+        every = [(t, u) for t in range(len(faces)) for u in range(t + 1, len(faces))]
+        pairs = 0
+        for t, u in every:
+            shared = set(faces[t].tolist()) & set(faces[u].tolist())
+            if len(shared) < 2 and (is_flat[t] or is_flat[u]):
+                continue
+            truth = _is_folded(whole, faces[t], faces[u]) if len(shared) == 2 else (t, u) in meet
+            ours += [(t, u) in found, (t, u) in same]
+            theirs += [truth and len(shared) < 3, len(shared) == 3]
+            kinds += 2 * [f"{len(shared)} corners in common"]
+            pairs += truth or len(shared) == 3
+        if not is_flat.any():
+            tree, room = build_bvh(points, faces), np.empty((1, 3), np.int64)
+            ours.append(self_intersections._find_pairs(tree, points, place, search_space(tree), room) == pairs)
+            theirs.append(True)
+            kinds.append("how many")
+    return Comparison(np.array(ours), np.array(theirs), 1.0, kinds)
+
+
+def _is_folded(points: np.ndarray, one: np.ndarray, two: np.ndarray) -> bool:
+    """Tell whether two triangles with two corners in common, in whole numbers, lie on each other."""
+    i, j = (corner for corner in one.tolist() if corner in two)
+    across = [points[next(k for k in face.tolist() if k not in (i, j))] - points[i] for face in (one, two)]
+    n, m = (np.cross(points[j] - points[i], way) for way in across)
+    return not np.cross(n, m).any() and int(n @ m) > 0
 
 
 def _pairs(rows: np.ndarray) -> set[tuple[int, int]]:
