@@ -285,7 +285,8 @@ def copies_stay(run: Run) -> Comparison:
 @check(
     family=FAMILY,
     claim="While bodies are added and removed, anyhow, every handle that was kept stays that of its body: its number is"
-    " the body's place among its kind, its mass the body's; and of one that is gone it says so.",
+    " the body's place among its kind, its mass the body's, also where particles are fixed; and of one that is gone it"
+    " says so.",
     section="9",
     piece="softbody.World.follow, softbody.World.remove",
     reference="lists of Python's, from which the same are deleted",
@@ -295,6 +296,7 @@ def copies_stay(run: Run) -> Comparison:
     because="whole numbers, and masses that were given",
     detects="a handle that is forgotten, that follows another, or is kept instead of another",
     faults=(
+        Fault("a mass of what is fixed", soft_body.SoftBody, "i_[self._rows()].max()", "i_[self._rows()].mean()"),
         Fault("handles that are not followed", World.follow, "self._handles[id(body)] = body", "pass"),
         Fault(
             "one handle a number", World.follow, "self._handles[id(body)] = body", "self._handles[body.index] = body"
@@ -324,7 +326,7 @@ def handles_follow_their_bodies(run: Run) -> Comparison:
                 made: Body = (
                     world.add_box((0.1, 0.1, 0.1), mass, place)
                     if kind == "box"
-                    else world.add_soft_body(ball, mass, 10.0, 1.0, place)
+                    else world.add_soft_body(ball, mass, 10.0, 1.0, place, fixed=range(turn % 3))
                 )
                 handles.append((made, mass))
                 there.append(mass)
