@@ -604,7 +604,7 @@ def right_about_file(damage: Damage, folder: Path) -> bool:
     " entry and file",
     faults=(
         Fault("entries that nobody asked for", entries.checked_frames, "entries.none_left()", ""),
-        Fault("turns of any length", entries.checked_frames, "good.all()", "True"),
+        Fault("turns of any length in a chunk", entries.checked_frames, "good.all()", "True"),
         Fault("labels as they come", manifest._labels, "_need(all_, 'labels must be lists')", "pass"),
         Fault("velocities, perhaps", manifest._manifest, "isinstance(velocities, bool)", "True"),
         Fault("chunks of other times", entries.read_chunk, "np.array_equal(a_, b_)", "True"),

@@ -285,8 +285,8 @@ def copies_stay(run: Run) -> Comparison:
 @check(
     family=FAMILY,
     claim="While bodies are added and removed, anyhow, every handle that was kept stays that of its body: its number is"
-    " the body's place among its kind, its mass the body's, also where particles are fixed; and of one that is gone it"
-    " says so.",
+    " the body's place among its kind, its mass the body's, also where particles are fixed, and it where the body was"
+    " put; and of one that is gone it says so.",
     section="9",
     piece="softbody.World.follow, softbody.World.remove",
     reference="lists of Python's, from which the same are deleted",
@@ -313,16 +313,18 @@ def handles_follow_their_bodies(run: Run) -> Comparison:
     rng = run.fresh_rng()
     told, judged = [], []
     ball = random_mesh("box", rng)
+    ball = ball.moved(-ball.vertices.mean(axis=0))
     for _ in range(run.count(2, 8, 60)):
         world = World()
         lists: dict[str, list[float]] = {"box": [], "soft body": []}
         handles: list[tuple[Body, float]] = []
+        places: dict[float, np.ndarray] = {}  # by mass
         for turn in range(40):
             kind = str(rng.choice(["box", "soft body"]))
             there = lists[kind]
             if rng.random() < 0.6 or not there:
                 mass = float(turn + 1)
-                place = 5.0 * rng.normal(size=3)
+                place = places[mass] = 5.0 * rng.normal(size=3)
                 made: Body = (
                     world.add_box((0.1, 0.1, 0.1), mass, place)
                     if kind == "box"
@@ -346,5 +348,14 @@ def handles_follow_their_bodies(run: Run) -> Comparison:
             judged += [True, True]
             if number >= 0 and handle.is_there:
                 told.append(abs(handle.mass / mass - 1.0) < 1e-12)  # type: ignore[attr-defined]
-                judged.append(True)
+                told.append(_is_at(handle, places[mass], len(ball.vertices)))
+                judged += [True, True]
     return Comparison(np.array(told), np.array(judged))
+
+
+def _is_at(body: Body, place: np.ndarray, particles: int) -> bool:
+    """Tell whether a body is where it was put: all its particles about there."""
+    if isinstance(body, Box):
+        return bool((body.position == place).all())
+    assert isinstance(body, SoftBody)
+    return len(body.positions) == particles and float(np.abs(body.positions.mean(axis=0) - place).max()) < 1e-12

@@ -182,6 +182,8 @@ def of_bodies() -> Iterator[tuple[str, Callable[[Any], Any], Limits]]:
     for name in ("stiffness", "damping", "rest_length"):
         yield f"add_joint({name}=…)", told(joined, name), NOT_NEGATIVE
         yield f"joint.{name} = …", having(joined, "joints", name), NOT_NEGATIVE
+    number = Limits((0, 41, np.int64(1)), (-1, 42, 1.0, np.inf))
+    yield "add_joint(a=…), a particle", _tie, number
     yield "joint.target = …", having(joined, "joints", "target"), VECTOR
     for name, limits in {"height": Limits((0.0, -1.0, 1e6), NO_NUMBERS), "restitution": UP_TO_ONE}.items():
         yield f"add_ground({name}=…)", told(World().add_ground, name), limits
@@ -192,6 +194,11 @@ def of_bodies() -> Iterator[tuple[str, Callable[[Any], Any], Limits]]:
 
 def _set_springs(name: str, value: Any) -> None:
     soft().soft_bodies[0].set_springs(**{name: value})
+
+
+def _tie(particle: Any) -> None:
+    world = soft()
+    world.add_joint((world.soft_bodies[0], particle), (2.0, 0.0, 0.0), 1.0)
 
 
 def _move(name: str, value: Any) -> None:
