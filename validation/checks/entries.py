@@ -605,7 +605,7 @@ def right_about_file(damage: Damage, folder: Path) -> bool:
     faults=(
         Fault("entries that nobody asked for", entries.checked_frames, "entries.none_left()", ""),
         Fault("turns of any length in a chunk", entries.checked_frames, "good.all()", "True"),
-        Fault("labels as they come", manifest._labels, "_need(all_, 'labels must be lists')", "pass"),
+        Fault("labels of anything besides", manifest._labels, "set(found) == set(Labels._fields)", "True"),
         Fault("velocities, perhaps", manifest._manifest, "isinstance(velocities, bool)", "True"),
         Fault("chunks of other times", entries.read_chunk, "np.array_equal(a_, b_)", "True"),
         Fault("a manifest of any size", manifest.read_manifest, "len(raw) > MOST_BYTES", "False"),

@@ -46,7 +46,7 @@ def same(one: World, other: World) -> bool:
     faults=(
         Fault("nobody looks where balls are thrown", step.step, "_thrown_astray(m_, s_, w_, c_, h_)", "-1"),
         Fault("the first ball may go anywhere", step._thrown_astray, "thrown >= 0", "thrown >= 1"),
-        Fault("the longest ball's limit", step._thrown_soft_body, "far <= longest[body]", "far <= longest.max()"),
+        Fault("the first ball's limit", step._thrown_soft_body, "far <= longest[body]", "far <= longest[0]"),
         Fault("steps that are not undone", step.run, "copy_state(work.start, state)", "pass", nth=0),
     ),
 )
@@ -107,7 +107,7 @@ def thrown_by_a_wall(run: Run) -> Comparison:
 def nothing_touches_after_a_fault(run: Run) -> Comparison:
     rng = run.fresh_rng()
     right = []
-    for _ in range(run.count(6, 20, 200)):
+    for trial in range(run.count(6, 20, 200)):
         worlds = World(), World()
         scatter = rng.normal(size=(42, 3))
         for one in worlds:
@@ -118,7 +118,7 @@ def nothing_touches_after_a_fault(run: Run) -> Comparison:
             ball.velocities = 1e8 * scatter
         failing, twin = worlds
         try:
-            failing.step(1e-3, 3, allow_unstable=True)
+            failing.step(1e-3, 1 + trial % 3, allow_unstable=True)
             right.append(False)
         except SimulationError:
             right.append(same(failing, twin))
