@@ -334,8 +334,11 @@ def handles_follow_their_bodies(run: Run) -> Comparison:
                 there.append(mass)
             else:
                 gone = int(rng.integers(len(there)))
-                world.remove((world.boxes if kind == "box" else world.soft_bodies)[gone])
-                del there[gone]
+                there.pop(gone)
+                try:
+                    world.remove((world.boxes if kind == "box" else world.soft_bodies)[gone])
+                except Exception:
+                    break  # that the lists are of another length is seen below
             if turn % 3 == 0:  # another handle of a body that has one
                 number = int(rng.integers(len(there))) if there else -1
                 if number >= 0:
