@@ -45,6 +45,36 @@ class Film:
             self._walk(root, np.eye(4), moved, found)
         return found
 
+    def colours(self) -> dict[str, np.ndarray]:
+        """Return the colour (3,) of each node that has a mesh, as shares of light: white where none is said."""
+        tree, found = self._tree, {}
+        for node in tree["nodes"]:
+            if "mesh" in node:
+                (part,) = tree["meshes"][node["mesh"]]["primitives"]
+                material = tree["materials"][part["material"]] if "material" in part else {}
+                colour = material.get("pbrMetallicRoughness", {}).get("baseColorFactor", (1.0, 1.0, 1.0, 1.0))
+                found[node["name"]] = np.array(colour[:3], float)
+        return found
+
+    def weights(self) -> list[tuple[int, int]]:
+        """Return how many weights, and how many morph targets, each mesh has: as many (§3.7.2.2)."""
+        found = []
+        for mesh in self._tree["meshes"]:
+            targets = [len(part.get("targets", ())) for part in mesh["primitives"]]
+            found += [(len(mesh.get("weights", [0.0] * count)), count) for count in targets]
+        return found
+
+    def long_turns(self) -> int:
+        """Return between how many frames turns go the long way, for viewers that do not look for the short one."""
+        samplers = [
+            animation["samplers"][channel["sampler"]]
+            for animation in self._tree.get("animations", [])
+            for channel in animation["channels"]
+            if channel["target"]["path"] == "rotation"
+        ]
+        turns = [self._array(sampler["output"]) for sampler in samplers]
+        return sum(int((np.sum(rows[1:] * rows[:-1], axis=1) < 0.0).sum()) for rows in turns)
+
     def _walk(
         self,
         number: int,

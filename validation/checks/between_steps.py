@@ -99,7 +99,8 @@ def _bits(world: World) -> np.ndarray:
 @check(
     family=FAMILY,
     claim="However time is cut, it is kept: `run` and frames of any length end when they were asked to, in steps no"
-    " longer than allowed; frames of a step of one's own leave less than a step, and are whole steps.",
+    " longer than allowed; frames of a step of one's own leave less than a step, and are whole steps,"
+    " as many as were asked for.",
     section="5.1",
     piece="softbody.World.run, softbody.World.step_frame, softbody.World.frames",
     reference="closed form: a box that falls for as long, by semi-implicit steps: v = g t, z = g t (t + h) / 2",
@@ -147,4 +148,10 @@ def time_is_kept(run: Run) -> Comparison:
             expected.append([fallen, -9.81 * fallen, -0.5 * 9.81 * (fallen**2 + ticks)])
             scales.append(9.81 * seconds**2)
             kinds.append(kind)
+        world, whole = World(), rng.integers(0, 20, 30)
+        world.add_box((0.1, 0.1, 0.1), 1.0)
+        measured += [[world.step_frame(steps * h, h), world.steps, 0.0] for steps in whole]
+        expected += [[steps, end, 0.0] for steps, end in zip(whole, whole.cumsum())]
+        scales += [1.0] * len(whole)
+        kinds += ["frames of whole steps"] * len(whole)
     return Comparison(np.array(measured), np.array(expected), np.array(scales), kinds)

@@ -68,6 +68,16 @@ def told(rng: np.random.Generator) -> Told:
         world.add_box(size, mass, place, turn[0], velocity[0], spin[0])
         parts.append(accounts.of_boxes(size[None], np.array([mass]), place[None], turn, velocity, spin, gravity))
         kinds += _kinds(parts[-1])
+    for _ in range(int(rng.integers(0, 4))):
+        # From a particle to a place on a box, if there is one, or in the world.
+        body, place = world.soft_bodies[int(rng.integers(len(world.soft_bodies)))], rng.normal(0.0, 5.0, 3)
+        particle, hardness = int(rng.integers(len(body.positions))), rng.uniform(1.0, 20.0)
+        length = float(rng.choice([0.0, rng.uniform(0.5, 5.0)]))
+        other = (world.boxes[-1], place) if len(world.boxes) and rng.random() < 0.5 else place
+        world.add_joint((body, particle), other, hardness, rest_length=length)
+        stretch = float(np.linalg.norm(body.positions[particle] - place)) - length
+        stretched.append(0.5 * hardness * stretch**2)
+        kinds[1] += stretched[-1]
     energies = [part.energy for part in parts] + stretched
     momenta, turns = (np.array(rows) for rows in zip(*((part.momentum, part.angular_momentum) for part in parts)))
     return Told(
@@ -86,7 +96,8 @@ def _kinds(part: Accounts, spring: float = 0.0, gas: float = 0.0, external: floa
 @check(
     family=FAMILY,
     claim="The energy that a World tells by kinds is kinetic, of springs, of gas against its mesh's volume, of weight"
-    " and of forces, each by itself: of unlike soft bodies, pinned and pushed, and boxes, some of them static.",
+    " and of forces, each by itself: of unlike soft bodies, pinned and pushed, boxes, some of them static, and"
+    " joints.",
     section="2, 5.2",
     piece="softbody.World.energies",
     reference=REFERENCE,
@@ -110,6 +121,7 @@ def _kinds(part: Accounts, spring: float = 0.0, gas: float = 0.0, external: floa
             "spring, gas, gravity, external = p_",
             "gas, spring, gravity, external = p_",
         ),
+        Fault("joints left out", World.energies, "spring += joint_energy(j_, s_)", ""),
         Fault(
             "weight told with the forces",
             energy.potential_energies,
@@ -127,7 +139,7 @@ def energies_by_kinds(run: Run) -> Comparison:
 @check(
     family=FAMILY,
     claim="The energy that a World tells is kinetic, of springs, gas, weight and forces, of all that can move:"
-    " unlike soft bodies, pinned and pushed, and boxes that spin, some of them static.",
+    " unlike soft bodies, pinned and pushed, boxes that spin, some of them static, and joints.",
     section="2, 5.2",
     piece="softbody.World.energy",
     reference=REFERENCE,
@@ -138,6 +150,9 @@ def energies_by_kinds(run: Run) -> Comparison:
     " worst of 1 000 worlds",
     detects="a part left out, halved, or of another body",
     faults=(
+        Fault(
+            "joints that take what springs give", World.energy, "t_ + joint_energy(j_, s_)", "t_ - joint_energy(j_, s_)"
+        ),
         Fault("springs without their half", plain_forces.spring_energy, "0.5 * k_ * s_ * s_", "k_ * s_ * s_"),
         Fault(
             "boxes without weight", energy.potential_energies, "gravity -= dot(g, load(state.box_position, i)) / m_", ""

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import json
+import os
 import tempfile
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
 
 import softbody
-from softbody import Trajectory, TrajectoryWriter, World
+from softbody import Trajectory, TrajectoryWriter, World, whole_file
 from softbody.scenes import tray
 from softbody.trajectory import reader, writer
 from validation.cases import random_mesh, random_orientations
@@ -136,7 +140,9 @@ def flights_are_kept(run: Run) -> Comparison:
             world, rate, count = flight.world, rng.uniform(20.0, 100.0), int(rng.integers(6, 20))
             step = 1.0 / rate / rng.uniform(3.0, 9.0)
             due = [round(k / rate / step) for k in range(count + 1)]
-            with tempfile.TemporaryDirectory() as folder:
+            frames, put = list[np.ndarray](), list[tuple[int, np.ndarray]]()
+            # What cannot be kept or read is a frame that is missing.
+            with tempfile.TemporaryDirectory() as folder, suppress(softbody.SoftbodyError, LookupError):
                 path = Path(folder) / "kept"
                 kept = TrajectoryWriter(world, path, rate)
                 if way == "frame by frame":
@@ -158,7 +164,6 @@ def flights_are_kept(run: Run) -> Comparison:
                     kept.close()
                 found = Trajectory.open(path)
                 frames = [rows_of(frame, found) for frame in found]
-                put = []
                 for k in rng.permutation(len(found))[:3]:
                     found.put_into(world, int(k))
                     put.append((int(k), rows_now(world)))
@@ -289,6 +294,67 @@ def frames_have_every_bit(run: Run) -> Comparison:
             same.append(rows["time"][k] == time and all(_same_bits(rows[n][k], a) for n, a in zip(NAMES, arrays)))
             kinds += [f"a Trajectory, {chunk} a chunk", f"NumPy, {chunk} a chunk"]
     return Comparison(np.array(same), np.ones(len(same), bool), groups=kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="Whoever begins a trajectory, writes to it or ends it waits while somebody else has its folder locked.",
+    section="beyond the paper",
+    piece="softbody.TrajectoryWriter",
+    reference="a lock of the system's (flock) on the folder, that is given back after a while",
+    kind="specification",
+    least=3,
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="yes or no: was the lock given back before the writer was done?",
+    detects="two processes that write to one folder at the same time",
+    faults=(
+        Fault("locks that are none", whole_file._locked, "fcntl.LOCK_EX | fcntl.LOCK_NB", "fcntl.LOCK_UN"),
+        Fault(
+            "a flush that does not ask",
+            writer.TrajectoryWriter.flush,
+            "alone_in(f_)",
+            "alone_in(self._folder / 'nowhere')",
+        ),
+    ),
+)
+def folders_are_locked(run: Run) -> Comparison:
+    world, waited = Flight(run.fresh_rng()).world, []
+    for _ in range(run.count(1, 2, 10)):
+        with tempfile.TemporaryDirectory() as folder:
+            with locked_for_a_while(folder) as given_back:
+                kept = TrajectoryWriter(world, folder)
+                waited.append(bool(given_back))
+            kept.frame()
+            with locked_for_a_while(folder) as given_back:
+                kept.flush()
+                waited.append(bool(given_back))
+            kept.frame()
+            with locked_for_a_while(folder) as given_back:
+                kept.close()
+                waited.append(bool(given_back))
+    return Comparison(np.array(waited), np.ones(len(waited), bool))
+
+
+@contextmanager
+def locked_for_a_while(folder: str) -> Iterator[list[bool]]:
+    """Lock a folder for a tenth of a second; yield what is no longer empty when the lock is given back."""
+    import fcntl
+
+    file, given_back = os.open(folder, os.O_RDONLY), list[bool]()
+    fcntl.flock(file, fcntl.LOCK_EX)
+
+    def give_back() -> None:
+        given_back.append(True)
+        fcntl.flock(file, fcntl.LOCK_UN)
+
+    somebody = threading.Timer(0.1, give_back)
+    somebody.start()
+    try:
+        yield given_back
+    finally:
+        somebody.join()
+        os.close(file)
 
 
 def _motion(world: World) -> list[np.ndarray]:

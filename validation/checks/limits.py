@@ -41,12 +41,14 @@ class Limits(NamedTuple):
 
     taken: tuple[Any, ...]
     refused: tuple[Any, ...]
+    told: tuple[str, ...] = ()  # what the refusal of a number that is beyond them says besides
 
 
-NO_NUMBERS = ("two", 1j, None, [1.0, 2.0], NAN, INF, -INF, 10**400)
-POSITIVE = Limits((1.0, 2, np.float32(0.5), np.array(0.25)), (0.0, -0.0, -LEAST, -1.0, *NO_NUMBERS))
-NOT_NEGATIVE = Limits((0.0, LEAST, 1.0, 2), (-LEAST, -1.0, *NO_NUMBERS))
-UP_TO_ONE = Limits((0.0, LEAST, 1.0, 1), (-LEAST, np.nextafter(1.0, 2.0), 2, *NO_NUMBERS))
+MOST_SAID = 1000  # characters of a refusal, however much was given
+NO_NUMBERS = ("two", 1j, None, [1.0, 2.0], NAN, INF, -INF, 10**400, "many" * MOST_SAID)
+POSITIVE = Limits((1.0, 2, np.float32(0.5), np.array(0.25)), (0.0, -0.0, -LEAST, -1.0, *NO_NUMBERS), ("> 0",))
+NOT_NEGATIVE = Limits((0.0, LEAST, 1.0, 2), (-LEAST, -1.0, *NO_NUMBERS), ("≥ 0",))
+UP_TO_ONE = Limits((0.0, LEAST, 1.0, 1), (-LEAST, np.nextafter(1.0, 2.0), 2, *NO_NUMBERS), ("≥ 0", "≤ 1"))
 VECTOR = Limits(
     ((0.0, 0.0, 0.0), [1, 2, 3], np.array([0.0, -0.5, 1.0], np.float32)),
     ((1.0, 2.0), (1.0, 2.0, 3.0, 4.0), 1.0, (0.0, NAN, 0.0), (0.0, 0.0, INF), "abc", (0.0, 1j, 0.0), None),
@@ -163,6 +165,10 @@ def of_bodies() -> Iterator[tuple[str, Callable[[Any], Any], Limits]]:
         yield f"add_box({name}=…)", told(rigid, name), limits
         if name not in ("size", "mass"):
             yield f"box.{name} = …", having(rigid, "boxes", name), limits
+    # (1 / 1e-308 is finite, and 1 / 5e-324 is not; a needle turns about its axis more easily than it moves.)
+    yield "add_soft_body(mass=…), hardly any", told(soft, "mass"), Limits((1e-300,), (LEAST,))
+    yield "add_box(mass=…), hardly any", told(rigid, "mass"), Limits((1e-300,), (LEAST,))
+    yield "add_box(mass=…), of a needle", told(rigid, "mass", size=(1e50, 1e-50, 1e-50)), Limits((1e-200,), (1e-210,))
     for name in ("position", "orientation"):
         yield f"box.move_to({name}=…)", partial(_move, name), _optional(TURN if name == "orientation" else VECTOR)
     yield "box.move_to(seconds=…)", lambda value: _kinematic().move_to((1.0, 0.0, 0.0), seconds=value), POSITIVE
@@ -176,6 +182,8 @@ def of_bodies() -> Iterator[tuple[str, Callable[[Any], Any], Limits]]:
     for name in ("stiffness", "damping", "rest_length"):
         yield f"add_joint({name}=…)", told(joined, name), NOT_NEGATIVE
         yield f"joint.{name} = …", having(joined, "joints", name), NOT_NEGATIVE
+    number = Limits((0, 41, np.int64(1)), (-1, 42, 1.0, np.inf))
+    yield "add_joint(a=…), a particle", _tie, number
     yield "joint.target = …", having(joined, "joints", "target"), VECTOR
     for name, limits in {"height": Limits((0.0, -1.0, 1e6), NO_NUMBERS), "restitution": UP_TO_ONE}.items():
         yield f"add_ground({name}=…)", told(World().add_ground, name), limits
@@ -186,6 +194,11 @@ def of_bodies() -> Iterator[tuple[str, Callable[[Any], Any], Limits]]:
 
 def _set_springs(name: str, value: Any) -> None:
     soft().soft_bodies[0].set_springs(**{name: value})
+
+
+def _tie(particle: Any) -> None:
+    world = soft()
+    world.add_joint((world.soft_bodies[0], particle), (2.0, 0.0, 0.0), 1.0)
 
 
 def _move(name: str, value: Any) -> None:
@@ -223,6 +236,10 @@ def of_worlds(folder: Path) -> Iterator[tuple[str, Callable[[Any], Any], Limits]
     yield "world.gravity = …", partial(setattr, World(), "gravity"), VECTOR
     seconds = Limits((0.0, LEAST, 1e-3), NOT_NEGATIVE.refused)
     yield "world.step(time_step=…)", rigid().step, Limits((1e-3, LEAST), POSITIVE.refused)
+    for what, make in {"a joint": joined, "a soft body": soft}.items():
+        longest = make().stable_time_step()
+        limits = Limits((longest,), (float(np.nextafter(longest, INF)),))
+        yield f"world.step(time_step=…), of {what}", partial(_step_anew, make), limits
     yield "world.step(steps=…)", lambda value: rigid().step(1e-3, value), whole(0, taken=(3,))
     yield "world.step(substeps=…)", lambda value: rigid().step(1e-3, substeps=value), whole(1, taken=(3,))
     yield "world.step(allow_unstable=…)", lambda value: rigid().step(1e-3, allow_unstable=value), YES_OR_NO
@@ -231,6 +248,11 @@ def of_worlds(folder: Path) -> Iterator[tuple[str, Callable[[Any], Any], Limits]
         "world.run(time_step=…)",
         lambda value: rigid().run(0.0, value),
         _optional(Limits((1e-3, 1.0), POSITIVE.refused)),
+    )
+    yield (
+        "world.run(seconds=…), of steps",
+        lambda value: rigid().run(value, 1.0),
+        _refused(Limits((), (1.5 * 2.0**62,))),
     )
     yield "world.run(seconds=…), by itself", lambda value: rigid().run(value), seconds
     yield "world.step_frame(seconds=…)", lambda value: rigid().step_frame(value), seconds
@@ -246,6 +268,11 @@ def of_worlds(folder: Path) -> Iterator[tuple[str, Callable[[Any], Any], Limits]
     kept, written = folder / "kept.npz", folder / "written"
     rigid().save(kept)
     yield "World.load(most_bytes=…)", lambda value: World.load(kept, value), Limits((2**40,), whole(1).refused)
+    packed, ball = folder / "packed.npz", World()
+    ball.add_soft_body(softbody.icosphere(3), 1.0, 100.0, 10.0)
+    np.savez_compressed(packed, **ball.snapshot())  # type: ignore[arg-type]
+    bytes_ = sum(array.nbytes for array in ball.snapshot().values())  # more than the file has
+    yield "World.load(most_bytes=…), packed", lambda value: World.load(packed, value), Limits((bytes_,), (bytes_ - 1,))
     film = folder / "film"
     with TrajectoryWriter(rigid(), film, 60.0) as writer:
         writer.run(0.05, 1e-2)
@@ -266,6 +293,10 @@ def of_worlds(folder: Path) -> Iterator[tuple[str, Callable[[Any], Any], Limits]
     yield "TrajectoryWriter(resume=…)", partial(record, name="resume"), _refused(YES_OR_NO)
 
 
+def _step_anew(make: Callable[[], World], time_step: float) -> None:
+    make().step(time_step)
+
+
 def _film_of_two(folder: Path) -> Path:
     world = soft()
     world.add_soft_body(BALL, 1.0, 100.0, 10.0, (5.0, 0.0, 0.0))
@@ -276,12 +307,12 @@ def _film_of_two(folder: Path) -> Path:
 
 def _optional(limits: Limits) -> Limits:
     """Return limits of what may be None as well."""
-    return Limits((None, *limits.taken), tuple(each for each in limits.refused if each is not None))
+    return Limits((None, *limits.taken), tuple(each for each in limits.refused if each is not None), limits.told)
 
 
 def _refused(limits: Limits) -> Limits:
     """Return limits of which only what is refused is tried."""
-    return Limits((), limits.refused)
+    return Limits((), limits.refused, limits.told)
 
 
 def of_meshes() -> Iterator[tuple[str, Callable[[Any], Any], Limits]]:
@@ -309,6 +340,13 @@ def of_meshes() -> Iterator[tuple[str, Callable[[Any], Any], Limits]]:
     )
     yield "Mesh.from_trimesh(tolerance=…)", told(Mesh.from_trimesh, "tolerance", _Faces(BALL)), _refused(NOT_NEGATIVE)
     yield "Mesh.from_trimesh(merge=…)", told(Mesh.from_trimesh, "merge", _Faces(BALL)), YES_OR_NO
+    yield (
+        "Mesh.from_trimesh(merge=…), of a soup",
+        told(Mesh.from_trimesh, "merge", _Soup(BALL)),
+        Limits((True,), (False,)),
+    )
+    nothing = np.zeros((0, 3))
+    yield "Mesh(vertices=…), of nothing", lambda value: Mesh(value, nothing.astype(int)), Limits((), (nothing,))
     arrays = BALL.vertices, BALL.triangles
     density = Limits((0.25, 64.0, LEAST), (np.nextafter(64.0, 65.0), *POSITIVE.refused))
     yield "MeshQuery(columns_per_triangle=…)", partial(geometry.MeshQuery, *arrays), density
@@ -350,6 +388,14 @@ class _Faces:
         self.vertices, self.faces = mesh.vertices, mesh.triangles
 
 
+class _Soup:
+    """A mesh whose triangles do not share their vertices."""
+
+    def __init__(self, mesh: Mesh) -> None:
+        self.vertices = mesh.vertices[mesh.triangles].reshape(-1, 3)
+        self.faces = np.arange(len(self.vertices)).reshape(-1, 3)
+
+
 def is_taken(call: Callable[[Any], Any], value: Any) -> bool:
     """Tell whether a call takes a value."""
     try:
@@ -359,14 +405,16 @@ def is_taken(call: Callable[[Any], Any], value: Any) -> bool:
     return True
 
 
-def is_refused_by_name(call: Callable[[Any], Any], value: Any, name: str) -> bool:
-    """Tell whether a call refuses a value, and says which argument it was."""
+def is_refused_by_name(call: Callable[[Any], Any], value: Any, name: str, told: tuple[str, ...]) -> bool:
+    """Tell whether a call refuses a value, and says briefly which argument it was; of a number also the limits."""
+    is_number = isinstance(value, float)
     try:
         call(value)
     except Exception as error:
-        return isinstance(error, (ParameterError, MeshError)) and (
-            name in str(error) or ROWS.get(name, name) in str(error)
-        )
+        text = str(error)
+        is_named = name in text or ROWS.get(name, name) in text
+        is_told = all(limit in text for limit in told) or not is_number
+        return isinstance(error, (ParameterError, MeshError)) and is_named and is_told and len(text) <= MOST_SAID
     return False
 
 
@@ -403,6 +451,6 @@ def every_argument_has_its_limits(run: Run) -> Comparison:
                 right.append(is_taken(call, value))
                 kinds.append(what)
             for value in limits.refused:
-                right.append(is_refused_by_name(call, value, name))
+                right.append(is_refused_by_name(call, value, name, limits.told))
                 kinds.append(what)
     return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)

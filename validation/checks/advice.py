@@ -1,0 +1,140 @@
+"""Is what a World advises and warns of true: the step that helps a body that has diverged, and loads too heavy?"""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import numpy as np
+
+import softbody
+from softbody import MassRatioWarning, Mesh, SimulationError, World, guards
+from validation.cases import random_orientations, rotation_matrix
+from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.fault import Fault
+
+FAMILY = "what users set and ask"
+LANE = "worlds"  # claims that share the kernels of a whole world, and a process
+
+
+@check(
+    family=FAMILY,
+    claim="Where a soft body has collapsed, the step that is advised is the longest in which no particle of any"
+    " crosses half of its body, as seen from the body's mean motion, and no box goes farther than its least size or"
+    " turns by more than a radian, by its speed, or by what pushes and twists it: of several bodies, all unlike.",
+    section="beyond the paper",
+    piece="softbody.SimulationError",
+    reference="those rules, along each axis, by NumPy",
+    kind="specification",
+    unit="relative",
+    tolerance=1e-13,
+    because="rounding of speeds that differ by a thirtieth: 1.1e-14 at worst of ten seeds",
+    detects="a body, an axis or a load that is left out; a speed that is not seen from the body's middle",
+    faults=(
+        Fault("particles that cross their whole body", guards.helpful_step, "0.5 * extent / s_", "1.0 * extent / s_"),
+        Fault("speeds as seen from the world", guards.helpful_step, "velocity - velocity.mean(axis=0)", "velocity"),
+        Fault("boxes that fall as without loads", guards.helpful_step, "controls.box_force", "0.0"),
+        Fault("the slowest axis of boxes", guards.helpful_step, "np.abs(rows).max(axis=1)", "np.abs(rows).min(axis=1)"),
+        Fault("turns that are left out", guards.helpful_step, "1.0 / spin", "size / speed"),
+    ),
+)
+def steps_that_help(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    told, rule, kinds = [], [], []
+    for _ in range(run.count(40, 200, 2_000)):
+        gravity = 10.0 ** rng.uniform(-2.0, 3.0) * rng.normal(size=3)
+        world = World(gravity=gravity)
+        limits: dict[str, float] = {}
+        ball = softbody.icosahedron()
+        world.add_soft_body(ball, 1.0, 1e-9, 1e-9, (0.0, -50.0, 0.0), damping=0.0, deflated_below=1.0)
+        world.soft_bodies[0].positions = 0.99 * ball.vertices - (0.0, 50.0, 0.0)  # it has collapsed after any step
+        for k in range(int(rng.integers(1, 4))):
+            mesh = softbody.icosahedron(rng.uniform(0.3, 2.0)).scaled(rng.uniform(0.5, 2.0))
+            body = world.add_soft_body(mesh, 1.0, 1e-9, 1e-9, (20.0 * k, 0.0, 0.0), damping=0.0)
+            pace = 10.0 ** rng.uniform(-1.0, 2.0)
+            drift, scatter = 30.0 * pace * rng.normal(size=3), pace * rng.normal(size=(12, 3))
+            body.velocities = scatter + drift
+            crossing = np.ptp(body.positions, axis=0).max() / np.abs(scatter - scatter.mean(axis=0)).max()
+            limits[f"speed of soft body {k}"] = 0.5 * float(crossing)
+        for k in range(int(rng.integers(0, 4))):
+            size, mass = rng.uniform(0.2, 2.0, 3), 10.0 ** rng.uniform(-1.0, 1.0)
+            speed, spin = (10.0 ** rng.uniform(0.0, 3.0) * rng.normal(size=3) for _ in range(2))
+            box = world.add_box(size, mass, (20.0 * k, 50.0, 0.0), velocity=speed, angular_velocity=spin)
+            force, torque = (10.0 ** rng.uniform(0.0, 5.0) * rng.normal(size=3) for _ in range(2))
+            box.apply_force(force)
+            box.apply_torque(torque)
+            inertia = mass / 12.0 * ((size**2).sum() - size**2)
+            limits[f"speed of box {k}"] = size.min() / np.abs(speed).max()
+            limits[f"spin of box {k}"] = 1.0 / np.abs(spin).max()
+            limits[f"push on box {k}"] = float(np.sqrt(size.min() / np.abs(gravity + force / mass).max()))
+            limits[f"twist of box {k}"] = float(np.sqrt(inertia.min() / np.abs(torque).max()))
+        try:
+            world.step(1e-9)
+            told.append(np.inf)
+        except SimulationError as error:
+            told.append(error.stable_time_step if error.step == 0 else np.inf)
+        least = min(limits, key=lambda what: limits[what])
+        rule.append(limits[least])
+        kinds.append(least.rstrip("0123456789 "))
+    return Comparison(np.array(told) / np.array(rule), np.ones(len(rule)), groups=kinds)
+
+
+# Which bodies lie on each other, the lower one first, and how many times its own mass a box carries.
+PAIRS = {("box", "box"): 1e6, ("box", "soft"): 1e4, ("soft", "box"): np.inf}
+
+
+@check(
+    family=FAMILY,
+    claim="A box that carries more than 10 000 times its own mass of a soft body, or a million times of another box, is"
+    " named by a warning, with what it carries and how many times its mass that is: of two bodies that touch, if the"
+    " one is above the other by more than half of the way, whichever way gravity pulls; else nobody is.",
+    section="beyond the paper",
+    piece="softbody.MassRatioWarning",
+    reference="the documentation, and which of the two is above, by NumPy",
+    kind="specification",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="yes or no",
+    detects="another body's limit or name; a load that only leans on something; what hangs below taken for a load",
+    faults=(
+        Fault("boxes that carry as little of boxes", guards.warn_of_mass_ratios, "upper < soft", "upper >= 0"),
+        Fault("what leans on a box", guards.warn_of_mass_ratios, "np.abs(steepness) > 0.5", "True"),
+        Fault("gravity of any strength", guards.warn_of_mass_ratios, "max(n_, TINY)", "1.0"),
+        Fault("what hangs below", guards.warn_of_mass_ratios, "steepness > 0.0", "steepness < 0.0"),
+    ),
+)
+def loads_that_are_too_heavy(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    right, kinds = [], []
+    for lower, upper in PAIRS:
+        for ratio in (0.9e4, 1.1e4, 0.9e6, 1.1e6):
+            for _ in range(run.count(8, 30, 300)):
+                turn = random_orientations(rng, 1)[0]
+                up = rotation_matrix(turn)[:, 2]
+                lean = np.deg2rad(rng.choice([0.0, 20.0, 55.0, 65.0, 90.0, 115.0, 125.0, 180.0]))
+                across = rotation_matrix(turn)[:, 0]
+                strength = 10.0 ** rng.uniform(-3.0, 1.0)
+                gravity = -strength * (np.cos(lean) * up + np.sin(lean) * across)
+                world = World(gravity=gravity)
+                made: dict[str, Any] = {}
+                sides = [("lower", lower, -0.5 + 1e-4, 1.0 / ratio), ("upper", upper, 0.5 - 1e-4, 1.0)]
+                for side, kind, away, mass in sides if rng.random() < 0.5 else sides[::-1]:
+                    if kind == "box":
+                        made[side] = world.add_box((1.0, 1.0, 1.0), mass, away * up, turn)
+                    else:
+                        corners = softbody.octahedron(0.5)
+                        turned = Mesh(corners.vertices @ rotation_matrix(turn).T, corners.triangles)
+                        made[side] = world.add_soft_body(turned, mass, 100.0 * mass, 0.0, away * up)
+                with warnings.catch_warnings(record=True) as caught:
+                    warnings.simplefilter("always")
+                    world.step(1e-6)
+                texts = [str(each.message) for each in caught if each.category is MassRatioWarning]
+                names = {side: f"{body.kind} {body.index}" for side, body in made.items()}
+                is_heavy = np.cos(lean) > 0.5 and ratio > PAIRS[lower, upper]
+                if is_heavy:
+                    begins = f"{names['lower']} carries {names['upper']}, {ratio:.3g} times its own mass"
+                    right.append(len(texts) == 1 and texts[0].startswith(begins))
+                else:
+                    right.append(not texts)
+                kinds.append(f"{upper} on {lower}, {ratio:g} times as heavy")
+    return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
