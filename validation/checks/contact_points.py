@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from softbody import Box, SoftBody, World, contact_points, icosphere, landing, step
-from softbody.collision import batches
+from softbody.collision import batches, contact
 from softbody.scenes import box_pile, boxes_on_torus, sphere_on_torus, tray
 from validation.cases import BOX_TRIANGLES, corners_of, random_orientations, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check
@@ -340,6 +340,68 @@ def what_stood_on_it_falls(run: Run) -> Comparison:
         measured.append(_places(left) - before[0])
         expected.append(theirs.positions() - before[1])
         theirs.close()
+    return Comparison(np.concatenate(measured), np.concatenate(expected))
+
+
+@check(
+    family=FAMILY,
+    claim="Piles of which boxes beside them are removed, of any number, at any time, go on to the same bits as piles"
+    " that had none beside them: what the solver knows of the step before stays that of the same boxes.",
+    section="9",
+    piece="softbody.World.remove, softbody.collision.contact.without_box",
+    reference="the same piles alone",
+    kind="the core in another form",
+    unit="m, m/s",
+    tolerance=0.0,
+    because="boxes that touch nothing change nothing",
+    detects="impulses remembered for other boxes, or forgotten",
+    faults=(
+        Fault(
+            "impulses of the boxes after the one that is removed forgotten",
+            contact.without_box,
+            "left.box - (left.box > box)",
+            "left.box",
+        ),
+        Fault(
+            "all that is remembered forgotten",
+            contact.without_box,
+            "(cache.box != box).all(axis=1)",
+            "cache.box[:, 0] < -1",
+        ),
+    ),
+)
+def piles_go_on_without_others(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    measured: list[np.ndarray] = []
+    expected: list[np.ndarray] = []
+    for _ in range(run.count(6, 20, 200)):
+        # Too few sweeps to do without what is remembered.
+        crowded, alone = World(iterations=4), World(iterations=4)
+        beside: list[Box] = []
+        for world in (crowded, alone):
+            world.add_ground()
+        for k in range(3):
+            top = 0.0
+            for _ in range(3):
+                if rng.random() < 0.7:
+                    mass = None if rng.random() < 0.5 else 1.0
+                    beside.append(crowded.add_box((0.3, 0.3, 0.3), mass, (2.0 * len(beside), 50.0, 500.0)))
+                size, mass = rng.uniform(0.3, 0.8, 3), rng.uniform(0.5, 3.0)
+                place = (*rng.uniform(-0.1, 0.1, 2) + (3.0 * k, 0.0), top + 0.5 * size[2])
+                for world in (crowded, alone):
+                    world.add_box(size, mass, place)
+                top += size[2]
+        for box in [beside[k] for k in rng.permutation(len(beside))]:
+            steps = int(rng.integers(5, 30))
+            for world in (crowded, alone):
+                world.step(STEP, steps)
+            crowded.remove(box)
+        for world in (crowded, alone):
+            world.step(STEP, 5)
+        for world, rows in ((crowded, measured), (alone, expected)):
+            rows.append(
+                np.hstack([world.state.box_position, world.state.box_velocity, world.state.box_angular_velocity])
+            )
     return Comparison(np.concatenate(measured), np.concatenate(expected))
 
 

@@ -291,7 +291,8 @@ def plates_by_rapier(run: Run) -> Comparison:
 
 @check(
     family=FAMILY,
-    claim="`move_to` leads a box evenly on SciPy's way from pose to pose, is there on time, and stays.",
+    claim="`move_to` leads a box evenly on SciPy's way from pose to pose, also along or about one axis only, is there"
+    " on time, and stays.",
     section="5.2",
     piece="softbody.Box.move_to, softbody.quaternion.rotation_between",
     reference="SciPy's Slerp; straight lines",
@@ -302,6 +303,7 @@ def plates_by_rapier(run: Run) -> Comparison:
     detects="a turn the long way, in the box's own frame, at another pace; a box that arrives late or elsewhere",
     faults=(
         STAYS,
+        Fault("a box that goes up only while it goes aside", rigid_boxes.stirs, "v[2] != 0.0", "v[2] == 0.0"),
         Fault("a turn the long way", quaternion.rotation_between, "cosine_ >= 0.0", "cosine < 0.0"),
         Fault(
             "half the turn", quaternion.rotation_between, "2.0 * atan2(sine_, abs(cosine_))", "atan2(sine, abs(cosine))"
@@ -327,8 +329,13 @@ def poses_on_time(run: Run) -> Comparison:
 
     rng = run.fresh_rng()
     measured, expected, kinds = [], [], []
-    for _ in range(run.count(10, 40, 400)):
+    for trial in range(run.count(14, 42, 420)):
         ends, places = random_orientations(rng, 2), rng.normal(size=(2, 3))
+        if trial % 7 < 6:  # it goes along one axis only, or turns about one
+            way, turn = np.split(np.eye(6)[trial % 7] * rng.uniform(-3.0, 3.0), 2)
+            places[1] = places[0] + way
+            one = Rotation.from_quat(np.roll(ends[0], -1))
+            ends[1] = np.roll((Rotation.from_rotvec(turn) * one).as_quat(), 1) if turn.any() else ends[0]
         seconds, steps = rng.uniform(0.1, 10.0), int(rng.integers(1, 50))
         world = World()
         box = world.add_box(rng.uniform(0.1, 1.0, 3), None, places[0], ends[0])

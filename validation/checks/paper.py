@@ -6,10 +6,11 @@ import warnings
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 import softbody
 from softbody import Mesh, OverlapWarning, World, law, move_boxes, step
-from softbody.collision import paper_response, sat_meshes, single_contact, soft_contacts
+from softbody.collision import ground, impulse, paper_response, sat_meshes, single_contact, soft_contacts
 from softbody.collision.sat_boxes import PlacedBox
 from softbody.dynamics import rigid_boxes
 from validation.cases import corners_of, dented_sphere, random_box_pairs, random_orientations, rotated, rotation_matrix
@@ -443,6 +444,144 @@ def nothing_rubs(run: Run) -> Comparison:
         expected += [*speeds]
         kinds += ["box on the ground", "soft body on the ground", "soft body on a box"]
     return Comparison(measured, expected, 1.0, kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="In World.paper(frictionless=False) friction is Coulomb's: a box that strikes the ground with a corner, and"
+    " particles that strike a fixed box, straight or aslant, lose as much of their sliding as the impulse times μ takes"
+    " away, all of it at most.",
+    section="4.2, 4.4",
+    piece="softbody.collision.ground.bounce_box, softbody.collision.paper_response",
+    reference="closed forms: Newton's restitution and Coulomb's friction at one point, with its inverse effective mass",
+    kind="closed form",
+    unit="of the speed",
+    tolerance=5e-14,
+    because="rounding of products of some ten factors: 2.5e-15 at worst of ten seeds",
+    detects="friction left out, without a limit, or against another motion; a sliding of 0 that is divided by",
+    faults=(
+        Fault(
+            "impulses of the ground that are not summed",
+            ground.bounce_box,
+            "impulse[k_] += change_",
+            "pass",
+        ),
+        Fault(
+            "friction of slippery ones alone",
+            paper_response._bounce,
+            "contacts.friction[k] > 0.0",
+            "1.0 > contacts.friction[k] > 0.0",
+        ),
+        Fault("a ground that moves", impulse.velocity_of_point, "return 0.0, 0.0, 0.0", "return 0.0, 1.0, 0.0"),
+    ),
+)
+def friction_is_coulombs(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    for trial in range(run.count(40, 200, 2_000)):
+        e, rough, speed = rng.random(2) * (trial % 3 > 0), rng.uniform(0.1, 2.0, 2), rng.uniform(0.5, 3.0)
+        mu, bounce, h = float(np.sqrt(rough.prod())), float(e.max()), STEP
+        slide = np.zeros(2) if trial % 4 == 3 else rng.normal(size=2) * rng.choice([0.1, 2.0])
+        velocity = np.array([*slide, -speed])
+        world = World.paper(
+            frictionless=False, gravity=(0.0, 0.0, 0.0), speed_ceiling=np.inf, angular_speed_ceiling=np.inf,
+            angular_speed_floor=0.0,
+        )  # fmt: skip
+        if trial % 2:
+            # A heap of particles over a fixed box, of which one comes in.
+            mesh, mass = softbody.tetrahedron(rng.uniform(0.5, 1.0)), 1.0
+            lowest = int(mesh.vertices[:, 2].argmin())
+            tilt = Rotation.align_vectors([(0.0, 0.0, -1.0)], [mesh.vertices[lowest]])[0]
+            mesh = Mesh(mesh.vertices @ tilt.as_matrix().T, mesh.triangles)
+            height = -mesh.vertices[lowest, 2] + 0.5 * speed * h
+            world.add_box((4.0, 4.0, 1.0), None, (0.0, 0.0, -0.5), restitution=e[0], friction=rough[0])
+            body = world.add_soft_body(
+                mesh, mass, 0.0, 0.0, (0.0, 0.0, height), velocity, restitution=e[1], friction=rough[1]
+            )
+            world.step(h)
+            kept = np.maximum(0.0, 1.0 - mu * (1.0 + bounce) * speed / np.maximum(np.linalg.norm(slide), 1e-300))
+            after = np.tile(velocity, (4, 1))
+            after[lowest] = [*(kept * slide), bounce * speed]
+            measured += [*(body.velocities / np.linalg.norm(velocity))]
+            expected += [*(after / np.linalg.norm(velocity))]
+            kinds += ["particles on a fixed box"] * 4
+            continue
+        world.add_ground(restitution=e[0], friction=rough[0])
+        size, mass, turn = rng.uniform(0.3, 1.0, 3), np.exp(rng.uniform(-2.0, 2.0)), Rotation.random(random_state=rng)
+        arms = turn.apply(corners_of(size))
+        arm = arms[arms[:, 2].argmin()]
+        if np.sort(arms[:, 2])[1] - arm[2] < 2.0 * speed * h:
+            continue  # another corner comes in, too
+        box = world.add_box(
+            size, mass, (0.0, 0.0, -arm[2] + 0.5 * speed * h), turn.as_quat(scalar_first=True), velocity,
+            restitution=e[1], friction=rough[1],
+        )  # fmt: skip
+        world.step(h)
+        square = size**2
+        inverse = turn.as_matrix() @ np.diag(12.0 / (mass * (square.sum() - square))) @ turn.as_matrix().T
+        cross = np.cross(arm, np.eye(3))  # rows: r × x, r × y, r × z
+        yields = np.eye(3) / mass + cross @ inverse @ cross.T  # velocity of the corner per impulse
+        push = np.array([0.0, 0.0, (1.0 + bounce) * speed / yields[2, 2]])
+        sliding = (velocity + yields @ push)[:2]
+        along = np.array([*sliding, 0.0]) / np.linalg.norm(sliding)
+        rubbed = np.minimum(mu * push[2], np.linalg.norm(sliding) / (along @ yields @ along))
+        total = push - rubbed * along
+        measured.append(np.hstack([box.velocity, box.angular_velocity]) / np.linalg.norm(velocity))
+        expected.append(np.hstack([velocity + total / mass, inverse @ np.cross(arm, total)]) / np.linalg.norm(velocity))
+        kinds.append("corner on the ground")
+    width = np.array([np.pad(row, (0, 6 - len(row))) for row in measured])
+    return Comparison(width, np.array([np.pad(row, (0, 6 - len(row))) for row in expected]), groups=kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="Where spins have a floor, and contacts are solved together, a box that the ground holds snaps to right"
+    " angles; one that another box holds, or that the ground will not reach in the step, does not.",
+    section="6",
+    piece="softbody.move_boxes.move_boxes",
+    reference="closed form: the yaw is 0, or what it was",
+    kind="closed form",
+    unit="rad",
+    tolerance=5e-15,
+    because="rounding of an angle: 2.3e-16 at worst of ten seeds",
+    detects="a box that snaps on another one, or in the air",
+    faults=(
+        Fault(
+            "what holds a box taken for the ground",
+            move_boxes.move_boxes,
+            "contacts_.box[k_, 1] == NOBODY and contacts_.impulse[k_, 2] > 0.0",
+            "contacts.impulse[k, 2] > 0.0",
+        ),
+        Fault(
+            "ground that is near",
+            move_boxes.move_boxes,
+            "contacts_.box[k_, 1] == NOBODY and contacts_.impulse[k_, 2] > 0.0",
+            "contacts.box[k, 1] == NOBODY",
+        ),
+    ),
+)
+def only_the_ground_makes_snap(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    off, kinds = [], []
+    for trial in range(run.count(30, 150, 1_500)):
+        kind = ("on the ground", "on a plate", "over the ground")[trial % 3]
+        world = World(gravity=(0.0, 0.0, 0.0), angular_speed_floor=0.2)
+        world.add_ground()
+        size, yaw, speed = rng.uniform(0.2, 1.0, 3), rng.uniform(0.05, 0.7), rng.uniform(0.5, 2.0)
+        floor = 0.0
+        if kind == "on a plate":
+            floor = rng.uniform(0.1, 1.0)
+            world.add_box((4.0, 4.0, floor), None, (0.0, 0.0, 0.5 * floor))
+        # What flies level comes no lower, but is looked at: it might have come so far.
+        velocity = (speed, 0.0, 0.0) if kind == "over the ground" else (0.0, 0.0, -speed)
+        turn = np.cos(0.5 * yaw), 0.0, 0.0, np.sin(0.5 * yaw)
+        height = floor + 0.5 * size[2] + rng.uniform(0.1, 0.9) * speed * STEP
+        box = world.add_box(size, 1.0, (0.0, 0.0, height), turn, velocity)
+        world.step(STEP, 2 if floor or kind == "on the ground" else 1)
+        w, x, y, z = box.orientation
+        off.append(np.hypot(np.hypot(x, y), 2.0 * np.arctan2(z, w) - (0.0 if kind == "on the ground" else yaw)))
+        kinds.append(kind)
+    return Comparison(off, np.zeros(len(off)), groups=kinds)
 
 
 @check(

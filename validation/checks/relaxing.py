@@ -1,0 +1,65 @@
+"""How does a soft body glide to its shape at rest? Step by step, beside the algorithm as its authors wrote it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softbody import World
+from softbody.dynamics import equilibrium
+from softbody.dynamics.soft_bodies import motion_of
+from softbody.dynamics.stability import highest_frequency
+from softbody.state import soft_bodies_of
+from validation.cases import MESH_KINDS, edge_lengths, random_mesh
+from validation.check import Comparison, Run, check
+from validation.fault import Fault
+
+
+@check(
+    family="pressure and volume",
+    claim="A soft body that is stretched, pinned and full of gas relaxes as FIRE has it, with the parameters of its"
+    " authors: after 20 and 60 steps it is where NumPy's is, at its velocity, and so long is its next step.",
+    section="2.3",
+    piece="softbody.dynamics.equilibrium.relax",
+    reference="the algorithm of Bitzek et al. (2006), in NumPy, on forces as the gradient of the energy",
+    kind="specification",
+    engines=("scipy",),
+    unit="of the size, of the fastest velocity, of the longest step",
+    tolerance=1e-11,
+    because="rounding of forces that cancel, which the motion amplifies: 4.8e-13 at worst of ten seeds",
+    detects="steps longer than they may be, patience that is lost, a velocity that is mixed otherwise",
+    faults=(
+        Fault("steps that are never too long", equilibrium.relax, "min(h * FASTER, longest)", "h * FASTER"),
+        Fault("one step less of patience", equilibrium.relax, "h * SLOWER, MIXING, 0", "h * SLOWER, MIXING, 1"),
+        Fault("mixing that does not fade", equilibrium.relax, "mixing * MIXING_FADES", "mixing"),
+    ),
+)
+def as_fire_has_it(run: Run) -> Comparison:
+    from references import fire
+
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    for kind in MESH_KINDS * run.count(1, 3, 20):
+        mesh, mass = random_mesh(kind, rng), 10.0 ** rng.uniform(-1.0, 1.0)
+        count, lengths = len(mesh.vertices), edge_lengths(mesh.vertices, mesh.edges)
+        stiffness, gas = rng.uniform(50.0, 150.0, len(mesh.edges)), rng.uniform(0.1, 10.0)
+        pins = rng.choice(count, 3, replace=False)
+        world = World(gravity=rng.normal(0.0, 5.0, 3))
+        world.add_soft_body(mesh, mass, stiffness, gas, damping=0.0, fixed=pins)
+        model, controls, state, rings, _ = world._parts
+        start = mesh.vertices * rng.uniform(0.8, 1.2, 3)
+        longest = 1.0 / highest_frequency(model, controls, start, 0)
+        free = np.ones(count, bool)
+        free[pins] = False
+        what = mesh.edges, lengths, stiffness, mesh.triangles, gas, mass / count, world.gravity, free
+        for steps in (20, 60):
+            state.particle_position[:] = start
+            state.particle_velocity[:] = 0.0
+            glide = equilibrium.glide_from_rest(state.particle_position, longest)
+            motion = motion_of(model.soft_particle_start, rings)
+            equilibrium.relax(soft_bodies_of(model, controls, state), motion, longest, steps, glide)
+            x, v, pace = fire.relaxed(start, longest, steps, *what)
+            size, fastest = np.ptp(start, axis=0).max(), np.abs(v).max()
+            measured += [*(state.particle_position / size), *(glide.velocity / fastest), [glide.pace[0] / longest] * 3]
+            expected += [*(x / size), *(v / fastest), [pace / longest] * 3]
+            kinds += [f"{steps} steps"] * (2 * count + 1)
+    return Comparison(np.array(measured), np.array(expected), groups=kinds)
