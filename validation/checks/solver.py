@@ -298,9 +298,9 @@ def levels_of(crowd: Crowd) -> np.ndarray:
     level = np.full(len(crowd.bodies.inverse_mass), len(crowd.pair))
     for _ in crowd.pair:
         for a, b in crowd.pair:
-            level[a] = min(level[a], 1 + (level[b] if b != GROUND else 0))
+            level[a] = np.minimum(level[a], 1 + (level[b] if b != GROUND else 0))
             if b != GROUND:
-                level[b] = min(level[b], 1 + level[a])
+                level[b] = np.minimum(level[b], 1 + level[a])
     return level
 
 
