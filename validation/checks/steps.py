@@ -67,8 +67,8 @@ def _mesh(kind: str, rng: np.random.Generator) -> Mesh:
         Fault(
             "a vertex of two fans taken for one of one",
             vertex_rings.build_rings,
-            "2 * degree + ~is_cycle",
-            "2 * degree",
+            "-1 if cycle else behind",
+            "-1",
         ),
     ),
 )
