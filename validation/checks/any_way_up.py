@@ -95,6 +95,7 @@ def _ends(boxes: list[Placed], down: Rotation, names: list[Rotation], h: float) 
     section="4.5, 5.2",
     piece="softbody.collision.box_contacts.find_box_contacts, softbody.collision.swept_boxes.meeting_of",
     reference="the same world with z down and the axes of boxes as they were given",
+    engines=("scipy",),
     kind="invariant",
     unit="m, m/s",
     tolerance=5e-5,

@@ -25,6 +25,7 @@ LONG = 8.0  # [m] side of the plate: the box is over it for three steps
     section="4.4, 4.5",
     piece="softbody.collision.manifold.swept_manifold, softbody.collision.swept_boxes.meeting_of",
     reference="closed form: what holds all of a face up pushes through its middle",
+    engines=("scipy",),
     kind="closed form",
     unit="of the speed",
     tolerance=3e-14,
