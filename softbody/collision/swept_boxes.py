@@ -250,7 +250,7 @@ def _projection(
     else:
         i, j = (k - 6) // 3, (k - 6) % 3
         i1, i2, j1, j2 = AFTER[i], AFTER[i + 1], AFTER[j], AFTER[j + 1]
-        sine = sqrt(max(0.0, 1.0 - cosine[i, j] * cosine[i, j]))
+        sine = sqrt(cosine[i1, j] * cosine[i1, j] + cosine[i2, j] * cosine[i2, j])
         if sine < PARALLEL_SINE:
             return 0.0, 0.0, 0.0, 0.0
         distance = (apart[0, i2] * cosine[i1, j] - apart[0, i1] * cosine[i2, j]) / sine
