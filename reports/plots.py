@@ -122,6 +122,20 @@ def work_plot(timings: list[Timing]) -> str | None:
     return svg(rows[0].table, lambda axes: _draw_work(axes, rows)) if rows else None
 
 
+def course_plot(course: list[tuple[float, int]]) -> str | None:
+    """Return how many faults are seen after how many seconds, as SVG; None if there is nothing to draw."""
+    return svg("soonest", lambda axes: _draw_course(axes, course)) if course else None
+
+
+def _draw_course(axes: Axes, course: list[tuple[float, int]]) -> None:
+    axes.step(*zip(*course), where="post", color=HOLDS, linewidth=1.6)
+    axes.set_xlim(0.0, 1.02 * course[-1][0])
+    axes.set_ylim(0.0, 1.05 * course[-1][1])
+    axes.grid(axis="y")
+    axes.set_xlabel("seconds of claims, one after the other")
+    axes.set_title("planted faults that have turned a claim red", loc="left", fontsize="medium", color=MUTED)
+
+
 def drawable(timings: list[Timing]) -> list[Timing]:
     """Return the timings that have a place on logarithmic axes."""
     return [t for t in timings if t.size > 0 and t.nanoseconds and t.nanoseconds > 0.0]

@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 from markupsafe import Markup, escape
 
 from reports.overview import axis_of, ratios
-from reports.plots import HOLDS, MUTED, svg
 from validation.order import faults_a_second
 from validation.record import PlantedFault, Report
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 CAUGHT = "caught"
 PITCH, MARGIN = 3, 4  # of the matrix's dots, and around them
@@ -114,21 +109,6 @@ def soonest(report: Report) -> list[tuple[float, int]]:
 def seconds_for(course: list[tuple[float, int]], share: float) -> float:
     """Return after how many seconds a share of all that a course finds is found."""
     return next(seconds for seconds, found in course if found >= share * course[-1][1])
-
-
-def soonest_plot(report: Report) -> Markup | None:
-    """Return a picture of how soon planted faults are seen."""
-    course = soonest(report)
-    return Markup(svg("soonest", lambda axes: _draw_course(axes, course))) if course else None
-
-
-def _draw_course(axes: Axes, course: list[tuple[float, int]]) -> None:
-    axes.step(*zip(*course), where="post", color=HOLDS, linewidth=1.6)
-    axes.set_xlim(0.0, 1.02 * course[-1][0])
-    axes.set_ylim(0.0, 1.05 * course[-1][1])
-    axes.grid(axis="y")
-    axes.set_xlabel("seconds of claims, one after the other")
-    axes.set_title("planted faults that have turned a claim red", loc="left", fontsize="medium", color=MUTED)
 
 
 def matrix(report: Report) -> Markup | None:
