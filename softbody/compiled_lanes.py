@@ -239,6 +239,15 @@ def in_double(typing_context: Any, lanes: Any) -> Any:
 
 
 @intrinsic
+def in_single(typing_context: Any, lanes: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        vector = context.get_value_type(signature.return_type)
+        return arguments[0] if arguments[0].type == vector else builder.fptrunc(arguments[0], vector)
+
+    return LanesType(types.float32)(lanes), generate
+
+
+@intrinsic
 def least_lane(typing_context: Any, lanes: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         least, *others = (builder.extract_element(arguments[0], _int(lane)) for lane in range(LANES))

@@ -73,6 +73,10 @@ if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
         """Return the lanes in double precision."""
         return lanes.astype(np.float64)
 
+    def in_single(lanes: Lanes) -> Lanes:
+        """Return the lanes rounded to single precision."""
+        return lanes.astype(np.float32)
+
     def least_lane(lanes: Lanes) -> float:
         """Return the least of all lanes; what is no number is passed over, but for the first."""
         least = lanes[0]
@@ -91,6 +95,7 @@ else:
         first_lanes,
         gather_lanes,
         in_double,
+        in_single,
         least_lane,
         load_lanes,
         lowest_bit,

@@ -13,7 +13,7 @@ import numpy as np
 from softbody.collision.edge_edge import PARALLEL_SINE
 from softbody.geometry.segments import starts_of, ways_of
 from softbody.jit import jit_lean
-from softbody.lanes import bits_at_most
+from softbody.lanes import bits_at_most, square_root
 from softbody.vec import Vec, cross, dot, norm, scale, sub
 
 
@@ -43,10 +43,10 @@ GRAZING = 1e-9
 
 
 @jit_lean
-def bits_across(segments: np.ndarray, other: Ridge) -> int:
-    """Return bits: which of eight edges (9, 8) [m] meet the common perpendicular with `other`, and so does it.
+def bits_across(segments: np.ndarray, other: Ridge, deepest: float) -> int:
+    """Return bits: which of eight edges (9, 8) [m] may cross `other`, no deeper than `deepest` [m].
 
-    No others are across it: the first of what `edge_across_edge` asks, in lanes.
+    No others do. It is what `edge_across_edge` asks first, of what needs not be known of the eight but their ends.
     """
     along, along_other = ways_of(segments), sub(other.end, other.start)
     across = cross(along, along_other)
@@ -55,8 +55,16 @@ def bits_across(segments: np.ndarray, other: Ridge) -> int:
     place, other_place = dot(way, cross(along_other, across)), dot(way, cross(along, across))
     bits = bits_at_most(0.0, place) & bits_at_most(place, square)
     bits &= bits_at_most(0.0, other_place) & bits_at_most(other_place, square)
-    least = PARALLEL_SINE * PARALLEL_SINE * dot(along, along) * dot(along_other, along_other)
-    return bits & ~bits_at_most(square, least)
+    length_square = dot(along, along)
+    bits &= ~bits_at_most(square, PARALLEL_SINE * PARALLEL_SINE * length_square * dot(along_other, along_other))
+    rise_left, rise_right = dot(across, sub(other.left, other.start)), dot(across, sub(other.right, other.start))
+    depth = dot(way, scale(1.0 / square_root(square), across))
+    least = GRAZING * square_root(length_square)
+    up = bits_at_most(rise_left, 0.0) & bits_at_most(rise_right, 0.0)
+    up &= bits_at_most(depth, deepest) & ~bits_at_most(depth, least)
+    down = bits_at_most(0.0, rise_left) & bits_at_most(0.0, rise_right)
+    down &= bits_at_most(-deepest, depth) & ~bits_at_most(0.0 - least, depth)
+    return bits & (up | down)
 
 
 @jit_lean

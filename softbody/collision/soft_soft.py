@@ -124,6 +124,7 @@ def _add_edges(
     segment_hits(segments, edges.shape[0], tree, surface.vertices.position, search, memory.hits, memory.place)
     # Which edges of the other are near what is inside?
     ask_nothing(search)
+    asked = 0
     for lane in range(edges.shape[0]):
         starts_inside = _starts_inside(one, edges[lane], memory)
         if memory.hits[lane] > 0 or starts_inside:
@@ -134,35 +135,46 @@ def _add_edges(
             margin = min(deepest, REACH * (leave - enter) * norm(sub(q, p)))
             low, high = box_around(point_between(p, q, enter), point_between(p, q, leave), margin)
             ask_box(search, lane, low, high, tree)
-    count = _keep_those_across(surface, segments, search, list_near(tree, search))
+            asked += 1
+    if asked == 0:
+        return
+    count = _keep_those_across(surface, segments, search, list_near(tree, search), deepest)
     sort_listed(search, count)
     for near in range(count):
         for side in range(3):
-            other_edge, meets = surface.sides[search.listed[near], side], search.meets[near]
-            if other_edge < 0:  # it is a side of another triangle as well, and asked for there
-                continue
-            ridge = _ridge_of(surface, other_edge)
+            other_edge, meets = surface.sides[search.listed[near], side], _of_side(search.meets[near], side)
             while meets != 0:
                 lane = lowest_bit(meets)
                 meets &= meets - 1
-                crossing = edge_across_edge(_ridge_of(one, edges[lane]), ridge, deepest)
+                crossing = edge_across_edge(_ridge_of(one, edges[lane]), _ridge_of(surface, other_edge), deepest)
                 if crossing.depth > 0.0 and _is_inside(one, edges[lane], crossing.place, lane, memory):
                     _add_crossing((one, edges[lane]), (surface, other_edge), crossing, material, contacts)
 
 
 @jit_lean
-def _keep_those_across(surface: Surface, segments: np.ndarray, search: Search, count: int) -> int:
-    """Keep of the `count` triangles that are listed those with a side across one of eight edges; return how many."""
+def _keep_those_across(surface: Surface, segments: np.ndarray, search: Search, count: int, deepest: float) -> int:
+    """Keep of the `count` triangles that are listed those with a side that one of eight edges may cross.
+
+    Returns how many. In `search.meets` are then the bits of three sides, see `_of_side`: none of one that leads back,
+    which is asked for in the triangle that it leads to.
+    """
     kept = 0
     for near in range(count):
         across = 0
         for side in range(3):
             other_edge = surface.sides[search.listed[near], side]
             if other_edge >= 0:
-                across |= bits_across(segments, _ridge_of(surface, other_edge))
-        search.listed[kept], search.meets[kept] = search.listed[near], search.meets[near] & across
-        kept += search.meets[kept] != 0
+                bits = search.meets[near] & bits_across(segments, _ridge_of(surface, other_edge), deepest)
+                across |= bits << (LANES * side)
+        search.listed[kept], search.meets[kept] = search.listed[near], across
+        kept += across != 0
     return kept
+
+
+@jit_lean
+def _of_side(bits: int, side: int) -> int:
+    """Return the eight bits that are about one side of a triangle."""
+    return (bits >> (LANES * side)) & ((1 << LANES) - 1)
 
 
 @jit_lean

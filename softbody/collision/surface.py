@@ -62,9 +62,10 @@ class Shapes(NamedTuple):
     high: np.ndarray  # (b, 3) [m]
     start: (
         np.ndarray
-    )  # (kinds + 1, 7) first row of each kind in each of the following, which `Surface` and `BVH` explain
+    )  # (kinds + 1, 8) first row of each kind in each of the following, which `Surface` and `BVH` explain
     triangles: np.ndarray
     order: np.ndarray
+    places: np.ndarray
     level_start: np.ndarray
     level_count: np.ndarray
     ridges: np.ndarray
@@ -127,7 +128,7 @@ def build_surfaces(model: Model, position: np.ndarray, threads: int = 1) -> Surf
         kind[body] = known.setdefault(triangles.tobytes(), len(known))
         if len(known) == len(kinds):
             kinds.append(_kind_of(position[first:end], triangles))
-    lengths = [[0] * 7, *([len(rows) for rows in topology] for _, topology in kinds[1:])]
+    lengths = [[0] * 8, *([len(rows) for rows in topology] for _, topology in kinds[1:])]
     low, high = np.zeros((2, model.soft_count, 3))
     return Surfaces(
         Shapes(
@@ -187,7 +188,7 @@ def _kind_of(vertices: np.ndarray, triangles: np.ndarray) -> tuple[BVH, tuple[np
     ridges = np.concatenate([edges, corners], axis=1).astype(np.int32)
     sides = np.where(leads_back, -1 - edge, edge).astype(np.int32)
     tree = build_bvh(vertices, triangles)
-    return tree, (tree.triangles, tree.order, tree.level_start, tree.level_count, ridges, wings, sides)
+    return tree, (tree.triangles, tree.order, tree.places, tree.level_start, tree.level_count, ridges, wings, sides)
 
 
 @jit_inlined
@@ -198,10 +199,10 @@ def surface_of(model: Model, state: State, shapes: Shapes, desks: Desks, desk: i
     bounds = load(shapes.low, body), load(shapes.high, body)
     return Surface(
         first,
-        shapes.ridges[one[4] : last[4]],
-        shapes.wings[one[5] : last[5]],
+        shapes.ridges[one[5] : last[5]],
+        shapes.wings[one[6] : last[6]],
         shapes.triangles[one[0] : last[0]],
-        shapes.sides[one[6] : last[6]],
+        shapes.sides[one[7] : last[7]],
         Points(state.particle_position[first:end], bounds, desks.hint[desk, first:end]),
     )
 
@@ -214,9 +215,10 @@ def tree_at(shapes: Shapes, desks: Desks, desk: int, body: int) -> BVH:
     return BVH(
         shapes.triangles[one[0] : last[0]],
         shapes.order[one[1] : last[1]],
+        shapes.places[one[2] : last[2]],
         desks.corners[desk, :leaves],
-        shapes.level_start[one[2] : last[2]],
-        shapes.level_count[one[3] : last[3]],
+        shapes.level_start[one[3] : last[3]],
+        shapes.level_count[one[4] : last[4]],
         desks.boxes[desk],
         desks.frame[desk],
     )

@@ -19,9 +19,9 @@ from softbody.geometry.closest_point import Closest, with_weights, write_answer
 from softbody.geometry.triangle import squared_distance_to_triangle, squared_distances_to_triangles
 from softbody.geometry.triangle_list import checked_triangles
 from softbody.jit import jit, jit_inlined, jit_lean
-from softbody.lanes import Lanes, bits_at_most, in_double, load_lanes, lowest_bit, store_lanes, where_less
+from softbody.lanes import Lanes, bits_at_most, in_double, in_single, load_lanes, lowest_bit, store_lanes, where_less
 from softbody.vec import Vec, load, scale, sub
-from softbody.vec_lanes import load_vec_lanes
+from softbody.vec_lanes import gather_vec, load_vec_lanes, store_vec_lanes
 
 WIDTH = 8  # children of a node: what a processor with 256-bit registers compares at once in float32
 
@@ -45,6 +45,7 @@ class BVH(NamedTuple):
 
     triangles: np.ndarray  # (t, 3) int64
     order: np.ndarray  # (8 leaves,) int32: which triangle is where; the last one again where there are no more
+    places: np.ndarray  # (leaves, 3, 8) uint32: where a, b, c of these begin among the numbers of the vertices
     corners: np.ndarray  # (leaves, 9, 8) [m]: a, b, c of the eight triangles of each leaf
     level_start: np.ndarray  # (levels,) first node of each level; level 0 has a node for each leaf
     level_count: np.ndarray  # (levels,)
@@ -68,6 +69,7 @@ def build_bvh(vertices: ArrayLike, triangles: ArrayLike) -> BVH:
     tree = BVH(
         triangles=triangles,
         order=padded.astype(np.int32),
+        places=places_of_corners(triangles[padded]),
         corners=np.zeros((leaves, 9, WIDTH)),
         level_start=np.cumsum([0, *counts[:-1]]).astype(np.int64),
         level_count=np.array(counts, np.int64),
@@ -76,6 +78,12 @@ def build_bvh(vertices: ArrayLike, triangles: ArrayLike) -> BVH:
     )
     refit_bvh(tree, vertices)
     return tree
+
+
+def places_of_corners(triangles: np.ndarray) -> np.ndarray:
+    """Return `places` of `BVH` for all `triangles` (8 leaves, 3) in its order."""
+    corners = triangles.reshape(-1, WIDTH, 3).transpose(0, 2, 1)
+    return np.ascontiguousarray(3 * corners, np.uint32)
 
 
 @jit
@@ -164,22 +172,31 @@ def refit_bvh(tree: BVH, vertices: np.ndarray) -> None:
 @jit_lean
 def _fit_leaves(tree: BVH, vertices: np.ndarray, middle: Vec, per_metre: float) -> None:
     """Copy the corners of the triangles of each leaf, and fit a box around each triangle."""
-    triangles, order, corners, boxes = tree.triangles, tree.order, tree.corners, tree.boxes
-    for leaf in range(corners.shape[0]):
-        for s in range(WIDTH):
-            t = order[WIDTH * leaf + s]
-            i, j, k = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-            for axis in range(3):
-                a, b, c = vertices[i, axis], vertices[j, axis], vertices[k, axis]
-                corners[leaf, axis, s] = a
-                corners[leaf, 3 + axis, s] = b
-                corners[leaf, 6 + axis, s] = c
-                low = a if a < b else b
-                low = low if low < c else c
-                high = a if a > b else b
-                high = high if high > c else c
-                boxes[leaf, axis, s] = np.float32((low - middle[axis]) * per_metre) - GROWTH
-                boxes[leaf, 3 + axis, s] = np.float32((high - middle[axis]) * per_metre) + GROWTH
+    numbers, places = vertices.reshape(vertices.size), tree.places
+    for leaf in range(tree.corners.shape[0]):
+        rows, sides = tree.corners[leaf], tree.boxes[leaf]
+        a, b, c = (
+            gather_vec(numbers, places[leaf, 0]),
+            gather_vec(numbers, places[leaf, 1]),
+            gather_vec(numbers, places[leaf, 2]),
+        )
+        store_vec_lanes(rows, 0, a)
+        store_vec_lanes(rows[3:], 0, b)
+        store_vec_lanes(rows[6:], 0, c)
+        for axis in range(3):
+            low, high = _least(_least(a[axis], b[axis]), c[axis]), _most(_most(a[axis], b[axis]), c[axis])
+            store_lanes(sides[axis], 0, in_single((low - middle[axis]) * per_metre) - GROWTH)
+            store_lanes(sides[3 + axis], 0, in_single((high - middle[axis]) * per_metre) + GROWTH)
+
+
+@jit_lean
+def _least(a: Lanes, b: Lanes) -> Lanes:
+    return where_less(a, b, a, b)
+
+
+@jit_lean
+def _most(a: Lanes, b: Lanes) -> Lanes:
+    return where_less(b, a, a, b)
 
 
 @jit_lean

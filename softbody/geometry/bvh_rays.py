@@ -11,7 +11,7 @@ from softbody.geometry.aabb import box_around
 from softbody.geometry.bvh import BVH, Search
 from softbody.geometry.bvh_boxes import ask_box, ask_nothing, list_near
 from softbody.geometry.polyhedron import UNCERTAIN, ray_hits_triangle, ray_hits_triangle_filtered
-from softbody.geometry.segments import bits_not_beside, end_of, start_of
+from softbody.geometry.segments import bits_not_beside, bits_not_past, end_of, start_of
 from softbody.geometry.triangle import area_vector
 from softbody.jit import jit_lean
 from softbody.lanes import lowest_bit
@@ -83,6 +83,7 @@ def segment_hits(
     for k in range(list_near(tree, search)):
         a, b, c = _corners(tree, vertices, search.listed[k])
         meets = search.meets[k] & bits_not_beside(segments, a, area_vector(a, b, c))
+        meets &= bits_not_past(segments, a, b, c)
         while meets != 0:
             lane = lowest_bit(meets)
             meets &= meets - 1

@@ -6,7 +6,7 @@ import numpy as np
 
 from softbody.jit import jit_lean
 from softbody.lanes import LANES, bits_at_most
-from softbody.vec import Vec, dot, sub
+from softbody.vec import Vec, cross, dot, sub
 from softbody.vec_lanes import VecLanes, load_vec_lanes
 
 ROWS = 9
@@ -52,3 +52,17 @@ def bits_not_beside(segments: np.ndarray, point: Vec, normal: Vec) -> int:
     above = bits_at_most(LEAST, before) & bits_at_most(LEAST, beyond)
     below = bits_at_most(before, -LEAST) & bits_at_most(beyond, -LEAST)
     return ((1 << LANES) - 1) & ~(above | below)
+
+
+@jit_lean
+def bits_not_past(segments: np.ndarray, a: Vec, b: Vec, c: Vec) -> int:
+    """Return bits: the line of which of them is not clearly past a triangle [m].
+
+    Past it, the line has one side of the triangle on its left and another on its right.
+    """
+    start, along = starts_of(segments), ways_of(segments)
+    a, b, c = sub(a, start), sub(b, start), sub(c, start)
+    u, v, w = dot(along, cross(b, c)), dot(along, cross(c, a)), dot(along, cross(a, b))
+    left = bits_at_most(LEAST, u) | bits_at_most(LEAST, v) | bits_at_most(LEAST, w)
+    right = bits_at_most(u, -LEAST) | bits_at_most(v, -LEAST) | bits_at_most(w, -LEAST)
+    return ((1 << LANES) - 1) & ~(left & right)

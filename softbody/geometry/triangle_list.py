@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from softbody.errors import MeshError
 
-MOST = 2**31 - 1  # triangles and vertices: structures hold their numbers as int32
+MOST = (2**32 - 1) // 3  # triangles and vertices: a tree holds where the three numbers of each begin as uint32
 
 
 def checked_triangles(vertices: ArrayLike, triangles: ArrayLike) -> tuple[np.ndarray, np.ndarray]:

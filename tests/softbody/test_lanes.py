@@ -15,6 +15,7 @@ from softbody.lanes import (
     first_lanes,
     gather_lanes,
     in_double,
+    in_single,
     least_lane,
     load_lanes,
     lowest_bit,
@@ -92,6 +93,20 @@ def test_the_first_lanes_are_summed_in_double_precision(real, number):
     total, least = sums(x, number)
     assert total == x[: max(0, number)].astype(np.float64).sum()
     assert least == -3.0
+
+
+@jit_lean
+def rounded(x, out):
+    store_lanes(out, 0, in_single(load_lanes(x, 0)))
+
+
+@precisions
+def test_lanes_are_rounded_to_single_precision(real):
+    x, out = np.array([0.1, -1.0 / 3.0, 1e300, -1e-50, 2.0**-149, np.inf, 16777217.0, 3.0]), np.empty(8, np.float32)
+    with np.errstate(over="ignore"):
+        x = x.astype(real)
+        rounded(x, out)
+        assert out.tolist() == x.astype(np.float32).tolist()
 
 
 @jit_lean

@@ -191,13 +191,13 @@ SCENES = {
             "triangles of which the last side alone is looked at",
             soft_soft._keep_those_across,
             "across_ |= x_",
-            "across = bits_across(segments, _ridge_of(surface, other_edge))",
+            "across = bits << (LANES * side)",
         ),
         Fault(
             "an edge that is held by the triangle of lower numbers",
             edge_mesh.edge_across_edge,
-            "facing_left_ >= facing_right_",
-            "True",
+            "Crossing(depth_, normal_, place_, other_, left_ >= right_)",
+            "Crossing(depth_, normal_, place_, other_, True)",
         ),
         Fault(
             "edges of the body that was added first alone",

@@ -15,6 +15,7 @@ from softbody.geometry import (
     points_of,
     refit_bvh,
     search_space,
+    segments,
 )
 from softbody.geometry.segments import put_segment
 from validation.check import DISAGREEMENTS, Comparison, Run, check
@@ -50,6 +51,18 @@ CLEAR = 1e-6  # of the mesh's half size: between 0 and this, a box of float32 ma
             bvh.refit_bvh,
             "1.0 / half if half > 0.0 else 1.0",
             "1.0 / half if half > 1.0 else 1.0",
+        ),
+        Fault(
+            "boxes around two corners of each triangle",
+            bvh._fit_leaves,
+            "_least(_least(a_[axis_], b_[axis_]), c_[axis_])",
+            "_least(a_[axis_], b_[axis_])",
+        ),
+        Fault(
+            "boxes that begin at each triangle's last corner",
+            bvh._least,
+            "where_less(a_, b_, a_, b_)",
+            "b_",
         ),
         Fault(
             "a leaf without the margin of its third corner",
@@ -139,6 +152,12 @@ SHIFT = np.array([2**20, 2**10, 1], object)  # in units of 2⁻³⁰: next to no
     detects="an edge or a corner that is passed twice or not at all; a place from the wrong end",
     faults=(
         Fault(
+            "lines that are past a triangle if one side is on their left",
+            segments.bits_not_past,
+            "~(left_ & right_)",
+            "~left_",
+        ),
+        Fault(
             "moved along x and z only",
             bvh_rays._is_positive,
             "slope_[1] if slope_[1] != 0.0 else slope_[2]",
@@ -165,11 +184,11 @@ def segments_of_whole_numbers(run: Run) -> Comparison:
         count = int(rng.integers(1, 30))
         corners, ends = rng.integers(-2, 3, (count, 3, 3)), rng.integers(-3, 4, (8, 2, 3))
         vertices, triangles = corners.reshape(-1, 3).astype(float), np.arange(3 * count).reshape(-1, 3)
-        tree, segments = build_bvh(vertices, triangles), np.zeros((9, 8))
+        tree, eight = build_bvh(vertices, triangles), np.zeros((9, 8))
         for lane, (p, q) in enumerate(ends.astype(float).tolist()):
-            put_segment(segments, lane, tuple(p), tuple(q))
+            put_segment(eight, lane, tuple(p), tuple(q))
         hits, place = np.zeros(8, np.int64), np.zeros((8, count))
-        bvh_rays.segment_hits(segments, 8, tree, vertices, search_space(tree), hits, place)
+        bvh_rays.segment_hits(eight, 8, tree, vertices, search_space(tree), hits, place)
         for lane in range(8):
             measured.append(_row(sorted(place[lane, : hits[lane]])))
             expected.append(_row(sorted(_places(ends[lane], corners))))

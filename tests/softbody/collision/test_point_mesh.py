@@ -12,7 +12,7 @@ from softbody.geometry.penetration import points_of
 
 
 def surface_of(mesh):
-    _, (triangles, _, _, _, ridges, wings, sides) = _kind_of(mesh.vertices, mesh.triangles)
+    _, (triangles, _, _, _, _, ridges, wings, sides) = _kind_of(mesh.vertices, mesh.triangles)
     return Surface(0, ridges, wings, triangles, sides, points_of(np.array(mesh.vertices)))
 
 
