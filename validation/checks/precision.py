@@ -380,16 +380,14 @@ def turns_of_threads(run: Run) -> Comparison:
         flown, h, done = World(threads=2), rng.uniform(1e-4, 1e-2), 0
         start, speed = 10.0 * rng.normal(size=3), rng.normal(size=3)
         box = flown.add_box((0.2, 0.3, 0.4), 1.0, start, velocity=speed)
-        flown.step(h)  # its first step is one of one thread
         flown._bodies.team = team = _Team(rng, 1_000)
         for steps in (1, int(rng.integers(2, 17)), int(rng.integers(100, 400))):
             with suppress(_TooManyTurnsError):
                 flown.step(h, steps)
             done += steps
-            n = 1 + done
-            fall = 9.81 * h * np.array([0.5 * h * n * (n + 1), n])
+            fall = 9.81 * h * np.array([0.5 * h * done * (done + 1), done])
             measured.append([flown.steps, flown.time / h, *box.position, *box.velocity])
-            expected.append([n, n, *(start + speed * n * h), *speed])
+            expected.append([done, done, *(start + speed * done * h), *speed])
             expected[-1][4] -= fall[0]
             expected[-1][7] -= fall[1]
         measured.append([float(len(team.had)), *[0.0] * 7])

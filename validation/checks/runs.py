@@ -372,7 +372,7 @@ def how_often_worlds_are_saved(run: Run) -> Comparison:
                 now += cost
                 due = now + (10.0 * cost if cost > 1.0 else 10.0)
         judged.append(count)
-        measured.append([len(saved), *(saved + [-1] * count)[: count + 2]])
-        expected.append([len(judged), *(judged + [-1] * count)[: count + 2]])
+        measured.append([len(saved), *(saved + [-1] * (count + 2))[: count + 2]])
+        expected.append([len(judged), *(judged + [-1] * (count + 2))[: count + 2]])
         kinds.append("saving is slow" if slow else "saving is quick")
     return Comparison(np.array(measured), np.array(expected), groups=kinds)
