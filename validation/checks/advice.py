@@ -163,7 +163,7 @@ FARTHEST, MOST_TURN, UNIT = 2.0**46, 1e6, 1e-6  # times the least size; [rad] a 
         Fault("boxes however fast", guards.check_pace, "not a_ + h * b_ <= RESOLVED * size.min()", "False"),
         Fault("boxes however far away", guards.check_pace, "not np.abs(position).sum() <= r_", "False"),
         Fault("spins however fast", guards.check_pace, "not h * s_ <= MOST_TURN", "False"),
-        Fault("turns of any length", guards.check_pace, "abs(a_ - 1.0) > UNIT", "False"),
+        Fault("boxes turned by no unit quaternion", guards.check_pace, "abs(a_ - 1.0) > UNIT", "False"),
         Fault("advice to take as long a step", guards.check_pace, "MOST_TURN / spin / 2.0", "MOST_TURN / spin * 2.0"),
         Fault("the longest side", rigid_boxes.box_astray, "min(size[0], size[1], size[2])",
               "max(size[0], size[1], size[2])"),

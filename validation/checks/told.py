@@ -96,7 +96,7 @@ def of_things(rng: np.random.Generator, folder: Path) -> Iterator[tuple[object, 
     detects="a body that is said to be gone and is not, or the other way round; another's number, mass or place",
     faults=(
         Fault("what is gone is there", soft_body.SoftBody.__repr__, "not self.is_there", "self.is_there"),
-        Fault("boxes of half their size", rigid_box.Box.__repr__, "self.size", "0.5 * self.size"),
+        Fault("boxes said to be of half their size", rigid_box.Box.__repr__, "self.size", "0.5 * self.size"),
         Fault("the time of the first frame", reader.Trajectory.__repr__, "self.times[-1]", "self.times[0]"),
         Fault("how long it lasts, of no frames", reader.Trajectory.__repr__, "len(self)", "not len(self)"),
     ),
@@ -208,7 +208,7 @@ def read_only(rng: np.random.Generator, folder: Path) -> Iterator[tuple[str, Cal
     " MeshQuery, also of one that has moved, stiffness and rest lengths of a soft body, times of a trajectory.",
     section="beyond the paper",
     piece="softbody.Mesh, softbody.geometry.MeshQuery, softbody.SoftBody.stiffness, softbody.SoftBody.rest_length,"
-    " softbody.Trajectory.times",
+    " softbody.Trajectory",
     reference="NumPy's ValueError; copies that were taken before",
     kind="specification",
     unit=DISAGREEMENTS,
