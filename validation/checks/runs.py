@@ -204,7 +204,7 @@ def filmed(path: Path, out: Path, rate: float, count: int, look: dict[str, Any])
     faults=(
         Fault("a film without its last frame", run_folder._film, "c_ * film.frames_per_second + 1e-9",
               "c_ * film.frames_per_second - 1e-9"),
-        Fault("a film of the frames before", run_folder._film, "np.abs(x_).argmin()", "max(0, np.abs(x_).argmin() - 1)"),
+        Fault("film of frames before", run_folder._film, "np.abs(x_).argmin()", "max(0, np.abs(x_).argmin() - 1)"),
         Fault("a run that goes on with the world as it began", run_folder._world_of, "World.load(folder / WORLD)",
               "scene.world"),
     ),
