@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from typing import Any
 
 import numpy as np
 
 import softbody
-from softbody import MassRatioWarning, Mesh, SimulationError, World, guards
+from softbody import MassRatioWarning, Mesh, ParameterError, SimulationError, World, guards
+from softbody.dynamics import rigid_boxes
 from validation.cases import random_orientations, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault
@@ -138,3 +140,74 @@ def loads_that_are_too_heavy(run: Run) -> Comparison:
                     right.append(not texts)
                 kinds.append(f"{upper} on {lower}, {ratio:g} times as heavy")
     return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
+
+
+FARTHEST, MOST_TURN, UNIT = 2.0**46, 1e6, 1e-6  # times the least size; [rad] a step; of a turn's squared length
+
+
+@check(
+    family=FAMILY,
+    claim="A box is refused by its number, and by what is wrong with it, where its place, or where a step takes it to,"
+    " is farther away than 2**46 times its least size, summed over the axes, or where it turns by more than a million"
+    " radians in the step, or its turn is no unit quaternion; just below all of these, also after one more step, it is"
+    " taken, and so are the steps that are advised; and what was refused is as it was.",
+    section="beyond the paper",
+    piece="softbody.World.step",
+    reference="those rules, by NumPy; the box that was asked about, among others; a copy of its state",
+    kind="specification",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="yes or no, a hundredth from each limit",
+    detects="a limit that is left out, or of another axis or side of the box; advice that does not help",
+    faults=(
+        Fault("boxes however fast", guards.check_pace, "not a_ + h * b_ <= RESOLVED * size.min()", "False"),
+        Fault("boxes however far away", guards.check_pace, "not np.abs(position).sum() <= r_", "False"),
+        Fault("spins however fast", guards.check_pace, "not h * s_ <= MOST_TURN", "False"),
+        Fault("boxes turned by no unit quaternion", guards.check_pace, "abs(a_ - 1.0) > UNIT", "False"),
+        Fault("advice to take as long a step", guards.check_pace, "MOST_TURN / spin / 2.0", "MOST_TURN / spin * 2.0"),
+        Fault("the longest side", rigid_boxes.box_astray, "min(size[0], size[1], size[2])",
+              "max(size[0], size[1], size[2])"),
+    ),
+)  # fmt: skip
+def boxes_too_fast_to_compute(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    right, kinds = [], []
+    for _ in range(run.count(2, 10, 100)):
+        for what in ("position", "velocity", "angular_velocity", "orientation"):
+            for factor in (0.99, 1.01):
+                world, h = World(gravity=(0.0, 0.0, 0.0)), 10.0 ** rng.uniform(-4.0, 0.0)
+                sizes = rng.uniform(0.2, 2.0, (3, 3))
+                for k, size in enumerate(sizes):
+                    world.add_box(size, 1.0, (0.0, 10.0 * k, 0.0))
+                number = int(rng.integers(0, 3))
+                box, way = world.boxes[number], rng.normal(size=3)
+                least, way = sizes[number].min(), way / np.abs(way).sum()
+                if what == "position":
+                    box.position = factor * FARTHEST * least * way
+                elif what == "velocity":
+                    near = rng.uniform(0.0, 0.9)
+                    box.position = near * FARTHEST * least * way
+                    steps = 1.0 if factor > 1.0 else 2.0  # to which one more must be possible
+                    box.velocity = (factor - near) / steps * FARTHEST * least / h * way
+                elif what == "angular_velocity":
+                    box.angular_velocity = factor * MOST_TURN / h * way
+                else:
+                    world.state.box_orientation[number] *= np.sqrt(1.0 + factor * UNIT * rng.choice([-1.0, 1.0]))
+                right.append(_is_paced(world, h, factor > 1.0, f"{what} of box {number} is"))
+                kinds.append(f"{what}, {factor} of the limit")
+    return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
+
+
+def _is_paced(world: World, h: float, is_fast: bool, named: str) -> bool:
+    """Tell whether a step is refused by what it must be, and taken where it must be, or in the step that is advised."""
+    before = world.state_hash()
+    try:
+        world.step(h)
+    except ParameterError as error:
+        if not (is_fast and named in str(error) and world.state_hash() == before and world.steps == 0):
+            return False
+        advised = re.search(r"(?:such as|up to) ([-+.e0-9]+) s", str(error))
+        return advised is None or _is_paced(world, float(advised[1]), False, named)
+    except SimulationError:
+        return False
+    return not is_fast

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -422,6 +423,63 @@ def entries_of_saved_worlds(run: Run) -> Comparison:
         for trial in (*entry_by_entry(saved, rng), *together(saved, rng)):
             right.append(right_about(trial, world))
             kinds.append(trial.what.rpartition(": ")[2])
+    return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
+
+
+BOUND = re.compile(r"(>|≥|≤) (\S+?)(?=,| |$)")
+SIZES = re.compile(r"(?:up to|between (\S+) and) (\S+)$")
+
+
+def fits(value: float, said: str) -> bool:
+    """Tell whether a number is what a message says that it must be."""
+    bounds = {">": np.greater, "≥": np.greater_equal, "≤": np.less_equal}
+    is_within = all(bounds[sign](value, float(limit)) for sign, limit in BOUND.findall(said))
+    sizes = SIZES.search(said)
+    if said.startswith("a whole number"):
+        return bool(is_within and float(value).is_integer())
+    if not said.startswith("a finite number") or sizes is None:
+        return False
+    least, most = float(sizes[1] or 0.0), float(sizes[2])
+    return bool(is_within and np.isfinite(value) and least * (1.0 - 1e-12) <= abs(value) <= most)  # six digits are said
+
+
+@check(
+    family=FAMILY,
+    claim="What a refusal of a number in a saved world says that it must be is so: whatever numbers the entry takes are"
+    " of that kind and within those limits, and whatever it refuses is not.",
+    section="9",
+    piece="softbody.World.restore",
+    reference="what is said of each entry where it is declared; the limits that the message names, read as numbers",
+    kind="specification",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="yes or no",
+    detects="a limit that is not said, or is another entry's; numbers that are said to be good, and refused",
+    faults=(
+        Fault("a limit that is not said", snapshot_entries._limits, "rows.most < np.inf", "False"),
+        Fault("no smallest size", snapshot_entries._limits, "rows.above >= 0.0", "False"),
+        Fault("above for at least", snapshot_entries._limits, "rows.least > -np.inf", "rows.above > -np.inf"),
+    ),
+)
+def refusals_say_what_is_taken(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    right, kinds = [], []
+    world, saved = World(), saved_world(rng)
+    for name, limits in NUMBERS.items():
+        for value in limits.refused:
+            array = np.array(saved[name])
+            if not array.size or name.startswith(("settings.", "cache.")):
+                continue
+            place = tuple(int(rng.integers(n)) for n in array.shape)
+            array[place] = value
+            try:
+                world.restore(saved | {name: array})
+                said = ""
+            except SnapshotError as error:
+                said = str(error).partition("; it must be ")[2]
+            taken = [other for other in limits.taken if np.isfinite(other)]  # −∞ says that there is no ground
+            right.append(bool(said) and not fits(value, said) and all(fits(other, said) for other in taken))
+            kinds.append(name)
     return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
 
 

@@ -20,6 +20,7 @@ from softbody import (
     SnapshotError,
     SoftBody,
     World,
+    builder,
     guards,
     mesh,
     parameters,
@@ -33,6 +34,7 @@ from softbody.collision import broad_phase
 from softbody.dynamics import integrators, ring_forces, soft_bodies, vertex_rings
 from softbody.geometry import MeshQuery, box, query
 from softbody.shapes import Shapes
+from softbody.trajectory import writer
 from validation.cases import MESH_KINDS, edge_lengths, random_mesh, random_orientations, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault
@@ -897,6 +899,20 @@ def refusals() -> Iterator[tuple[str, Callable[[], object], type[BaseException],
             (Path(folder) / "trajectory.json").write_text(json.dumps(manifest))
             softbody.Trajectory.open(folder).export(Path(folder) / "film.glb")
 
+    def of_others() -> None:
+        world = World()
+        world.add_box((1.0, 1.0, 1.0), 1.0)
+        with tempfile.TemporaryDirectory() as folder:
+            softbody.TrajectoryWriter(world, folder).close()
+            place = Path(folder) / "trajectory.json"
+            manifest = json.loads(place.read_text())
+            manifest["bodies"]["sha256"] = "0" * 64
+            place.write_text(json.dumps(manifest))
+            softbody.TrajectoryWriter(world, folder, resume=True)
+
+    yield "too many vertices", lambda: softbody.box(segments=10_000_000), softbody.ParameterError, "vertices"
+    yield "edges lost in rounding", soft(position=(0.0, 1e17, 0.0)), softbody.ParameterError, "position"
+    yield "a trajectory of other bodies", of_others, softbody.TrajectoryError, "other bodies"
     yield "a film of nothing", film_of_nothing, softbody.ParameterError, "no bodies"
     yield "overlap", overlapping, softbody.OverlapWarning, "soft body 1"
     yield "mass ratio", loaded, softbody.MassRatioWarning, "box 0"
@@ -918,6 +934,9 @@ def refusals() -> Iterator[tuple[str, Callable[[], object], type[BaseException],
         Fault("triangles may be turned round", mesh._check_closed, "forward == 1", "forward >= 0"),
         Fault("nobody warns of overlaps", guards.warn_of_overlap, "depth > d_", "False"),
         Fault("nobody warns of light boxes", guards.warn_of_mass_ratios, "(carried > most).any()", "False"),
+        Fault("shapes of any number of vertices", mesh._check_number, "vertices > MOST_VERTICES", "False"),
+        Fault("soft bodies however far away", builder.with_soft_body, "not lengths[edge] > s_", "False"),
+        Fault("whatever has as many bodies", writer.TrajectoryWriter._found, "disk.bodies != bodies", "False"),
     ),
 )
 def refusals_name_the_culprit(run: Run) -> Comparison:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from itertools import pairwise
 from typing import Any
 
@@ -15,6 +16,7 @@ from softbody.dynamics import integrators, soft_bodies, vertex_rings
 from softbody.dynamics.soft_bodies import motion_of
 from softbody.step import Work, run_alone
 from softbody.step import run as run_together
+from softbody.threads import Team
 from validation.cases import edge_lengths, lumpy_sphere
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.checks.integrators import breathe
@@ -326,3 +328,69 @@ def _by_python(*asked: Any) -> tuple[np.ndarray, np.ndarray]:
     except IndexError:
         return np.zeros(100, np.int64), np.zeros(0, np.int64)
     return found
+
+
+class _TooManyTurnsError(Exception):
+    """What ends a run that comes to no end."""
+
+
+class _Team(Team):
+    """Threads that take turns by a clock of the judge's, and are sent away when they have had far too many."""
+
+    def __init__(self, rng: np.random.Generator, most_turns: int) -> None:
+        super().__init__(2, self._later)
+        self.had: set[int] = set()  # how many threads have had turns
+        self._rng, self._time, self._turns_left = rng, 0.0, most_turns
+
+    def turn(self, steps: int) -> int:
+        """Begin a turn."""
+        self._turns_left -= 1
+        if self._turns_left < 0:
+            raise _TooManyTurnsError
+        self.had.add(self.now)
+        return super().turn(steps)
+
+    def _later(self) -> float:
+        self._time += self._rng.uniform(0.0, 0.05)
+        return self._time
+
+
+@check(
+    family=FAMILY,
+    claim="A world that may use two threads takes as many steps as it is asked for, in turns that two threads and one"
+    " have by a clock, of however many steps: boxes fly as long and as far as they must.",
+    section="5.1",
+    piece="softbody.World.step",
+    reference="closed form: z = −g h² n (n + 1)/2 over n semi-implicit steps",
+    kind="closed form",
+    unit="steps; of the way and the speed, each at least 1",
+    tolerance=4e-13,
+    because="rounding of times over some hundred steps: 3.3e-14 at worst of seven seeds",
+    detects="a turn that counts twice, or goes on for longer than was asked for; a run that comes to no end",
+    faults=(
+        Fault("turns twice as long", World._run_in_turns, "team.turn(left)", "2 * team.turn(left)"),
+        Fault("turns as long as the clock says", Team.turn, "min(steps, s_)", "s_"),
+        Fault("a call that ends with its first turn", World._run_in_turns, "team.note(n_)", "return 0, -1"),
+    ),
+)
+def turns_of_threads(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    measured, expected = [], []
+    for _ in range(run.count(4, 20, 200)):
+        flown, h, done = World(threads=2), rng.uniform(1e-4, 1e-2), 0
+        start, speed = 10.0 * rng.normal(size=3), rng.normal(size=3)
+        box = flown.add_box((0.2, 0.3, 0.4), 1.0, start, velocity=speed)
+        flown._bodies.team = team = _Team(rng, 1_000)
+        for steps in (1, int(rng.integers(2, 17)), int(rng.integers(100, 400))):
+            with suppress(_TooManyTurnsError):
+                flown.step(h, steps)
+            done += steps
+            fall = 9.81 * h * np.array([0.5 * h * done * (done + 1), done])
+            measured.append([flown.steps, flown.time / h, *box.position, *box.velocity])
+            expected.append([done, done, *(start + speed * done * h), *speed])
+            expected[-1][4] -= fall[0]
+            expected[-1][7] -= fall[1]
+        measured.append([float(len(team.had)), *[0.0] * 7])
+        expected.append([2.0, *[0.0] * 7])
+    scale = 1.0 + np.abs(expected)
+    return Comparison(np.array(measured) / scale, np.array(expected) / scale)

@@ -191,8 +191,8 @@ class _StopError(Exception):
 @check(
     family=FAMILY,
     claim="A signal that comes in a long run, of 50 000 particle steps and more, is heard before it ends, whose handler"
-    " raises leaves a world of whole steps; and whoever was told of signals by a file of his own is told of those that"
-    " come meanwhile, and afterwards.",
+    " raises leaves a world of whole steps; and whoever was told of signals by a file of his own, of number 0 or any"
+    " other, is told of those that come meanwhile, and afterwards.",
     section="beyond the paper",
     piece="softbody.World.step",
     reference="the documentation; Python's `signal.set_wakeup_fd`; a twin that does as many steps by itself",
@@ -205,6 +205,7 @@ class _StopError(Exception):
         Fault("nobody listens", world.World._run, "work < WORTH_LISTENING", "True"),
         Fault("a file that is not put back", interrupts.listening, "before != bell.file", "False"),
         Fault("others who are not told", interrupts.Bell.still, "os.write(f_, n_)", ""),
+        Fault("a file of number 0 that counts as none", interrupts.Bell.still, "self.others >= 0", "self.others > 0"),
     ),
 )
 def signals_are_heard(run: Run) -> Comparison:
@@ -221,9 +222,12 @@ def signals_are_heard(run: Run) -> Comparison:
     read, write = os.pipe()
     for end in (read, write):
         os.set_blocking(end, False)
-    handler, told = signal.signal(signal.SIGALRM, ring), signal.set_wakeup_fd(write)
+    handler, told, stdin = signal.signal(signal.SIGALRM, ring), signal.set_wakeup_fd(write), os.dup(0)
+    os.dup2(write, 0)
     try:
-        for _ in range(run.count(2, 4, 20)):
+        for trial in range(run.count(2, 4, 20)):
+            file = (write, 0)[trial % 2]
+            signal.set_wakeup_fd(file)
             signal.setitimer(signal.ITIMER_REAL, 0.02)
             before = heard.steps
             try:
@@ -235,12 +239,13 @@ def signals_are_heard(run: Run) -> Comparison:
             right += [same(heard, twin), _read(read) == bytes([signal.SIGALRM])]
             heard.step(1e-5, 100)
             twin.step(1e-5, 100)
-            now = signal.set_wakeup_fd(write)
-            right.append(now == write)
+            right.append(signal.set_wakeup_fd(write) == file)
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, handler)
         signal.set_wakeup_fd(told)
+        os.dup2(stdin, 0)
+        os.close(stdin)
         os.close(read)
         os.close(write)
     return Comparison(np.array(right), np.ones(len(right), bool))
