@@ -19,6 +19,7 @@ from softbody.errors import OutputError, SceneError, SnapshotError, TrajectoryEr
 from softbody.pace import whole_steps
 from softbody.scenes.scene_file import Film, Run, SceneFile, read_scene
 from softbody.trajectory import Trajectory, TrajectoryWriter
+from softbody.trajectory.manifest import NAME, read_manifest
 from softbody.whole_file import path_of, whole_file
 from softbody.world import World
 
@@ -119,14 +120,10 @@ def _world_of(folder: Path, scene: SceneFile) -> World:
 def _advance(world: World, folder: Path, run: Run, telling: Telling) -> None:
     """Go on to the last frame, and save the world then, and now and then before."""
     pace, is_new = _Pace(run), not (folder / WORLD).exists()
+    _check_has_frame(folder, world.time, is_new)
     with TrajectoryWriter(world, folder / TRAJECTORY, velocities=run.velocities, resume=True) as kept:
-        if is_new and not kept.frames:
+        if not kept.frames:
             kept.frame()
-        if not kept.frames or kept.last_time != world.time:
-            raise TrajectoryError(
-                f"{folder / TRAJECTORY} has no frame at {world.time:.6g} s, where {WORLD} is: they are not of one run; "
-                "run the scene into a new folder"
-            )
         if is_new:
             _save(world, folder, kept)
         done = kept.frames - 1
@@ -142,6 +139,17 @@ def _advance(world: World, folder: Path, run: Run, telling: Telling) -> None:
                     due = monotonic() + max(PAUSE, (monotonic() - begun) / PART)
         if done < pace.frames:
             _save(world, folder, kept)
+
+
+def _check_has_frame(folder: Path, time: float, is_new: bool) -> None:
+    """See that the trajectory, if it is begun, has a frame at `time` [s]: before a writer leaves out what is later."""
+    path = folder / TRAJECTORY
+    times = [each for each in read_manifest(path).times if each <= time] if os.path.lexists(path / NAME) else []
+    if time not in times and (times or not is_new):
+        raise TrajectoryError(
+            f"{path} has no frame at {time:.6g} s, where {WORLD} is: they are not of one run; run the scene into a new "
+            "folder"
+        )
 
 
 def _save(world: World, folder: Path, kept: TrajectoryWriter) -> None:

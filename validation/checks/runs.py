@@ -289,7 +289,7 @@ def in_the_way(path: Path, run: Path) -> Iterator[tuple[str, Path, Path, bool, t
         Fault("films that nobody tries before", run_folder.run_scene, "_recorder(w_, f_, v_).close()", ""),
         Fault("runs that are overwritten", run_folder._prepared, "not resume", "False"),
         Fault("any scene file", run_folder._prepared, "(folder / SCENE).read_bytes() != scene.content", "False"),
-        Fault("worlds of any moment", run_folder._advance, "kept.last_time != world.time", "False"),
+        Fault("worlds of any moment", run_folder._check_has_frame, "time not in times", "False"),
     ),
 )  # fmt: skip
 def what_is_in_the_way(run: Run) -> Comparison:
@@ -309,7 +309,7 @@ def what_is_in_the_way(run: Run) -> Comparison:
                     is_refused = False
                 except Exception as error:
                     is_refused = type(error) is kind and named in str(error)
-                right.append(is_refused and frames_in(folder) <= before)
+                right.append(is_refused and frames_in(folder) == before)
                 kinds.append(what)
     return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
 
