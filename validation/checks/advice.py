@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import softbody
-from softbody import MassRatioWarning, Mesh, ParameterError, SimulationError, World, guards
+from softbody import MassRatioWarning, Mesh, ParameterError, SimulationError, World, guards, step
 from softbody.dynamics import rigid_boxes
 from validation.cases import random_orientations, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check
@@ -79,6 +79,73 @@ def steps_that_help(run: Run) -> Comparison:
         rule.append(limits[least])
         kinds.append(least.rstrip("0123456789 "))
     return Comparison(np.array(told) / np.array(rule), np.ones(len(rule)), groups=kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="A box that is, before a step, so far away or so fast that its thinnest side is lost in rounding, that would"
+    " turn by a million radians in the step, or whose orientation is none, is refused by its name and that of what is"
+    " wrong, and nothing has happened; where it is a tenth as far, or as fast, the step is taken.",
+    section="beyond the paper",
+    piece="softbody.World.step",
+    reference="the documented limits, along the axes of the world, by NumPy; a twin that was not stepped",
+    kind="specification",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="yes or no",
+    detects="a step that counts and was not taken; another box's name, a limit of the wrong box or in other units",
+    faults=(
+        Fault("a step that was not taken counts", step.run, "contacts, 0, DIVERGED, n_", "contacts, 1, DIVERGED, n_"),
+        Fault("the first box alone", rigid_boxes.box_astray, "range(n_)", "range(1)"),
+        Fault(
+            "turns in a second",
+            rigid_boxes.box_astray,
+            "h * abs(state.box_angular_velocity[i, c])",
+            "abs(state.box_angular_velocity[i, c])",
+        ),
+        Fault(
+            "limits by the thickest side",
+            rigid_boxes.box_astray,
+            "min(size[0], size[1], size[2])",
+            "max(size[0], size[1], size[2])",
+        ),
+        Fault("orientations of any length", guards.check_pace, "u_ > UNIT", "False"),
+    ),
+)
+def boxes_that_are_astray(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    right, kinds = [], []
+    for trial in range(run.count(48, 240, 2_400)):
+        what, count = ("position", "velocity", "angular_velocity", "orientation")[trial % 4], int(rng.integers(1, 4))
+        times, h = (1.5, 0.1)[trial // 4 % 2], 10.0 ** rng.uniform(-4.0, -1.0)
+        world, number = World(gravity=(0.0, 0.0, 0.0)), int(rng.integers(count))
+        for k in range(count):
+            size = 10.0 ** rng.uniform(-2.0, 2.0) * rng.uniform(0.3, 1.0, 3)
+            world.add_box(size, 1.0, (0.0, 0.0, 1e3 * k))
+        box, way = world.boxes[number], rng.normal(size=3)
+        way /= np.abs(way).sum()
+        if trial // 8 % 2:  # not the first step
+            world.step(h)
+        if what == "position":
+            box.position = times * 2.0**46 * box.size.min() * way
+        elif what == "velocity":
+            box.velocity = times * 2.0**46 * box.size.min() / h * way
+        elif what == "angular_velocity":
+            box.angular_velocity = times * 1e6 / h * way
+        else:
+            world.state.box_orientation[number] *= np.sqrt(1.0 + times * 1e-6 * rng.choice([-1.0, 1.0]))
+        before = world.state.copy(), world.steps, world.time
+        try:
+            world.step(h)
+            right.append(times < 1.0 and world.steps == before[1] + 1)
+        except softbody.ParameterError as error:
+            same = all(one.tobytes() == other.tobytes() for one, other in zip(before[0], world.state))
+            is_named = str(error).startswith(f"{what} of box {number} is ")
+            right.append(times > 1.0 and is_named and same and (world.steps, world.time) == before[1:])
+        except SimulationError:
+            right.append(False)
+        kinds.append(f"{what}, {'too much' if times > 1.0 else 'not too much'}")
+    return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
 
 
 # Which bodies lie on each other, the lower one first, and how many times its own mass a box carries.

@@ -274,7 +274,8 @@ def special_points(mesh: Mesh, rng: np.random.Generator, count: int) -> dict[str
 
 @check(
     family=FAMILY,
-    claim="The grid that is rebuilt for every step answers as the exhaustive test, on every point and mesh tried.",
+    claim="The grid that is rebuilt for every step answers as the exhaustive test, on every point and mesh tried, of"
+    " many points and of one.",
     section="4.6, 6",
     piece=GRID,
     reference="softbody.geometry.polyhedron.points_in_polyhedron, judged by the claims above",
@@ -283,7 +284,21 @@ def special_points(mesh: Mesh, rng: np.random.Generator, count: int) -> dict[str
     tolerance=0.0,
     because="a yes-or-no answer, on the surface too; both ask the same exact question of each triangle",
     detects="one triangle missed, or counted twice",
-    faults=(COUNTED_AGAIN,),
+    faults=(
+        COUNTED_AGAIN,
+        Fault(
+            "one point, as if the next known level were outside",
+            parity_grid.point_in_parity_grid,
+            "odd_ ^ (side_ != _NONE)",
+            "odd_",
+        ),
+        Fault(
+            "one point, by the side of the lowest level",
+            parity_grid.point_in_parity_grid,
+            "grid.inside[k] >> np.uint64(level)",
+            "grid.inside[k] >> _NONE",
+        ),
+    ),
 )
 def grid_is_exhaustive(run: Run) -> Comparison:
     rng = run.fresh_rng()
@@ -299,7 +314,10 @@ def grid_is_exhaustive(run: Run) -> Comparison:
             points = np.concatenate([points_around(moved, run.count(500, 3_000, 100_000), rng), *special.values()])
             answers = np.empty(len(points), bool)
             parity_grid.points_in_parity_grid(points, grid, vertices, answers, (0, len(points)))
-            measured.append(answers)
+            single = rng.choice(len(points), 60, replace=False)
+            alone = [parity_grid.point_in_parity_grid(load(points, i), grid, vertices) for i in single]
+            measured += [answers, np.array(alone)]
+            points = np.concatenate([points, points[single]])
             expected.append(polyhedron.points_in_polyhedron(points, vertices, mesh.triangles))
             kinds += [kind] * len(points)
             asked.append(points)
@@ -472,8 +490,8 @@ def inside_by_tree(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarr
 @check(
     family=FAMILY,
     claim="Of many plates, rods and boxes across each other, in whole numbers and skewed, points are inside that an odd"
-    " number of them holds: by the grid with few columns and many, by the tree, and one by one; also with each axis"
-    " stretched by up to 1e15 or shrunk, and so far away that half a unit is the last bit.",
+    " number of them holds: by the grid with few columns and many, of many points and of one, by the tree, and one by"
+    " one; also with each axis stretched by up to 1e15 or shrunk, and so far away that half a unit is the last bit.",
     section="4.6",
     piece=f"{GRID}, softbody.geometry.penetration.find_penetrations, {CONCAVE}",
     reference="whole numbers: how many boxes hold a point",
@@ -525,6 +543,65 @@ def plates_of_whole_numbers(run: Run) -> Comparison:
             ]
             expected += 3 * [inside]
             kinds += [f"{where}, {how}" for how in ("grid", "tree", "one by one") for _ in p]
+            grid = parity_grid.build_parity_grid(v, triangles, columns)
+            measured.append(
+                np.array([parity_grid.point_in_parity_grid(load(p, i), grid, v) for i in range(min(20, len(p)))])
+            )
+            expected.append(inside[:20])
+            kinds += [f"{where}, grid, of one point"] * len(p[:20])
+    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="Of boxes without floors, across each other and in whole numbers, points are inside that are below the tops"
+    " of an odd number of them, also below all of them: by the grid with few columns and many, of many points and of"
+    " one; points that are nowhere, or at no height, are not.",
+    section="4.6",
+    piece=GRID,
+    reference="whole numbers: how many tops are above a point",
+    unit=DISAGREEMENTS,
+    kind="exact arithmetic",
+    tolerance=0.0,
+    because="a yes-or-no answer, of numbers that nothing rounds",
+    detects="an open mesh that is taken for a closed one, or for one that holds nothing; points below it",
+    faults=(
+        Fault("nothing is below an open mesh", parity_grid._lay_out, "-np.inf", "low[2]"),
+        Fault(
+            "open meshes with sides",
+            parity_grid._find_sides,
+            "~marked[k] & below_top if grid.closed else _NONE",
+            "~marked[k] & below_top",
+        ),
+        Fault("points at no height", parity_grid._within, "p[2] > -np.inf", "p[2] == p[2]"),
+    ),
+)
+def boxes_without_floors(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    floor = (BOX_TRIANGLES % 2 == 0).all(axis=1)  # corners are numbered 4 x + 2 y + z
+    measured, expected, kinds = [], [], []
+    for _ in range(run.count(40, 150, 1_500)):
+        extent = rng.integers(2, 20, 3)
+        low = rng.integers(0, extent, (int(rng.integers(1, 12)), 3))
+        size = rng.integers(1, extent + 1, low.shape)
+        corner = np.stack(np.meshgrid(*3 * [[0, 1]], indexing="ij"), axis=-1).reshape(-1, 3)
+        vertices = (low[:, None] + corner * size[:, None]).reshape(-1, 3).astype(float)
+        triangles = (8 * np.arange(len(low))[:, None, None] + BOX_TRIANGLES[~floor]).reshape(-1, 3)
+        points = vertices[rng.integers(0, len(vertices), (200, 3)), np.arange(3)] + 0.5 * rng.integers(-3, 4, (200, 3))
+        points[:3, 2] = np.nan, -np.inf, np.inf
+        points[3:30, 2] -= 40.0  # below all of them
+        edge = (points[:, None, :2] == low[:, :2]) | (points[:, None, :2] == (low + size)[:, :2])
+        points = points[~(edge.any(axis=(1, 2)) | (points[:, None, 2] == (low + size)[:, 2]).any(axis=1))]
+        over = ((points[:, None, :2] > low[:, :2]) & (points[:, None, :2] < (low + size)[:, :2])).all(axis=2)
+        above = (over & (points[:, None, 2] < (low + size)[:, 2])).sum(axis=1)
+        inside = (above % 2 == 1) & np.isfinite(points[:, 2])
+        grid = parity_grid.build_parity_grid(vertices, triangles, float(rng.choice([0.01, 0.25, 1.0, 4.0, 64.0])))
+        answers = np.empty(len(points), bool)
+        parity_grid.points_in_parity_grid(points, grid, vertices, answers, (0, len(points)))
+        few = [parity_grid.point_in_parity_grid(load(points, i), grid, vertices) for i in range(min(40, len(points)))]
+        measured += [answers, np.array(few)]
+        expected += [inside, inside[:40]]
+        kinds += ["many points"] * len(points) + ["one point"] * len(few)
     return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
 
 

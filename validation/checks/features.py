@@ -617,6 +617,54 @@ def near_pairs_are_all(run: Run) -> Comparison:
 
 @check(
     family=FAMILY,
+    claim="Trying all pairs lists every two spheres that meet, of which one can move, by the higher number and then by"
+    " the lower one: of two to ten, also if all of them meet; of some more at higher levels.",
+    section="4",
+    piece="softbody.collision.broad_phase.near_pairs_exhaustive",
+    reference="all distances, by NumPy, in that order",
+    unit=DISAGREEMENTS,
+    kind="exhaustive search",
+    tolerance=0.0,
+    because="radii and places are whole numbers, so that nothing is rounded: some just touch",
+    detects="a pair that there is no room for; spheres that only touch; another order",
+    faults=(
+        Fault(
+            "pairs that there is no room for",
+            broad_phase.near_pairs_exhaustive,
+            "pairs = _longer(pairs)",
+            "count -= 1",
+        ),
+        Fault(
+            "pairs of which one cannot move",
+            broad_phase.near_pairs_exhaustive,
+            "movable[a] or movable[b]",
+            "movable[a] and movable[b]",
+        ),
+        Fault(
+            "spheres that touch and do not meet", broad_phase.spheres_meet, "d_ <= reach * reach", "d_ < reach * reach"
+        ),
+    ),
+)
+def all_pairs_are_tried(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    right, kinds = [], []
+    for case in range(run.count(40, 150, 1_500)):
+        dense = case % 4 == 0
+        count = 10 if dense else int(rng.integers(2, run.count(11, 40, 100)))
+        radius = rng.integers(1, 6, count).astype(float)
+        centre = rng.integers(0, 2 if dense else 12, (count, 3)).astype(float)
+        movable = np.ones(count, bool) if dense else rng.random(count) < 0.7
+        a, b = np.tril_indices(count, -1)
+        meets = ((centre[a] - centre[b]) ** 2).sum(axis=1) <= (radius[a] + radius[b]) ** 2
+        near = np.flatnonzero(meets & (movable[a] | movable[b]))
+        told = broad_phase.near_pairs_exhaustive(centre, radius, movable)
+        right.append(told.tolist() == np.stack([a[near], b[near]], axis=1).tolist())
+        kinds.append("all meet" if dense else "some meet")
+    return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
+
+
+@check(
+    family=FAMILY,
     claim="How deep a point is in a box, or how far outside its nearest face's plane, and that face's normal.",
     section="4.7",
     piece="softbody.geometry.box.point_in_box",
@@ -853,6 +901,11 @@ def refusals() -> Iterator[tuple[str, Callable[[], object], type[BaseException],
     def filled(body: SoftBody) -> None:
         body.gas = 1e4
 
+    def torn() -> float:
+        world = World()
+        world.add_soft_body(ball, 1.0, 100.0, 10.0).positions *= 1e120
+        return world.stable_time_step()
+
     def flattened() -> float:
         world = World()
         flat = world.add_soft_body(ball, 1.0, 100.0, 10.0)
@@ -866,7 +919,9 @@ def refusals() -> Iterator[tuple[str, Callable[[], object], type[BaseException],
     yield "a step too long for more gas", later(filled, 1.0), softbody.ParameterError, "time_step"
     yield "no stable step, flat", flattened, softbody.ParameterError, "soft body 0 is flat"
     too_light = soft(mass=1e-300, stiffness=1e100)
-    yield "no stable step, light", lambda: too_light().world.stable_time_step(), softbody.ParameterError, "soft body 0"
+    light = "soft body 0 is too light"
+    yield "no stable step, light", lambda: too_light().world.stable_time_step(), softbody.ParameterError, light
+    yield "no stable step, torn", torn, softbody.ParameterError, "soft body 0 are not finite, or too far apart"
     yield "divergence", diverging, softbody.SimulationError, "soft body 0"
     yield "no snapshot", lambda: World().restore({}), softbody.SnapshotError, "missing"
 
@@ -933,6 +988,7 @@ def refusals() -> Iterator[tuple[str, Callable[[], object], type[BaseException],
         Fault("negative masses are taken", parameters.check_range, "least <= value <= most", "value <= most"),
         Fault("triangles may be turned round", mesh._check_closed, "forward == 1", "forward >= 0"),
         Fault("nobody warns of overlaps", guards.warn_of_overlap, "depth > d_", "False"),
+        Fault("what is light taken for torn apart", guards._unstable, "not isfinite(volume)", "volume != 0.0"),
         Fault("nobody warns of light boxes", guards.warn_of_mass_ratios, "(carried > most).any()", "False"),
         Fault("shapes of any number of vertices", mesh._check_number, "vertices > MOST_VERTICES", "False"),
         Fault("soft bodies however far away", builder.with_soft_body, "not lengths[edge] > s_", "False"),

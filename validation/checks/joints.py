@@ -399,6 +399,58 @@ def ends_half_way(run: Run) -> Comparison:
     return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds)
 
 
+@check(
+    family=FAMILY,
+    claim="A joint with a length at rest whose two ends are at one place pushes neither of them, which could go any"
+    " way: a box or a particle that it ties to a place, or to each other, goes on as it was.",
+    section="5.1",
+    piece="softbody.joint_forces.with_joints",
+    reference="free flight: the velocities before",
+    kind="closed form",
+    unit="m/s",
+    least=4,
+    tolerance=0.0,
+    because="the same bits",
+    detects="a force along an axis of the world; a direction that is 0/0",
+    faults=(
+        Fault("a push along x", joint_forces._force, "return 0.0, 0.0, 0.0", "return 1.0, 0.0, 0.0"),
+        Fault("a direction of 0/0", joint_forces._force, "length == 0.0", "length < 0.0"),
+    ),
+)
+def ends_at_one_place(run: Run) -> Comparison:
+    rng, mesh = run.fresh_rng(), octahedron(0.3)
+    measured, expected, kinds = [], [], []
+    for case in range(run.count(12, 60, 600)):
+        world = World((0.0, 0.0, 0.0), integrator=INTEGRATORS[case // 3 % 3])
+        kind = ("box and place", "particle and place", "particle and box")[case % 3]
+        place, particle = rng.integers(-100, 101, 3) / 32.0, int(rng.integers(6))
+        velocity, spin = np.zeros(3), np.zeros(3)
+        if kind == "box and place":  # it may move: the force is by where its end is now
+            velocity, spin = rng.normal(size=(2, 3))
+        ends: list[Any] = []
+        if kind != "particle and place":
+            box = world.add_box((1.0, 1.0, 1.0), 1.0, place, velocity=velocity, angular_velocity=spin)
+            ends.append((box, place))
+        if kind != "box and place":
+            body = world.add_soft_body(mesh, 1.0, 0.0, 0.0, (0.0, 0.0, 0.0))
+            body.positions = mesh.vertices + (place - mesh.vertices[particle])
+            ends.append((body, particle))
+            body.positions[particle] = place
+            if kind == "particle and box":
+                box.position = place + (0.0, 0.0, 3.0)  # so far away that they do not touch
+                ends[0] = (box, place)
+        if kind != "particle and box":
+            ends.append(place)
+        one, other = ends
+        world.add_joint(one, other, rng.uniform(10.0, 100.0), rng.uniform(0.0, 1.0), rng.uniform(0.1, 1.0))
+        before = np.concatenate([world.state.particle_velocity, world.state.box_velocity])
+        world.step(1e-3)
+        measured += [*np.concatenate([world.state.particle_velocity, world.state.box_velocity])]
+        expected += [*before]
+        kinds += [kind] * len(before)
+    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+
+
 def _momenta(world: World) -> np.ndarray:
     """Return the momentum (b + m, 3) [N s] of each body."""
     softs = [body.mass * body.velocities.mean(axis=0) for body in world.soft_bodies]

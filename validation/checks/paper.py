@@ -629,6 +629,47 @@ def early_outs_change_nothing(run: Run) -> Comparison:
 
 @check(
     family=FAMILY,
+    claim="In World.paper() boxes that a step brings to touch each other exactly, face to face, fly on; those that it"
+    " brings a billionth of a metre into each other bounce off.",
+    section="4.4, 6",
+    piece="softbody.move_boxes.collide_boxes",
+    reference="closed form: free flight; the law of restitution",
+    unit="of the speed",
+    kind="closed form",
+    tolerance=5e-15,
+    because="whole multiples of powers of two, so that what touches does so exactly; of what bounces, rounding: 2.5e-16"
+    " at worst",
+    detects="an impulse between what does not overlap; an overlap that is overlooked",
+    faults=(
+        Fault("an impulse between boxes that touch", move_boxes.collide_boxes, "depth > 0.0", "depth >= 0.0"),
+        Fault("hardly any overlap is none", move_boxes.collide_boxes, "depth > 0.0", "depth > 1e-8"),
+    ),
+)
+def touching_is_not_overlap(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    for trial in range(run.count(24, 120, 1_200)):
+        step, deeper, axis = 2.0**-7, trial % 2, np.eye(3)[trial // 2 % 3]
+        world = World.paper(gravity=(0.0, 0.0, 0.0))
+        sizes, speed = 0.25 * rng.integers(2, 9, (2, 3)), 0.25 * rng.integers(1, 9, 2)
+        mass, bounce = rng.uniform(0.5, 2.0, 2), rng.random()
+        place = 0.25 * rng.integers(-8, 9, 3)
+        apart = 0.5 * sizes.sum(axis=0) @ axis + step * speed.sum() - deeper * 2.0**-30
+        world.add_box(sizes[0], mass[0], place, velocity=speed[0] * axis, restitution=bounce)
+        world.add_box(sizes[1], mass[1], place + apart * axis, velocity=-speed[1] * axis, restitution=0.0)
+        world.step(step)
+        after = np.array([speed[0], -speed[1]])
+        if deeper:
+            impulse = (1.0 + bounce) * speed.sum() / (1.0 / mass).sum()
+            after += impulse / mass * (-1.0, 1.0)
+        measured.append(world.state.box_velocity / speed.sum())
+        expected.append(after[:, None] * axis / speed.sum())
+        kinds.append("overlap" if deeper else "touch")
+    return Comparison(np.array(measured).reshape(-1, 6), np.array(expected).reshape(-1, 6), groups=kinds)
+
+
+@check(
+    family=FAMILY,
     claim="What the paper does not look for, World.paper() does not see: an edge of a soft body across an edge of a box"
     " or of another soft body, and a ball that leaps over a plate within a step, fly on.",
     section="4.2, 4.3, 6",

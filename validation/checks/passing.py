@@ -13,7 +13,7 @@ from softbody import World
 from softbody.collision import box_contacts, manifold, sat_boxes, swept_boxes
 from softbody.geometry.box import box_corners
 from validation.arbitration import US, arbitrate
-from validation.cases import random_orientations
+from validation.cases import corners_of, random_orientations
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault
 
@@ -513,6 +513,78 @@ def once_wrong_by_engines(run: Run) -> Comparison:
 def _is_struck(before: np.ndarray, after: np.ndarray, rounding: float) -> bool:
     """Tell whether the boxes' velocities (2, 3) [m/s], seen from each other, have changed."""
     return bool(np.abs((after[0] - after[1]) - (before[0] - before[1])).max() > rounding)
+
+
+@check(
+    family=FAMILY,
+    claim="Of two boxes anyhow, a travel is seen from both, and they rest on a face exactly if they overlap by more"
+    " than some length along the normals of all others, but for those all but parallel to it: asked as plain Python,"
+    " which allows no index beside an array.",
+    section="4.5",
+    piece="softbody.collision.swept_boxes.rests_on_face",
+    reference="projections of all corners, by NumPy, and SciPy's rotations",
+    kind="closed form",
+    engines=("scipy",),
+    unit="m, or yes and no",
+    tolerance=5e-14,
+    because="rounding: 2.2e-15 at worst of four seeds; left out are overlaps within 1e-9 m of that length, and normals"
+    " whose cosine is from 0.98 to 0.99995, of which it does not matter whether they count as parallel",
+    detects="an axis that is left out, or one beyond the last; a length that is halved",
+    faults=(
+        Fault("axes beyond the last", swept_boxes._project_travel, "range(3)", "range(4)"),
+        Fault("faces of a alone", swept_boxes.rests_on_face, "range(6)", "range(3)"),
+        Fault("edges as well", swept_boxes.rests_on_face, "range(6)", "range(7)"),
+        Fault("overlaps by half of it", swept_boxes.rests_on_face, "d_ > -least", "d_ > -0.5 * least"),
+    ),
+)
+def resting_by_projections(run: Run) -> Comparison:
+    from scipy.spatial.transform import Rotation
+
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    project = getattr(swept_boxes._project_travel, "py_func", swept_boxes._project_travel)
+    rests = getattr(swept_boxes.rests_on_face, "py_func", swept_boxes.rests_on_face)
+    turns = [axis.as_quat(scalar_first=True) for axis in Rotation.create_group("O")]
+    for trial in range(run.count(120, 600, 6_000)):
+        size, travel = rng.uniform(0.3, 2.0, (2, 3)), rng.normal(size=3)
+        orientation = random_orientations(rng, 2)
+        if trial % 2:  # nearly as the other lies, any way up
+            lean = Rotation.from_rotvec(10.0 ** rng.uniform(-3.0, -0.5) * rng.normal(size=3))
+            turn = Rotation.from_quat(orientation[0], scalar_first=True) * lean
+            turn = turn * Rotation.from_quat(turns[rng.integers(24)], scalar_first=True)
+            orientation[1] = turn.as_quat(scalar_first=True)
+        place = np.zeros((2, 3))
+        place[1] = rng.uniform(0.0, 0.8) * rng.normal(size=3)
+        boxes = sat_boxes.frames_of(sat_boxes.PlacedBoxes(size, place, orientation))
+        memory = sat_boxes.SatMemory(np.zeros((3, 3)), np.zeros((2, 3)), np.zeros((2, 3)), np.zeros(3))
+        sat_boxes.least_overlap(boxes, 0, 1, sat_boxes.Limits(np.inf, 0.0, True), memory)
+        frames = [Rotation.from_quat(each, scalar_first=True).as_matrix() for each in orientation]
+        axes = np.concatenate([frame.T for frame in frames])
+        try:
+            project(boxes, (0, 1), tuple(travel), memory)
+            measured += [*memory.travel.ravel()]
+        except IndexError:
+            measured += [np.nan] * 6
+        expected += [*(axes @ travel)]
+        kinds += ["travel"] * 6
+        points = [x + corners_of(each) @ frame.T for x, each, frame in zip(place, size, frames)]
+        one, other = (rows @ axes.T for rows in points)
+        overlap = np.minimum(one.max(axis=0) - other.min(axis=0), other.max(axis=0) - one.min(axis=0))
+        alike = np.abs(axes @ axes.T)
+        for axis in range(6):
+            least = rng.uniform(-0.2, 0.5)
+            others = (alike[axis] < 0.99) & (np.arange(6) != axis)
+            others[:3] |= (axis < 3) & (np.arange(3) != axis)
+            others[3:] |= (axis >= 3) & (np.arange(3, 6) != axis)
+            if np.abs(overlap[others] - least).min() < 1e-9 or (np.abs(alike[axis] - 0.99) < 0.00995).any():
+                continue
+            try:
+                measured.append(float(rests(boxes, (0, 1), axis, least, memory)))
+            except IndexError:
+                measured.append(np.nan)
+            expected.append(float((overlap[others] > least).all()))
+            kinds.append("rests" if expected[-1] else "does not rest")
+    return Comparison(np.array(measured), np.array(expected), groups=kinds)
 
 
 @check(

@@ -6,13 +6,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 import softbody
-from softbody import Mesh, World
+from softbody import Mesh, SimulationError, World
 from softbody import shape_at_rest as resting
 from softbody.dynamics import integrators, plain_forces, pressure, ring_forces, soft_bodies
 from softbody.dynamics.plain_forces import add_pressure_forces, spring_virial
 from softbody.geometry import polyhedron
 from validation.cases import dented_sphere, edge_lengths, lumpy_sphere, random_mesh
-from validation.check import Comparison, Run, check
+from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.checks.soft import accelerations
 from validation.fault import Fault
 
@@ -358,6 +358,56 @@ def hanging_and_floating(run: Run) -> Comparison:
                 expected.append(np.append(edge_lengths(shape, body.edges), 0.0))
             kinds += [kind] * len(expected[-1])
     return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="A body with neither springs nor gas is at rest as it is, unless a force acts on one of its particles that"
+    " can move, or its weight while others are fixed: then `World.equilibrium` says that it is not, and nothing moves.",
+    section="beyond the paper",
+    piece="softbody.World.equilibrium",
+    reference="statics: nothing holds a particle but that it is fixed",
+    kind="specification",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="yes or no",
+    detects="a body that is said to be at rest and would fall; a force on what is fixed that is counted",
+    faults=(
+        Fault("forces that must act everywhere", resting._is_pulled, "force[is_free].any()", "force[is_free].all()"),
+        Fault("forces on what is fixed", resting._is_pulled, "force[is_free].any()", "force.any()"),
+        Fault(
+            "the weight of what floats",
+            resting.shape_at_rest,
+            "controls.gravity if h_ else np.zeros(3)",
+            "controls.gravity",
+        ),
+    ),
+)
+def at_rest_without_springs(run: Run) -> Comparison:
+    rng, mesh = run.fresh_rng(), softbody.octahedron(0.5)
+    right, kinds = [], []
+    for trial in range(run.count(36, 180, 1_800)):
+        weight, pinned, push = (rng.random() < 0.5, int(rng.integers(0, 6)), ("nowhere", "one", "fixed")[trial % 3])
+        world = World(gravity=(0.0, 0.0, -9.81 * weight))
+        pins = rng.choice(6, pinned, replace=False)
+        body = world.add_soft_body(mesh, 1.0, 0.0, 0.0, fixed=pins)
+        body.positions = mesh.vertices * rng.uniform(0.5, 2.0, 3)
+        free = np.setdiff1d(np.arange(6), pins)
+        force = np.zeros((6, 3))
+        pushed = pins if push == "fixed" else free
+        if push != "nowhere" and len(pushed):
+            force[rng.choice(pushed), rng.integers(3)] = rng.normal()
+            body.external_force = force
+        is_pulled = force[free].any() or (weight and pinned > 0)
+        before = body.positions.copy()
+        try:
+            world.equilibrium()
+            right.append(not is_pulled)
+        except SimulationError:
+            right.append(bool(is_pulled))
+        right.append(body.positions.tobytes() == before.tobytes())
+        kinds += [f"pushed: {push}, {'held' if pinned else 'floating'}"] * 2
+    return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
 
 
 @check(

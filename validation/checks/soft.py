@@ -6,7 +6,7 @@ import numpy as np
 
 import softbody
 from softbody import Mesh, World
-from softbody.dynamics import integrators, ring_forces, soft_bodies
+from softbody.dynamics import integrators, plain_forces, ring_forces, soft_bodies
 from softbody.dynamics.soft_bodies import motion_of, ring_accelerations
 from softbody.state import soft_bodies_of
 from validation.cases import MESH_KINDS, edge_lengths, lumpy_sphere, random_mesh, random_orientations, rotation_matrix
@@ -49,6 +49,74 @@ PIECE = "softbody.dynamics.ring_forces"
 def force_is_slope_of_energy(run: Run) -> Comparison:
     measured, expected, kinds, _ = forces(run, "double")
     scales = [np.full(len(judged), np.linalg.norm(judged, axis=1).max()) for judged in expected]
+    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="The readable form of the accelerations, of several bodies with springs that differ, gas and weight, some of"
+    " them pinned or pushed from outside, is the slope of the energy and what acts besides, over the mass: compiled,"
+    " and as plain Python, which allows no index beside an array.",
+    section="2, 5.1",
+    piece="softbody.dynamics.plain_forces.plain_accelerations",
+    reference="gradient of ½ Σ k (l − l0)² − nRT ln V, by SciPy's side, and weight and forces by NumPy",
+    engines=("scipy",),
+    unit="of the largest acceleration",
+    least=4,
+    tolerance=3e-13,
+    because="rounding of a volume some metres from the origin, and of springs that cancel: 4.6e-14 at worst of ten"
+    " seeds",
+    detects="a body whose springs or gas are left out, weight on what is pinned, forces where there are none",
+    faults=(
+        Fault("no springs", plain_forces.plain_accelerations, "add_spring_forces(p_, e_, r_, s_, a_)", ""),
+        Fault(
+            "weight on what is pinned",
+            plain_forces.plain_accelerations,
+            "controls.gravity[c] if model.particle_inverse_mass[i] > 0.0 else 0.0",
+            "controls.gravity[c]",
+        ),
+        Fault(
+            "forces looked up where there are none",
+            plain_forces.plain_accelerations,
+            "controls.particle_force.shape[0] > 0",
+            "controls.particle_force.shape[0] >= 0",
+        ),
+    ),
+)
+def readable_form_is_slope_of_energy(run: Run) -> Comparison:
+    from references import scipy
+
+    rng = run.fresh_rng()
+    measured, expected, scales, kinds = [], [], [], []
+    for trial in range(run.count(4, 12, 80)):
+        world, judged = World(gravity=rng.normal(0.0, 5.0, 3)), []
+        for kind in rng.choice(MESH_KINDS, 1 + trial // 2 % 2):
+            mesh, mass, gas = random_mesh(kind, rng), rng.uniform(0.5, 2.0), rng.uniform(1.0, 50.0)
+            count, stiffness = len(mesh.vertices), rng.uniform(10.0, 100.0, len(mesh.edges))
+            pins = rng.choice(count, 2, replace=False)
+            body = world.add_soft_body(mesh, mass, stiffness, gas, rng.normal(size=3), fixed=pins)
+            body.positions[:] *= rng.uniform(0.9, 1.3, 3)
+            lengths = edge_lengths(mesh.vertices, mesh.edges)
+            force = scipy.forces(body.positions, mesh.edges, lengths, stiffness, mesh.triangles, gas)
+            if trial % 2:
+                push = rng.normal(size=(count, 3))
+                body.external_force = push
+                force += push
+            result = force * count / mass + world.gravity
+            result[pins] = 0.0
+            judged.append(result)
+        largest = np.abs(np.concatenate(judged)).max()
+        kernel = plain_forces.plain_accelerations
+        for how, form in (("compiled", kernel), ("plain Python", getattr(kernel, "py_func", kernel))):
+            found = np.full(world.state.particle_position.shape, np.nan)
+            try:
+                form(world.model, world.controls, world.state.particle_position, found)
+            except IndexError:
+                found[:] = np.nan
+            measured.append(found)
+            expected.append(np.concatenate(judged))
+            scales.append(np.full(len(found), largest))
+            kinds += [how] * len(found)
     return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds)
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
+import threading
+import time
 import warnings
 from types import FrameType
 
@@ -11,6 +13,7 @@ import numpy as np
 
 import softbody
 from softbody import SimulationError, World, interrupts, step, world
+from softbody.dynamics import integrators, soft_bodies
 from softbody.interrupts import Bell
 from softbody.step import run_by_clock
 from validation.cases import edge_lengths
@@ -186,6 +189,57 @@ def _read(file: int) -> bytes:
 
 class _StopError(Exception):
     """What a handler of signals raises."""
+
+
+@check(
+    family=FAMILY,
+    claim="A run that somebody stops in haste, from another thread and in the midst of some step after the first look"
+    " at its body, has done the steps before that one: it forgets none of them.",
+    section="beyond the paper",
+    piece="softbody.step.run_alone, softbody.dynamics.soft_bodies.move_body",
+    reference="the look itself, which is after 32 steps; a twin that takes as many steps by itself",
+    kind="specification",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="the same bits",
+    detects="a run that forgets all its steps where it is left right after a look; a step that is half made",
+    faults=(
+        Fault("a run that is left after a look, and forgotten", soft_bodies.move_body, "made < 0", "made <= 0"),
+        Fault("runs that are forgotten", integrators._advance_body, "steps = step", "steps = -1"),
+    ),
+)
+def stopped_after_a_look(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    worlds, motions = (World(integrator="rk4"), World(integrator="rk4")), []  # steps of four stages
+    for one in worlds:
+        one.add_soft_body(softbody.icosphere(4, 0.5), 1.0, 100.0, 10.0, velocity=(0.0, 0.0, 3.0))
+        motions.append(soft_bodies.motion_of(one.model.soft_particle_start, one.rings))
+    (stopped, twin), (memory, _) = worlds, (each.memory for each in motions)
+
+    def wait_and_stop(turns: int) -> None:
+        while np.isnan(memory.position[-1, 2]):
+            time.sleep(0.0)
+        for _ in range(turns):  # up to some tenths of a millisecond, as a step takes: it may be in any part of one
+            pass
+        memory.stop[0] = 1
+
+    def moved(k: int, steps: int) -> int:
+        what = worlds[k].model, worlds[k].controls, worlds[k].state, motions[k], worlds[k].settings
+        return step.run_alone(*what, 1e-6, steps, True)[0]
+
+    right = []
+    moved(0, 1)  # the kernel is ready
+    moved(1, 1)
+    for _ in range(run.count(16, 60, 600)):
+        memory.position[:], memory.stop[0] = np.nan, 0
+        somebody = threading.Thread(target=wait_and_stop, args=(int(rng.integers(5_000)),))
+        somebody.start()
+        done = moved(0, 500)
+        memory.position[-1, 2] = 0.0  # nobody waits any longer
+        somebody.join()
+        moved(1, done)
+        right.append(done >= 32 and stopped.state_hash() == twin.state_hash())
+    return Comparison(np.array(right), np.ones(len(right), bool))
 
 
 @check(
