@@ -69,8 +69,9 @@ class Rides(NamedTuple):
     reference="closed forms: Coulomb's law, circular motion, Newton's law",
     kind="closed form",
     unit="of the belt's speed, the radius, the weight",
-    tolerance=5e-6,
-    because="impulses at which sweeps stop: 6.5e-7 at worst, sliding; what friction holds, 2e-11",
+    tolerance=1e-6,
+    because="impulses at which sweeps stop: 9.7e-8 at worst of ten seeds at standard and three at full, sliding; what"
+    " friction holds, 6e-11",
     detects="a kinematic box that stays, falls, is slowed by what it pushes, or whose velocity or spin is not felt",
     faults=(
         STAYS,
@@ -95,8 +96,14 @@ def rides(run: Run) -> Comparison:
     return rides.comparison()
 
 
+def _carried(size: np.ndarray) -> float:
+    """Return a part of gravity by which a box that stands may be sped up without tipping over, whichever way."""
+    return float(0.9 * size[:2].min() / size[2])
+
+
 def _belt(rng: np.random.Generator, size: np.ndarray, mass: float, rides: Rides) -> None:
-    world, angle, friction = World(), rng.uniform(0.0, 2.0 * np.pi), rng.uniform(0.1, 0.8)
+    world, angle = World(), rng.uniform(0.0, 2.0 * np.pi)
+    friction = rng.uniform(0.1, np.minimum(0.8, _carried(size)))
     way, speed = np.array([np.cos(angle), np.sin(angle), 0.0]), rng.uniform(1.0, 3.0)
     belt = world.add_box((40.0, 40.0, 0.2), None, (0.0, 0.0, -0.1), velocity=speed * way, friction=friction)
     box = world.add_box(size, mass, (0.0, 0.0, 0.5 * size[2]), friction=friction)
@@ -109,7 +116,8 @@ def _belt(rng: np.random.Generator, size: np.ndarray, mass: float, rides: Rides)
 
 
 def _turntable(rng: np.random.Generator, size: np.ndarray, mass: float, rides: Rides) -> None:
-    world, radius, friction = World(), rng.uniform(1.0, 2.0), rng.uniform(0.4, 1.0)
+    world, radius = World(), rng.uniform(1.0, 2.0)
+    friction = rng.uniform(0.4, np.minimum(1.0, _carried(size) / 0.6))
     spin = rng.choice([-1.0, 1.0]) * np.sqrt(rng.uniform(0.1, 0.6) * friction * G / radius)
     world.add_box((9.0, 9.0, 0.2), None, (0.0, 0.0, -0.1), angular_velocity=(0.0, 0.0, spin), friction=friction)
     motion = (0.0, radius * spin, 0.0), (0.0, 0.0, spin)
