@@ -229,6 +229,11 @@ def _joints(entries: Entries, model: Model) -> Joints:
         raise SnapshotError(
             f"joints.joint_box, joint_particles and joint_weights say nothing that can be of end {end} of joint {joint}"
         )
+    holds = (on_box | on_soft).any(axis=1)
+    if not holds.all():
+        raise SnapshotError(
+            f"joint_box and joint_particles of joints have both ends of joint {np.argmin(holds)} in the world; omit it"
+        )
     return joints
 
 

@@ -256,6 +256,12 @@ def of_joints(saved: Arrays) -> Iterator[Trial]:
                 "joints.joint_weights": put(saved["joints.joint_weights"], (joint, three), weights),
             }
             named = None if is_right else f"of end {end} of joint {joint}"
+            if (
+                is_right
+                and (changes["joints.joint_box"][joint] < 0).all()
+                and (changes["joints.joint_particles"][joint] < 0).all()
+            ):
+                named = f"both ends of joint {joint}"
             yield Trial("an end of a joint", saved | changes, named)
         for name, least in (("joint_box", -2), ("joint_particles", -2)):
             array = saved[f"joints.{name}"]
@@ -405,6 +411,7 @@ def _same(one: np.ndarray, other: np.ndarray) -> bool:
         Fault(
             "joints on boxes that are not there", snapshot._joints, "box < model.box_count", "box <= model.box_count"
         ),
+        Fault("joints that hold nothing", snapshot._joints, "holds.all()", "True"),
         Fault("weights of any sum", snapshot._joints, "np.abs(weights.sum(axis=2) - on_soft) <= SAME", "True"),
         Fault("inertia as it comes", snapshot._check_masses, "good.all()", "True", nth=0),
         Fault("limits that are left out", snapshot_entries._check, "array <= rows.most", "True"),
