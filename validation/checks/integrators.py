@@ -339,7 +339,7 @@ def breathing_frequency(run: Run) -> Comparison:
 
 @check(
     family=FAMILY,
-    claim="A gas-filled body that shakes and spins loses energy and angular momentum by the order of its scheme.",
+    claim="Gas-filled bodies that shake and spin lose energy and angular momentum, together, by the order of their scheme.",
     section="5.1",
     piece=PIECE,
     reference="theory: 1 and 1 for the paper's scheme; 5 and at least 4 for rk4, whose error of order 4 is reversible",
@@ -356,28 +356,26 @@ def drift(run: Run) -> Comparison:
     measured: list[float] = []
     expected: list[float] = []
     kinds: list[str] = []
-    for _ in range(run.count(1, 2, 10)):
-        mesh = softbody.icosahedron()
-        shake = rng.normal(0.0, 0.05, (2, 12, 3))
-        for integrator, orders in (("rk4_velocity", (1.0, 1.0)), ("rk4", (5.0, 4.0))):
-            drifts: list[list[float]] = []
-            for steps in (200, 400) if integrator == "rk4" else (10_000, 20_000):
+    # Of several bodies together: of a single one the leading term may happen to be small.
+    shakes = rng.normal(0.0, 0.05, (run.count(3, 6, 20), 2, 12, 3))
+    for integrator, orders in (("rk4_velocity", (1.0, 1.0)), ("rk4", (5.0, 4.0))):
+        drifts = []
+        for steps in (200, 400) if integrator == "rk4" else (10_000, 20_000):
+            lost = np.zeros(2)
+            for shake in shakes:
                 world = World(gravity=(0.0, 0.0, 0.0), integrator=integrator)
-                body = world.add_soft_body(mesh, mass=2.0, stiffness=30.0, gas=2.0, damping=0.0)
+                body = world.add_soft_body(softbody.icosahedron(), mass=2.0, stiffness=30.0, gas=2.0, damping=0.0)
                 body.positions[:] += shake[0]
                 body.velocities[:] = np.cross([0.5, 1.0, 2.0], body.positions) + shake[1]
                 energy, momentum = accounts.energy(world), accounts.angular_momentum(world)
                 world.step(2.0 / steps, steps)
-                drifts.append(
-                    [
-                        accounts.energy(world) - energy,
-                        float(np.linalg.norm(accounts.angular_momentum(world) - momentum)),
-                    ]
-                )
-            energy_order, momentum_order = np.log2(np.abs(np.divide(drifts[0], drifts[1])))
-            measured += [energy_order, min(momentum_order, orders[1] + 0.05)]
-            expected += orders
-            kinds += [f"energy, {integrator}", f"angular momentum, {integrator}"]
+                spin = np.linalg.norm(accounts.angular_momentum(world) - momentum)
+                lost += np.abs([accounts.energy(world) - energy, spin])
+            drifts.append(lost)
+        energy_order, momentum_order = np.log2(drifts[0] / drifts[1])
+        measured += [energy_order, np.minimum(momentum_order, orders[1] + 0.05)]
+        expected += orders
+        kinds += [f"energy, {integrator}", f"angular momentum, {integrator}"]
     return Comparison(measured, expected, groups=kinds)
 
 

@@ -142,8 +142,11 @@ def balls_are_run(run: Run) -> Comparison:
             how, times = f"seconds = {seconds!r}\nframes_per_second = {rate!r}", np.arange(count + 1) / rate
             times[-1] = seconds
             if is_own:
-                longest = 1.0 / rate / rng.uniform(2.5, 6.0)
-                steps = int(np.ceil(seconds / longest))
+                between = np.full(count + 1, 0.5)
+                while np.any(np.abs(between - 0.5) < 0.01):  # a frame half-way between two steps may be either's
+                    longest = 1.0 / rate / rng.uniform(2.5, 6.0)
+                    steps = int(np.ceil(seconds / longest))
+                    between = times / (seconds / steps) % 1.0
                 due = np.minimum(np.round(times / (seconds / steps)), steps)
                 how, times = f"{how}\ntime_step = {longest!r}", due * (seconds / steps)
             text, start, speed = flying(rng, how)
