@@ -339,7 +339,7 @@ def breathing_frequency(run: Run) -> Comparison:
 
 @check(
     family=FAMILY,
-    claim="Gas-filled bodies that shake and spin lose energy and angular momentum, together, by the order of their scheme.",
+    claim="Gas-filled bodies that shake and spin lose energy and angular momentum, together, by the scheme's order.",
     section="5.1",
     piece=PIECE,
     reference="theory: 1 and 1 for the paper's scheme; 5 and at least 4 for rk4, whose error of order 4 is reversible",
@@ -369,8 +369,8 @@ def drift(run: Run) -> Comparison:
                 body.velocities[:] = np.cross([0.5, 1.0, 2.0], body.positions) + shake[1]
                 energy, momentum = accounts.energy(world), accounts.angular_momentum(world)
                 world.step(2.0 / steps, steps)
-                spin = np.linalg.norm(accounts.angular_momentum(world) - momentum)
-                lost += np.abs([accounts.energy(world) - energy, spin])
+                spin = float(np.linalg.norm(accounts.angular_momentum(world) - momentum))
+                lost += (abs(accounts.energy(world) - energy), spin)
             drifts.append(lost)
         energy_order, momentum_order = np.log2(drifts[0] / drifts[1])
         measured += [energy_order, np.minimum(momentum_order, orders[1] + 0.05)]
