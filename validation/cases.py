@@ -11,6 +11,10 @@ import softbody
 from softbody import Mesh, World
 from softbody.collision.sat_boxes import PlacedBox, PlacedBoxes, box_box_separation
 
+# A roof of eight triangles, of 0.5 m height and 2 m length, whose ridge goes from corner 2 to corner 5.
+ROOF = np.array([[-1, -0.3, 0], [-1, 0.3, 0], [-1, 0, 0.5], [1, -0.3, 0], [1, 0.3, 0], [1, 0, 0.5]], float)
+ROOF_FACES = np.array([[0, 2, 1], [3, 4, 5], [0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4], [2, 0, 3], [2, 3, 5]])
+
 
 def random_orientations(rng: np.random.Generator, count: int) -> np.ndarray:
     """Return `count` unit quaternions, uniform over all rotations: (count, 4)."""

@@ -18,7 +18,7 @@ from softbody.geometry.box import box_inertia
 from softbody.law import Material
 from softbody.state import Particles, RigidBodies
 from validation import accounts
-from validation.cases import random_orientations, rotated, rotation_matrix
+from validation.cases import ROOF, ROOF_FACES, random_orientations, rotated, rotation_matrix
 from validation.check import Comparison, Misprint, Run, check
 from validation.fault import Fault
 
@@ -355,10 +355,6 @@ def symmetric_pairs_stay_symmetric(run: Run) -> Comparison:
 
 
 # A roof: its ridge along x, four corners on the ground.
-PRISM = np.array([[-1, -0.3, 0], [-1, 0.3, 0], [-1, 0, 0.5], [1, -0.3, 0], [1, 0.3, 0], [1, 0, 0.5]], float)
-PRISM_FACES = np.array([[0, 2, 1], [3, 4, 5], [0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4], [2, 0, 3], [2, 3, 5]])
-
-
 @check(
     family=FAMILY,
     claim="Roofs of eight triangles that fall across each other, ridge on ridge, are held by their ridges.",
@@ -392,12 +388,12 @@ def crossed_ridges_hold(run: Run) -> Comparison:
     for _ in range(run.count(4, 20, 100)):
         angle, aside, drop = rng.uniform(0.3, 0.7) * np.pi, rng.uniform(-0.2, 0.2, 2), rng.uniform(0.05, 0.3)
         c, s = np.cos(angle), np.sin(angle)
-        upside_down = PRISM @ np.array([[c, s, 0.0], [s, -c, 0.0], [0.0, 0.0, -1.0]])
+        upside_down = ROOF @ np.array([[c, s, 0.0], [s, -c, 0.0], [0.0, 0.0, -1.0]])
         world = World()
         world.add_ground()
-        lower = world.add_soft_body(Mesh(PRISM, PRISM_FACES), 6.0, 2e4, 200.0)
+        lower = world.add_soft_body(Mesh(ROOF, ROOF_FACES), 6.0, 2e4, 200.0)
         start = (*aside, 1.0 + drop)
-        upper = world.add_soft_body(Mesh(upside_down, PRISM_FACES), 0.6, 2e3, 20.0, start, friction=0.0)
+        upper = world.add_soft_body(Mesh(upside_down, ROOF_FACES), 0.6, 2e3, 20.0, start, friction=0.0)
         step = 0.5 * world.stable_time_step()
         deepest = 0.0
         for _ in range(20):

@@ -10,12 +10,12 @@ from softbody import Mesh, World
 from softbody.collision import edge_box, edge_mesh, soft_soft
 from softbody.collision.edge_mesh import Ridge, bits_across, edge_across_edge
 from softbody.geometry.segments import put_segment
-from softbody.mesh import unique_edges
-from validation.cases import random_orientations
+from validation.cases import ROOF, ROOF_FACES, random_orientations
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
 
 FAMILY = "soft bodies that collide"
+LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 
 
 @check(
@@ -200,9 +200,7 @@ def crossing_of(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.array([depth, *normal, place, other_place, facing[0] >= facing[1]])
 
 
-ROOF = np.array([[-1, -0.3, 0], [-1, 0.3, 0], [-1, 0, 0.5], [1, -0.3, 0], [1, 0.3, 0], [1, 0, 0.5]], float)
-ROOF_FACES = np.array([[0, 2, 1], [3, 4, 5], [0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4], [2, 0, 3], [2, 3, 5]])
-EDGES = unique_edges(ROOF_FACES)
+EDGES = np.unique(np.sort(ROOF_FACES[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)), axis=0)
 RIDGE = np.array([2, 5, 1, 3])  # its ends, and the third corners to its left and right
 
 

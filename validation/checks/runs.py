@@ -293,6 +293,13 @@ def in_the_way(path: Path, run: Path) -> Iterator[tuple[str, Path, Path, bool, t
         Fault("runs that are overwritten", run_folder._prepared, "not resume", "False"),
         Fault("any scene file", run_folder._prepared, "(folder / SCENE).read_bytes() != scene.content", "False"),
         Fault("worlds of any moment", run_folder._check_has_frame, "time not in times", "False"),
+        Fault(
+            "frames that are left out before the run is refused",
+            run_folder._advance,
+            "_check_has_frame(folder, world.time, is_new)",
+            "TrajectoryWriter(world, folder / TRAJECTORY, velocities=run.velocities, resume=True).close()\n"
+            "_check_has_frame(folder, world.time, is_new)",
+        ),
     ),
 )  # fmt: skip
 def what_is_in_the_way(run: Run) -> Comparison:
