@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Any, ClassVar, overload
 
 from softbody.builder import checked_property
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     from softbody.world import World
 
 
-class Body(StrictNames):
+class Body(StrictNames, ABC):
     """A body in a World: its arrays are views of the world's, good until the next body is added or removed.
 
     It follows its body when others are removed. In a world that was restored it is the body of its number, and
@@ -60,9 +61,9 @@ class Body(StrictNames):
         """Return what `repr` calls it: its kind, number and name."""
         return self.world._names.title(self._who()) if self.is_there else f"{self.kind} {self.index}"
 
+    @abstractmethod
     def _count(self) -> int:
         """Return how many bodies of this kind there are."""
-        raise NotImplementedError
 
     def _row(self) -> int:
         """Return the body's row; raises ParameterError if it is not in the world."""

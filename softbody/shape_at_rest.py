@@ -44,17 +44,16 @@ def shape_at_rest(parts: Parts, body: int, tolerance: float, steps: int) -> tupl
     model, controls, state, rings, _ = soft_body_alone(parts, body)
     is_held = (model.particle_inverse_mass == 0.0).any()
     controls = controls._replace(gravity=controls.gravity if is_held else np.zeros(3))
-    model = model._replace(soft_damping=np.zeros(1), soft_drag=np.zeros(1))
     position = state.particle_position.copy()
     state = state._replace(particle_position=position, particle_velocity=np.zeros_like(position))
     bodies, motion = soft_bodies_of(model, controls, state), motion_of(model.soft_particle_start, rings)
     left, enough = np.inf, 0.0
-    for _ in range(0, steps, ROUND):
+    for done in range(0, steps, ROUND):
         # Half of the stable step of symplectic Euler: where the mixing adds, less is more.
         frequency = highest_frequency(model, controls, position, 0)
         if frequency == 0.0:  # neither springs nor gas: it stays as it is, or falls for ever
             return position, inf if _is_pulled(model, controls) else 0.0
-        left = _relax_round(bodies, motion, 1.0 / frequency, min(steps, ROUND))
+        left = _relax_round(bodies, motion, 1.0 / frequency, min(steps - done, ROUND))
         size = np.ptp(position, axis=0).max()
         enough = tolerance * model.edge_stiffness.max() * size * model.particle_inverse_mass.max()
         if not left > enough:

@@ -23,7 +23,10 @@ FLATNESS = 1e-12
 
 
 class Convex(NamedTuple):
-    """A convex mesh about its own origin, and the directions that the separating-axis test needs."""
+    """A convex mesh about its own origin, and the directions that the separating-axis test needs.
+
+    Faces, and edges, count as parallel if the sine of their angle is below 4e-15.
+    """
 
     vertices: np.ndarray  # (n, 3) [m]
     normals: np.ndarray  # (f, 3) unit, one for each pair of parallel faces

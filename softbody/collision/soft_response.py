@@ -419,7 +419,7 @@ def _line_meets_triangle(contacts: Listing, k: int, particles: Particles, direct
     """Return the weights of where the line through side a meets the plane of b's triangle, as both were `ago` [s].
 
     There the reaction to an impulse along the line has no moment about it. b's own, if the line is all but along the
-    plane, or there is none.
+    plane, at a cosine of 0.05 to its normal or less, or there is none.
     """
     point, (corners, weights) = _place(particles, surface_point(contacts, k, 0), ago), surface_point(contacts, k, 1)
     a, b = _place(particles, at_particle(corners[0]), ago), _place(particles, at_particle(corners[1]), ago)

@@ -16,14 +16,15 @@ def checked_triangles(vertices: ArrayLike, triangles: ArrayLike) -> tuple[np.nda
     Raises MeshError if they are not, if a vertex is not finite or an index out of range. Nothing else is asked: the
     triangles may be degenerate, overlap, or leave holes; `softbody.Mesh` asks for a closed solid.
     """
-    # A copy, made before it is looked at: what structures keep must not change when the caller's array does.
-    points, faces = checked_points(vertices, "vertices"), _rows(triangles, "triangles").copy()
+    points, faces = _rows(vertices, "vertices"), _rows(triangles, "triangles")
     if len(points) == 0 or len(faces) == 0:
         raise MeshError("the mesh is empty; give at least one triangle")
     if max(len(points), len(faces)) > MOST:
         raise MeshError(f"the mesh has more than {MOST} vertices or triangles; split it")
     if faces.dtype.kind not in "iu":
         raise MeshError(f"triangles are {faces.dtype}; give vertex indices, as integers")
+    # A copy, made before it is looked at: what structures keep must not change when the caller's array does.
+    points, faces = checked_points(points, "vertices"), faces.copy()
     wrong = ((faces < 0) | (faces >= len(points))).any(axis=1)
     if wrong.any():
         t = int(np.argmax(wrong))

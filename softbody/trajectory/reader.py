@@ -181,6 +181,7 @@ class Trajectory:
         """Write all frames, or `every` so many, for other programs; needs trimesh: softbody[files], or softbody[usd].
 
         `trajectory.export("fall.glb")`, or "fall.usdc": one file, in which bodies move; a GLB has 1000 frames at most.
+        In a USD, frames that come a whole number a second, each to a millionth of a frame, have whole numbers as times.
         `trajectory.export("meshes", "ply")`: a new folder of files 000000.ply, … of that kind, "ply", "obj", "glb",
         "usda" or "usdc", one a frame; see `World.export`. Raises OutputError, and MissingPackageError.
         """

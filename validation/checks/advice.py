@@ -216,16 +216,16 @@ FARTHEST, MOST_TURN, UNIT = 2.0**46, 1e6, 1e-6  # times the least size; [rad] a 
     family=FAMILY,
     claim="A box is refused by its number, and by what is wrong with it, where its place, or where a step takes it to,"
     " is farther away than 2**46 times its least size, summed over the axes, or where it turns by more than a million"
-    " radians in the step, or its turn is no unit quaternion; just below all of these, also after one more step, it is"
-    " taken, and so are the steps that are advised; and what was refused is as it was.",
+    " radians in the step, or its turn is no unit quaternion; just below all of these, or just there, also after one"
+    " more step, it is taken, and so are the steps that are advised; and what was refused is as it was.",
     section="beyond the paper",
     piece="softbody.World.step",
     reference="those rules, by NumPy; the box that was asked about, among others; a copy of its state",
     kind="specification",
     unit=DISAGREEMENTS,
     tolerance=0.0,
-    because="yes or no, a hundredth from each limit",
-    detects="a limit that is left out, or of another axis or side of the box; advice that does not help",
+    because="yes or no, a hundredth from each limit; or at it, and a rounding beyond, in powers of two",
+    detects="a limit that is left out, off, or of another axis or side of the box; advice that does not help",
     faults=(
         Fault("boxes however fast", guards.check_pace, "not a_ + h * b_ <= RESOLVED * size.min()", "False"),
         Fault("boxes however far away", guards.check_pace, "not np.abs(position).sum() <= r_", "False"),
@@ -234,6 +234,7 @@ FARTHEST, MOST_TURN, UNIT = 2.0**46, 1e6, 1e-6  # times the least size; [rad] a 
         Fault("advice to take as long a step", guards.check_pace, "MOST_TURN / spin / 2.0", "MOST_TURN / spin * 2.0"),
         Fault("the longest side", rigid_boxes.box_astray, "min(size[0], size[1], size[2])",
               "max(size[0], size[1], size[2])"),
+        Fault("boxes that are just there", rigid_boxes.box_astray, "far <= RESOLVED * n_", "far < RESOLVED * n_"),
     ),
 )  # fmt: skip
 def boxes_too_fast_to_compute(run: Run) -> Comparison:
@@ -262,6 +263,21 @@ def boxes_too_fast_to_compute(run: Run) -> Comparison:
                     world.state.box_orientation[number] *= np.sqrt(1.0 + factor * UNIT * rng.choice([-1.0, 1.0]))
                 right.append(_is_paced(world, h, factor > 1.0, f"{what} of box {number} is"))
                 kinds.append(f"{what}, {factor} of the limit")
+        for what in ("position", "velocity"):
+            for is_beyond in (False, True):
+                world, h = World(gravity=(0.0, 0.0, 0.0)), 2.0 ** rng.integers(-12, 1)
+                size = rng.integers(1, 64, 3) / 32.0
+                box, way = world.add_box(size, 1.0), rng.permutation([0.5, 0.25, 0.25]) * rng.choice([-1.0, 1.0], 3)
+                farthest = FARTHEST * size.min()
+                if is_beyond:
+                    way = rng.permutation([1.0, 0.0, 0.0])
+                if what == "position":
+                    box.position = (np.nextafter(farthest, np.inf) if is_beyond else farthest) * way
+                else:  # there at the end of the second step, or, a rounding beyond, of this one
+                    box.position = 0.5 * farthest * way
+                    box.velocity = (np.nextafter(0.5, 1.0) + 2.0**-53 if is_beyond else 0.25) * farthest / h * way
+                right.append(_is_paced(world, h, is_beyond, f"{what} of box 0 is"))
+                kinds.append(f"{what}, {'a rounding beyond' if is_beyond else 'at'} the limit")
     return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from softbody import World, bodies, icosphere, pace, soft_body
+from softbody import ParameterError, World, bodies, glance, guards, icosphere, pace, soft_body
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault
 
@@ -155,3 +155,66 @@ def time_is_kept(run: Run) -> Comparison:
         scales += [1.0] * len(whole)
         kinds += ["frames of whole steps"] * len(whole)
     return Comparison(np.array(measured), np.array(expected), np.array(scales), kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="A hundred steps asked for at once, one by one, or some at a time are the same to the bit, and none is"
+    " refused: also where a body is pressed together meanwhile, so that the step that is stable becomes shorter than"
+    " those that it makes, which is looked at anew after a hundred.",
+    section="5.1",
+    piece="softbody.World.step",
+    reference="the same steps by one call, by the same version",
+    kind="the core in another form",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="the same bits, or others",
+    detects="a step that is refused where the same one is taken within a longer call; what a call leaves for the next",
+    faults=(
+        Fault(
+            "a stable step that is estimated before each call",
+            World._step,
+            "allow_unstable or self._stable_step.allows(h, model, controls, settings, joints, begun[0])",
+            "allow_unstable",
+        ),
+        Fault("an estimate for ten steps", guards.StableStep.allows, "self._made_at + STABLE_FOR",
+              "self._made_at + 10"),
+        Fault("nothing that is finite", glance.is_finite, "not abs(x_) < np.inf", "abs(x_) < np.inf"),
+        Fault("an estimate of another model", guards.StableStep.allows, "self._model is model",
+              "self._model is not model"),
+    ),
+)  # fmt: skip
+def calls_of_any_length(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    same, kinds = [], []
+    while len(same) < 3 * run.count(2, 6, 40):
+        worlds = []
+        speed, gas, sides = rng.uniform(2.0, 6.0), rng.uniform(100.0, 300.0), int(rng.integers(1, 3))
+        for _ in range(4):
+            world = World(gravity=(0.0, 0.0, 0.0))
+            body = world.add_soft_body(icosphere(sides, 0.5), 1.0, 10.0, gas, damping=0.0)
+            world.equilibrium()
+            body.velocities = -speed * body.positions / 0.5
+            worlds.append(world)
+        h = 0.97 * worlds[0].stable_time_step()
+        worlds[0].step(h)  # so that the estimate is made, and shortest when it is trusted
+        shortest = h
+        for _ in range(99):
+            worlds[0].step(h, allow_unstable=True)
+            shortest = min(shortest, worlds[0].stable_time_step())
+        if shortest > 0.9 * h:
+            continue  # it was not pressed together enough
+        pieces = rng.integers(2, 20, 100)
+        for world, lengths in zip(worlds[1:], ([100], [1] * 100, pieces)):
+            left, refused = 100, False
+            for length in lengths:
+                try:
+                    world.step(h, min(int(length), left))
+                except ParameterError:
+                    refused = True
+                left -= min(int(length), left)
+            same.append(not refused and (_bits(world) == _bits(worlds[0])).all())
+            kinds.append(
+                "at once" if len(lengths) == 1 else "one by one" if len(set(lengths)) == 1 else "some at a time"
+            )
+    return Comparison(np.array(same), np.ones(len(same), bool), groups=kinds)

@@ -6,8 +6,18 @@ from fractions import Fraction
 
 import numpy as np
 
+import softbody
 from softbody import Mesh
-from softbody.geometry import build_bvh, bvh, closest_on_mesh, closest_triangles, refit_bvh, triangle
+from softbody.geometry import (
+    build_bvh,
+    bvh,
+    closest_in_bvh,
+    closest_on_mesh,
+    closest_triangles,
+    refit_bvh,
+    search_space,
+    triangle,
+)
 from softbody.geometry.bvh import closest_all_in_bvh
 from softbody.geometry.closest_point import Closest, no_answers
 from validation.cases import points_around, transformed
@@ -430,3 +440,92 @@ def one_triangle(run: Run) -> Comparison:
         weights.sum(axis=1),
     ]
     return Comparison(np.column_stack(measured), np.tile([0.0, 0.0, 0.0, 1.0], (count, 1)), groups=kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="On meshes a thousand times as long as they are wide, along any axis and on either side of the origin, the"
+    " tree finds the distance of points close to the surface that libigl finds.",
+    section="4.3, 6",
+    piece=PIECE,
+    reference="libigl",
+    engines=("igl",),
+    unit="of the length",
+    tolerance=1e-12,
+    because="rounding on both sides, in triangles a thousand times as long as wide: 6.3e-14 at worst at quick",
+    detects="boxes in units of another side than the longest, whose rounding is more than they are grown by",
+    faults=(
+        Fault("units that leave the first side out", bvh.refit_bvh, "high_[0] - low_[0]", "0.0"),
+        Fault("units by another corner", bvh.refit_bvh, "high_[0] - low_[0]", "high[0] - low[1]"),
+        Fault("boxes that are not grown", bvh._fit_leaves, "in_single((high_ - m_) * per_) + GROWTH",
+              "in_single((high - middle[axis]) * per_metre)"),
+    ),
+)  # fmt: skip
+def long_meshes(run: Run) -> Comparison:
+    from references import igl
+
+    rng = run.fresh_rng()
+    measured, expected, scales, kinds, asked = [], [], [], [], []
+    for axis in range(3):
+        for side in (-1.0, 1.0):
+            for mesh in varied_meshes(rng).values():
+                stretch, place = np.ones(3), rng.uniform(-1.0, 1.0, 3)
+                stretch[axis], place[axis] = 1e3, side * rng.uniform(1.5e3, 3e3)
+                vertices = np.ascontiguousarray(mesh.vertices * stretch + place)
+                corners = vertices[mesh.triangles[rng.integers(0, len(mesh.triangles), run.count(150, 600, 5_000))]]
+                points = (rng.dirichlet((1.0, 1.0, 1.0), len(corners))[:, :, None] * corners).sum(axis=1)
+                points += 10.0 ** rng.uniform(-6.0, -1.0, (len(points), 1)) * rng.normal(size=points.shape)
+                measured.append(closest_on_mesh(points, vertices, mesh.triangles).distance)
+                expected.append(igl.closest_points(points, vertices, mesh.triangles)[0])
+                scales.append(np.full(len(points), np.abs(vertices).max()))
+                kinds += [f"along {'xyz'[axis]}, {'below' if side < 0.0 else 'above'}"] * len(points)
+                asked.append(points)
+    return Comparison(
+        np.concatenate(measured),
+        np.concatenate(expected),
+        np.concatenate(scales),
+        kinds,
+        inputs={"point": np.concatenate(asked)},
+    )
+
+
+@check(
+    family=FAMILY,
+    claim="A search for the closest triangle writes nothing beside the room that `search_space` makes for it: in trees"
+    " of 1 to 5 000 triangles, of points near and far, and in the middle of spheres, where all are as close.",
+    section="4.3, 6",
+    piece="softbody.geometry.bvh.search_space",
+    reference="numbers laid down beside that room, and looked at again",
+    kind="invariant",
+    unit="numbers that have changed",
+    tolerance=0.0,
+    because="none may",
+    detects="a tree of one leaf that has no room; a level that is left out",
+    faults=(
+        Fault("a level too few", bvh.search_space, "tree.level_count.shape[0] + 1", "tree.level_count.shape[0] - 1"),
+        Fault("a place for each level", bvh.search_space, "WIDTH * (n_ + 1)", "n_ + 1"),
+    ),
+)
+def room_for_searches(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    changed, kinds = [], []
+    meshes = [*varied_meshes(rng, 2).values(), *(softbody.icosphere(level) for level in range(1 + run.count(3, 4, 5)))]
+    soups = [
+        mesh.triangles[rng.permutation(len(mesh.triangles))[:count]]
+        for mesh in meshes
+        for count in (1, 4, 8, 9, 65, 600)
+    ]
+    for number, triangles in enumerate(soups + [mesh.triangles for mesh in meshes]):
+        vertices = meshes[number // 6 if number < len(soups) else number - len(soups)].vertices.copy()
+        tree = build_bvh(vertices, triangles)
+        wider, search = [], []
+        for array in search_space(tree):
+            guarded = np.full((len(array) + 64, *array.shape[1:]), 77, array.dtype)
+            wider.append(guarded[len(array) :])
+            search.append(guarded[: len(array)])
+        middle = vertices.mean(axis=0)
+        for point in [middle, *(middle + 10.0 ** rng.uniform(-1.0, 2.0, (20, 1)) * rng.normal(size=(20, 3)))]:
+            closest_in_bvh(tuple(point.tolist()), tree, vertices, bvh.Search(*search))
+        changed.append(sum(int((each != 77).sum()) for each in wider))
+        kinds.append("one leaf" if len(triangles) <= 8 else "more leaves")
+    return Comparison(np.array(changed), np.zeros(len(changed), int), groups=kinds)

@@ -417,3 +417,48 @@ def _momenta(world: World) -> np.ndarray:
     soft = [(state.particle_velocity[part] / model.particle_inverse_mass[part, None]).sum(axis=0) for part in rows]
     masses = [1.0 / inverse if inverse > 0.0 else 0.0 for inverse in model.box_inverse_mass]
     return np.array([*soft, *(m * v for m, v in zip(masses, state.box_velocity))])
+
+
+@check(
+    family=FAMILY,
+    claim="Each side of a contact is a box, a point of a soft body or the ground, and what it is not is told by -1, in"
+    " all places: of boxes on boxes and on the ground, soft bodies on boxes and on each other.",
+    section="4",
+    piece="softbody.collision.contact.box_side",
+    reference="the bodies' numbers, as they were added",
+    kind="specification",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="yes or no",
+    detects="a box that is said to have a particle, a point of a particle that there is none of",
+    faults=(
+        Fault("a particle of a box", contact.box_side, "(NOBODY, NOBODY, NOBODY)", "(NOBODY, NOBODY, NOBODY + 1)"),
+        Fault("another of it", contact.box_side, "(NOBODY, NOBODY, NOBODY)", "(NOBODY + 1, NOBODY, NOBODY)"),
+        Fault("a box of a soft body", contact.soft_side, "Side(NOBODY, point)", "Side(NOBODY + 1, point)"),
+    ),
+)
+def sides_of_contacts(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    right, kinds = [], []
+    for _ in range(run.count(6, 20, 200)):
+        world = World()
+        world.add_ground()
+        sizes = rng.uniform(0.4, 0.6, (3, 3))
+        heights = np.cumsum(sizes[:, 2]) - 1e-3
+        for size, height in zip(sizes, heights):
+            world.add_box(size, 1.0, (0.0, 0.0, height - 0.5 * size[2]))
+        for k in range(2):
+            ball = icosphere(1, 0.3)
+            world.add_soft_body(ball, 0.1, 30.0, 3.0, (0.0, 0.0, heights[2] + 0.27 + 0.55 * k))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            world.step(1e-3, 3)
+        contacts, count = world.contacts, len(world.state.particle_position)
+        for row in range(contacts.number[0]):
+            for side in range(2):
+                box, particles = contacts.box[row, side], contacts.particles[row, side]
+                is_soft = box == -1 and (particles >= 0).all() and (particles < count).all()
+                is_other = -1 <= box < 3 and (particles == -1).all() and (box >= 0 or side == 1)
+                right.append(is_soft or is_other)
+                kinds.append("a box" if box >= 0 else "a soft body" if particles[0] >= 0 else "the ground")
+    return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)

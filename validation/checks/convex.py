@@ -190,3 +190,56 @@ def near_touching_meshes(run: Run) -> Comparison:
             expected.append(exact.convex_overlap(*a, *b) >= 0)
             kinds.append(kind)
     return Comparison(np.array(measured), np.array(expected), groups=kinds, notes=[f"{passed} pairs passed over"])
+
+
+PARALLEL = 4e-15  # the sine of an angle from which on directions are two, as `Convex` says
+
+
+@check(
+    family=FAMILY,
+    claim="Faces of a convex mesh count as parallel, and have one normal between them, if the sine of their angle is"
+    " below 4e-15: of two faces at 0.5, 0.997, 1.003 and 2 times that, whichever way they face.",
+    section="4.5",
+    piece="softbody.collision.sat_convex.convex",
+    reference="a roof of two faces through one edge, as steep as that: six sides more, no two of them parallel",
+    kind="closed form",
+    unit="normals",
+    tolerance=0.0,
+    because="whole numbers; sines of 1e-15 beside an edge at the origin are exact to 1e-16 of themselves",
+    detects="an angle that is compared with another number, by a hundredth; faces that are left out, or kept twice",
+    faults=(
+        Fault(
+            "an angle a hundredth wider",
+            sat_convex._distinct,
+            "sines < SAME_DIRECTION",
+            "sines < 1.01 * SAME_DIRECTION",
+        ),
+        Fault("parallel faces that are kept", sat_convex._distinct, "(s_ < d_).any()", "False"),
+        Fault(
+            "faces that look the same way alone",
+            sat_convex._distinct,
+            "(s_ < d_).any()",
+            "((sines < SAME_DIRECTION) & (kept[:count] @ direction > 0.0)).any()",
+        ),
+    ),
+)
+def parallel_faces(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    for trial in range(run.count(32, 100, 1_000)):
+        factor = (0.5, 0.997, 1.003, 2.0)[trial % 4]
+        outline = np.array([(-1.4, 0.0), (1.3, 0.0), (1.0, 1.0), (-1.0, 1.1), (0.9, -1.0), (-0.8, -1.0)])
+        outline[2:] *= rng.uniform(0.9, 1.1, (4, 1))
+        rise = np.append(factor * PARALLEL * np.maximum(0.0, -outline[:, 1]), 1.0)
+        vertices = np.column_stack([np.append(outline, [rng.uniform(-0.2, 0.2, 2)], axis=0), rise])
+        ring = (0, 3, 2, 1, 4, 5)  # of the roof, which hangs down; its apex is vertex 6
+        roof = [(0, 3, 2), (0, 2, 1), (0, 1, 4), (0, 4, 5)]
+        triangles = np.array(roof + [(ring[k], ring[k - 1], 6) for k in range(6)])
+        turn, sign = rng.permutation(3), rng.choice([-1.0, 1.0], 3)
+        if np.linalg.det(np.eye(3)[turn]) * sign.prod() < 0.0:
+            triangles = triangles[:, ::-1]
+        shape = sat_convex.convex(2.0 ** rng.integers(-3, 4) * sign * vertices[:, turn], triangles)
+        measured.append(len(shape.normals))
+        expected.append(7 if factor < 1.0 else 8)
+        kinds.append(f"{factor} of the limit")
+    return Comparison(np.array(measured), np.array(expected), groups=kinds)

@@ -7,9 +7,11 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from softbody import Mesh, World
-from softbody.collision import edge_box, edge_mesh, soft_soft
+from softbody.collision import edge_box, edge_mesh, soft_response, soft_soft
+from softbody.collision.contact import Listing, new_contacts
 from softbody.collision.edge_mesh import Ridge, bits_across, edge_across_edge
 from softbody.geometry.segments import put_segment
+from softbody.state import Particles
 from validation.cases import ROOF, ROOF_FACES, random_orientations
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
@@ -283,3 +285,150 @@ def held(world: World, k: int) -> np.ndarray:
             how = contacts.depth[row], *contacts.normal[row], *contacts.point[row], *places, particles[1, 2]
             found = np.array([found[0] + 1.0, *how])
     return found
+
+
+@check(
+    family=FAMILY,
+    claim="A spike that is stuck into a crooked roof, its tip beside the ridge: an edge of it that leads out from where"
+    " the tip is, towards the nearer slope's outside, is not held by the ridge besides, for its tip is; one that leads"
+    " farther in, and passes under the ridge, is, as deep as the nearest points of both lines are.",
+    section="beyond the paper",
+    piece="softbody.collision.soft_soft.find_soft_soft_contacts",
+    reference="nearest points of two lines by least squares, sides by determinants, the slopes' normals, in NumPy",
+    kind="specification",
+    unit="m; contacts",
+    tolerance=2e-12,
+    because="rounding, of ridges that are a hundredth deep",
+    detects="an edge that is pushed where its end is pushed already; one that is let go though it goes deeper",
+    faults=(
+        Fault(
+            "edges that lead out, too",
+            soft_soft.find_soft_soft_contacts,
+            "count = _drop_those_that_lead_out(one, count, memory)",
+            "",
+        ),
+        Fault("edges that lead in are dropped", soft_soft._drop_those_that_lead_out, "out <= 0.0", "out >= 0.0"),
+        Fault("all with an end inside are dropped", soft_soft._drop_those_that_lead_out, "out <= 0.0", "out == 0.0"),
+        Fault(
+            "a way that is seen from the other end",
+            soft_soft._drop_those_that_lead_out,
+            "-dot(along, load(memory.way_out, j))",
+            "dot(along, load(memory.way_out, j))",
+        ),
+    ),
+)
+def edges_that_lead_out(run: Run) -> Comparison:
+    rng, measured, expected, kinds = run.fresh_rng(), [], [], []
+    wanted = run.count(80, 300, 2_000)
+    left = {"leads out": wanted // 2, "leads in": wanted // 2}
+    while any(left.values()):
+        roof = ROOF * (1.0, 2.5, 1.0) + rng.uniform(-0.05, 0.05, (6, 3))  # so flat that what is below a ridge is inside
+        # The tip is under a slope, near the ridge; the base is above, and turned anyhow.
+        along = rng.uniform(0.3, 0.7)
+        tip = (1.0 - along) * roof[2] + along * roof[5] + (0.0, rng.uniform(-0.15, 0.15), -rng.uniform(0.05, 0.25))
+        about, high, wide = rng.uniform(0.0, 2.0 * np.pi), rng.uniform(0.5, 1.2), rng.uniform(0.2, 1.0)
+        corners = about + np.arange(3) * 2.0 * np.pi / 3.0
+        base = tip + np.column_stack([wide * np.cos(corners), wide * np.sin(corners), np.full(3, high)])
+        base += rng.uniform(-0.2, 0.2, (3, 3))
+        spike = np.concatenate([[tip], base])
+        faces = np.array([(0, 2, 1), (0, 3, 2), (0, 1, 3), (1, 2, 3)])
+        edges = np.array([(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)])
+        length = np.linalg.norm(roof[EDGES[:, 0]] - roof[EDGES[:, 1]], axis=1).mean()
+        spike = tip + (spike - tip) * length / np.linalg.norm(spike[edges[:, 0]] - spike[edges[:, 1]], axis=1).mean()
+        slopes = [(roof[5] - roof[2], roof[1] - roof[2]), (roof[3] - roof[2], roof[5] - roof[2])]
+        normals = np.array([np.cross(a, b) / np.linalg.norm(np.cross(a, b)) for a, b in slopes])
+        normals *= np.sign(normals[:, 2:])
+        depths = normals @ (roof[2] - tip)
+        if depths.min() < 0.01 or abs(np.diff(depths)[0]) < 0.01:
+            continue
+        out = normals[depths.argmin()]
+        found = []
+        for k, (one, two) in enumerate(((3, 2), (1, 3), (2, 1)), 1):  # third corners left and right of tip → corner k
+            way = spike[k] - spike[0]
+            near = crossing_of(np.array([spike[0], spike[k], spike[one], spike[two]]), roof[RIDGE])
+            clear = abs(way @ out) > 1e-3 and (near[0] == 0.0 or 0.01 < near[0] < 0.2)
+            clear &= near[0] == 0.0 or below(spike[0] + near[4] * way, roof[RIDGE]) > 1e-6
+            found.append((k, near[0], "leads out" if way @ out > 0.0 else "leads in", clear))
+        crossing = [each for each in found if each[1] > 0.0]
+        if len(crossing) != 1 or not all(each[3] for each in found) or not left[crossing[0][2]]:
+            continue
+        k, depth, kind, _ = crossing[0]
+        left[kind] -= 1
+        about_all, order = Rotation.random(random_state=rng), rng.random() < 0.5
+        world, names = World((0.0, 0.0, 0.0)), rng.permutation(4)  # the numbers of the spike's vertices
+        turned_spike = np.empty((4, 3))
+        turned_spike[names] = about_all.apply(spike)
+        meshes = [Mesh(about_all.apply(roof), ROOF_FACES), Mesh(turned_spike, names[faces])]
+        for mesh in meshes[::-1] if order else meshes:
+            world.add_soft_body(mesh, 1.0, 10.0, 0.0)
+        world.step(1e-4)
+        first_spike, first_roof = (0, 4) if order else (6, 0)
+        contacts, row = world.contacts, np.zeros(2)
+        for number in range(contacts.number[0]):
+            particles = contacts.particles[number]
+            is_edge = sorted(set(particles[0] - first_spike)) == sorted((names[0], names[k]))
+            if is_edge and list(particles[1, :2] - first_roof) == [2, 5]:
+                row = np.array([row[0] + 1.0, contacts.depth[number]])
+        measured.append(row)
+        expected.append([1.0, depth] if kind == "leads in" else [0.0, 0.0])
+        kinds.append(kind)
+    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="A push on a triangle acts where its line meets the triangle's plane, both as they were when it happened; or"
+    " where they touch, if the line is at a cosine of 0.05 to the normal or less: at 0.5, 0.997, 1.003 and 2 to 20"
+    " times that, of triangles of any shape.",
+    section="beyond the paper",
+    piece="softbody.collision.soft_response.resolve_contacts",
+    reference="three linear equations, by NumPy",
+    kind="closed form",
+    unit="weights of corners",
+    tolerance=1e-10,
+    because="lines along the plane: where they meet it is rounded twenty times as much, and more in thin triangles",
+    detects="lines along the plane by another number, a hundredth off; weights of other corners, or of another time",
+    faults=(
+        Fault(
+            "a cosine that is a hundredth larger",
+            soft_response._line_meets_triangle,
+            "ALONG_SURFACE * np.sqrt(s_)",
+            "1.01 * ALONG_SURFACE * np.sqrt(square)",
+        ),
+        Fault("any line", soft_response._line_meets_triangle, "ALONG_SURFACE * np.sqrt(s_)", "0.0 * np.sqrt(square)"),
+        Fault("weights that do not add up", soft_response._line_meets_triangle, "w_[0] - u - v", "weights[0] - u + v"),
+        Fault(
+            "a corner as it is now",
+            soft_response._line_meets_triangle,
+            "_place(particles, at_particle(corners[2]), ago)",
+            "_place(particles, at_particle(corners[2]), 0.0)",
+        ),
+    ),
+)  # fmt: skip
+def where_pushes_act(run: Run) -> Comparison:
+    rng, measured, expected, kinds = run.fresh_rng(), [], [], []
+    while len(measured) < run.count(80, 400, 4_000):
+        times = (0.5, 0.997, 1.003, rng.uniform(2.0, 20.0))[len(measured) % 4]
+        position, velocity, ago = rng.normal(size=(6, 3)), rng.normal(size=(6, 3)), rng.uniform(0.0, 0.1)
+        then = position - ago * velocity
+        a, b, c = then[3:]
+        up = np.cross(b - a, c - a)
+        if np.linalg.norm(up) < 0.3:
+            continue
+        normal, across = up / np.linalg.norm(up), np.cross(up, rng.normal(size=3))
+        sine = 0.05 * times * rng.choice([-1.0, 1.0])
+        direction = sine * normal + np.sqrt(1.0 - sine**2) * across / np.linalg.norm(across)
+        direction *= 10.0 ** rng.uniform(-3.0, 3.0)
+        own, others = rng.dirichlet((1.0, 1.0, 1.0), 2)
+        contacts = new_contacts(1)
+        contacts.number[0] = 1
+        contacts.box[0] = -1
+        contacts.particles[0], contacts.weights[0] = [(0, 1, 2), (3, 4, 5)], [own, others]
+        particles = Particles(np.ones(6), position, velocity)
+        rows = Listing(*(getattr(contacts, name) for name in Listing._fields))
+        measured.append(soft_response._line_meets_triangle(rows, 0, particles, tuple(direction.tolist()), ago))
+        # p + t d = a + v (b − a) + w (c − a)
+        solved = np.linalg.solve(np.column_stack([direction, a - b, a - c]), a - own @ then[:3])
+        expected.append(others if times < 1.0 else np.array([1.0 - solved[1] - solved[2], solved[1], solved[2]]))
+        kinds.append("along the plane" if times < 1.0 else "through the plane")
+    return Comparison(np.array(measured), np.array(expected), groups=kinds)

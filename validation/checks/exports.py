@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tempfile
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -13,7 +14,7 @@ import numpy as np
 from softbody import Camera, Trajectory, TrajectoryWriter, World, icosphere
 from softbody.export import animation, files, looks, meshes, usd
 from validation.cases import BOX_TRIANGLES, corners_of, random_mesh, random_orientations, rotation_matrix
-from validation.check import Comparison, Run, check
+from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.checks.kept import FAMILY
 from validation.fault import Fault
 
@@ -362,3 +363,47 @@ def _half_way(
         else:
             shown[name] = 0.5 * (vertices + ahead), triangles
     return shown
+
+
+@check(
+    family=FAMILY,
+    claim="Programs count the frames of a USD, whose times are whole numbers then, if the frames come a whole number a"
+    " second, each to a millionth of a frame: with one that is late or early by 0.5, 0.997, 1.003 and 2 millionths.",
+    section="beyond the paper",
+    piece="softbody.Trajectory.export",
+    reference="what is documented; the times in the file's text, read by hand",
+    kind="specification",
+    engines=("pxr",),
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="yes or no; times of up to a minute are kept to 1e-14 s",
+    detects="another limit, by a hundredth; frames that are moved, or not counted",
+    faults=(
+        Fault("a hundredth less even", usd._time_codes, "x_.max() < EVEN", "x_.max() < 1.01 * EVEN"),
+        Fault("frames that are never counted", usd._time_codes, "x_.max() < EVEN", "False"),
+        Fault("even to a millionth of a second", usd._time_codes, "x_.max() < EVEN", "x_.max() < whole * EVEN"),
+    ),
+)
+def frames_that_are_counted(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    counted, even, kinds = [], [], []
+    for trial in range(run.count(16, 48, 400)):
+        factor, rate, late = (0.5, 0.997, 1.003, 2.0)[trial % 4], int(rng.integers(2, 100)), int(rng.integers(1, 5))
+        times = np.arange(6.0) / rate
+        times[late] += rng.choice([-1.0, 1.0]) * factor * 1e-6 / rate
+        world = World()
+        world.add_box((1.0, 1.0, 1.0), 1.0)
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            with TrajectoryWriter(world, folder / "kept") as kept:
+                for time in times.tolist():
+                    world.state.box_position[0] = rng.normal(size=3)
+                    world.time = time
+                    kept.frame()
+            Trajectory.open(folder / "kept").export(folder / "film.usda")
+            text = (folder / "film.usda").read_text()
+        codes = [float(code) for code in re.findall(r"^\s*([-+.e\d]+): \(", text, re.MULTILINE)]
+        counted.append(len(codes) >= 6 and all(code.is_integer() for code in codes))
+        even.append(factor < 1.0)
+        kinds.append(f"{factor} millionths of a frame")
+    return Comparison(np.array(counted), np.array(even), groups=kinds)

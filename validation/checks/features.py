@@ -373,6 +373,60 @@ def divergence_by_the_rule(run: Run) -> Comparison:
 
 @check(
     family=FAMILY,
+    claim="A soft body with neither gas nor weight has diverged if, and only if, it is longer than a thousand times the"
+    " root of the sum of the squares of its springs' rest lengths, along an axis: at 0.997 and 1.003 times that, at"
+    " that length in powers of two, and a rounding beyond.",
+    section="5.1",
+    piece="softbody.dynamics.soft_bodies.find_fault",
+    reference="that rule, on a tetrahedron of rest lengths whose squares add up to one",
+    kind="specification",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="yes or no; springs too soft to move a particle by a rounding in the step",
+    detects="another length, by a thousandth or a rounding; an axis or a spring that is left out",
+    faults=(
+        Fault("bodies that are just as long", soft_bodies.find_fault, "extent <= most_extent", "extent < most_extent"),
+        Fault("a hundredth longer", soft_bodies.find_fault, "extent <= most_extent", "extent <= 1.01 * most_extent"),
+        Fault("any length", soft_bodies.find_fault, "extent <= most_extent", "extent <= np.inf"),
+        Fault("the last axis alone", soft_bodies.find_fault, "max(extent, highest - lowest)", "highest - lowest"),
+    ),
+)
+def longest_by_the_rule(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    told, judged, kinds = [], [], []
+    for trial in range(run.count(24, 96, 960)):
+        kind = ("0.997 of the limit", "at the limit", "a rounding beyond", "1.003 of the limit")[trial % 4]
+        scale, axes = 2.0 ** rng.integers(-6, 7), rng.permutation(3)
+        lengths = scale * rng.permutation([2.0, 1.0, 1.0, 1.0, 1.0, 1.0])
+        limit = 1_000.0 * 3.0 * scale
+        mesh = Mesh(
+            scale * np.array([(-2.0, 0.0, 0.0), (2.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.5, 1.0)])[:, axes],
+            np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])[
+                :, :: 1 if np.linalg.det(np.eye(3)[axes]) > 0 else -1
+            ],
+        )
+        world = World(gravity=(0.0, 0.0, 0.0))
+        body = world.add_soft_body(mesh, 1.0, 1e-9, 0.0, rest_length=lengths, damping=0.0, deflated_below=0.0)
+        ends = 0.5 * limit * np.array([-1.0, 1.0])
+        if kind == "a rounding beyond":
+            ends[1] *= 1.0 + 2.0**-51
+        elif kind != "at the limit":
+            ends *= float(kind.split()[0])
+        positions = mesh.vertices * 100.0
+        positions[:2, np.flatnonzero(axes == 0)[0]] = ends
+        body.positions = positions
+        try:
+            world.step(1e-7 * scale)
+            told.append(False)
+        except softbody.SimulationError as error:
+            told.append("diverged" in str(error))
+        judged.append(bool(np.diff(ends)[0] > limit))
+        kinds.append(kind)
+    return Comparison(np.array(told), np.array(judged), groups=kinds)
+
+
+@check(
+    family=FAMILY,
     claim="Soft bodies that are told to stop before they set out make one step, of however many parts, all of them"
     " alike, or in haste, if it has several, none; and fall as long as that.",
     section="9",

@@ -566,3 +566,105 @@ def particle_on_box(run: Run) -> Comparison:
         np.concatenate(analytic.particle_impact(*arguments), axis=1),
         ratio * np.linalg.norm(np.concatenate([v, w, u], axis=1), axis=1),
     )
+
+
+@check(
+    family=FAMILY,
+    claim="Where boxes touch is answered for m pairs by m counts, m normals, m rows of eight points and m of eight"
+    " depths, for any m, also none; of boxes that meet anyhow.",
+    section="4.5",
+    piece="softbody.collision.manifold.box_pairs_manifolds",
+    reference="the shapes that are documented",
+    kind="specification",
+    unit="lengths of axes",
+    tolerance=0.0,
+    because="whole numbers",
+    detects="a row of points, or of depths, more or fewer than is said",
+    faults=(
+        Fault("nine points", manifold.box_pairs_manifolds, "(pairs, MOST_POINTS, 3)", "(pairs, MOST_POINTS + 1, 3)"),
+        Fault("nine depths", manifold.box_pairs_manifolds, "(pairs, MOST_POINTS)", "(pairs, MOST_POINTS + 1)"),
+        Fault("normals of both boxes", manifold.box_pairs_manifolds, "(pairs, 3)", "(2 * pairs, 3)"),
+    ),
+)
+def shapes_of_the_answer(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    measured, expected = [], []
+    for m in [0, 1, *rng.integers(2, 200, run.count(6, 20, 100)).tolist()]:
+        pairs = random_box_pairs(rng, 200).select(np.arange(m))
+        answers = manifold.box_pairs_manifolds(pairs.a, pairs.b)
+        measured.append([length for array in answers for length in array.shape])
+        expected.append([m, m, 3, m, 8, 3, m, 8])
+    return Comparison(np.array(measured), np.array(expected))
+
+
+@check(
+    family=FAMILY,
+    claim="Of boxes that overlap, however deep, and part least along an edge of each, the contact is half-way between"
+    " the two edges that lie farthest into the other box, where they come nearest: within both, or at the end of one.",
+    section="4.5",
+    piece="softbody.collision.manifold.box_box_manifold",
+    reference="nearest points of two segments: the best of those within both and from each of the four ends, by NumPy",
+    kind="closed form",
+    unit="of the size",
+    tolerance=2e-12,
+    because="lines at a small angle: their nearest points are ill-conditioned",
+    detects="an edge a hundredth too long, or another edge; a point that is not half-way",
+    faults=(
+        Fault("edges of b that are longer", manifold._edge_point, "0.5 * size[b, j]", "0.505 * size[b, j]"),
+        Fault("edges of a that are longer", manifold._edge_point, "0.5 * size[a, i]", "0.505 * size[a, i]"),
+        Fault(
+            "the edge of b that is away from a",
+            manifold._edge_point,
+            "0.5 if towards >= 0.0 else -0.5",
+            "-0.5 if towards >= 0.0 else 0.5",
+        ),
+        Fault("points on a", manifold._edge_point, "0.5 * (on_a + on_b)", "on_a"),
+    ),
+)  # fmt: skip
+def edges_of_overlapping_boxes(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    m = run.count(4_000, 20_000, 200_000)
+    size = rng.uniform(0.2, 1.0, (2, m, 3))
+    place = np.stack([0.4 * rng.normal(size=(m, 3)), np.zeros((m, 3))])
+    turns = np.stack([random_orientations(rng, m), random_orientations(rng, m)])
+    a, b = (sat_boxes.PlacedBoxes(size[k], place[k], turns[k]) for k in range(2))
+    count, normal, point, _ = manifold.box_pairs_manifolds(a, b)
+    measured, expected, kinds = [], [], []
+    for row in np.flatnonzero(count == 1):
+        axes = [rotation_matrix(turns[k, row]).T for k in range(2)]
+        across = np.cross(axes[0][:, None], axes[1][None])
+        sines = np.linalg.norm(across, axis=2)
+        along = np.abs(across @ normal[row]) / np.maximum(sines, 1e-300)
+        i, j = np.unravel_index(np.where(sines > 0.1, along, 0.0).argmax(), (3, 3))
+        faces = np.abs(np.concatenate(axes) @ normal[row])
+        if along[i, j] < 1.0 - 1e-12 or faces.max() > 1.0 - 1e-6 or np.abs(faces).min() > 1e-3:
+            continue
+        ends = []
+        for k, (own, sign) in enumerate(((i, -1.0), (j, 1.0))):
+            corners = place[k, row] + 0.0
+            for axis in range(3):
+                if axis != own:
+                    corners = (
+                        corners + sign * np.sign(axes[k][axis] @ normal[row]) * 0.5 * size[k, row, axis] * axes[k][axis]
+                    )
+            ends.append(corners + np.array([[-0.5], [0.5]]) * size[k, row, own] * axes[k][own])
+        where, kind = nearest_of_segments(*ends)
+        measured.append(point[row, 0])
+        expected.append(where)
+        kinds.append(kind)
+    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+
+
+def nearest_of_segments(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, str]:
+    """Return the middle (3,) of the shortest way between two segments (2, 3), and where that is on them, in words."""
+    u, v, apart = one[1] - one[0], other[1] - other[0], other[0] - one[0]
+    s, t = np.linalg.lstsq(np.stack([u, -v], axis=1), apart, rcond=None)[0]
+    if 0.0 <= s <= 1.0 and 0.0 <= t <= 1.0:
+        return 0.5 * (one[0] + s * u + other[0] + t * v), "within both"
+    ways = []
+    for end in (0.0, 1.0):
+        p, q = one[0] + end * u, other[0] + end * v
+        ways.append((p, other[0] + np.clip((p - other[0]) @ v / (v @ v), 0.0, 1.0) * v))
+        ways.append((one[0] + np.clip((q - one[0]) @ u / (u @ u), 0.0, 1.0) * u, q))
+    p, q = min(ways, key=lambda way: float(np.linalg.norm(way[0] - way[1])))
+    return 0.5 * (p + q), "at an end"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from softbody import Mesh, MeshError
-from softbody.geometry import MeshQuery, build_bvh, query, search_space, self_intersections
+from softbody import Mesh, MeshError, mesh
+from softbody.geometry import MeshQuery, build_bvh, query, search_space, self_intersections, triangle_list
 from validation.cases import MESH_KINDS, edge_lengths, points_around, random_mesh, rotated
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault
@@ -199,3 +199,70 @@ def signed_distances(run: Run) -> Comparison:
             scales.append(np.full(len(points), np.ptp(now.vertices, axis=0).max()))
             kinds += [kind] * len(points)
     return Comparison(np.concatenate(ours), np.concatenate(theirs), np.concatenate(scales), kinds)
+
+
+TOO_LARGE = 2.0**53  # from here on not every whole number is a real one
+MOST_ROWS = 1_431_655_765  # triangles, or vertices: (2³² − 1) / 3
+
+
+@check(
+    family=FAMILY,
+    claim="Triangles that are given as real numbers are refused by what is wrong with the first that is: parts of"
+    " numbers, numbers from 2⁵³ on, among which there are gaps, or vertices that there are none of; and as no whole"
+    " numbers, or as too many, with vertices or triangles by the thousand million, by whatever makes a tree of them.",
+    section="beyond the paper",
+    piece="softbody.Mesh",
+    reference="what is documented of both, number by number",
+    kind="specification",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="yes or no",
+    detects="a number that is told to be another mistake, a limit one off, another triangle's number",
+    faults=(
+        Fault("gaps from 3⁵³ on", mesh.checked_arrays, "np.abs(faces) < 2**53", "np.abs(faces) < 3**53"),
+        Fault("indices of one sign", mesh.checked_arrays, "np.abs(faces) < 2**53", "faces < 2**53"),
+        Fault("one triangle too few", triangle_list.checked_triangles, "a_ > MOST", "a_ >= MOST"),
+        Fault("vertices alone", triangle_list.checked_triangles, "max(len(points), len(faces))", "len(points)"),
+    ),
+)
+def indices_that_are_none(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    right, kinds = [], []
+    for _ in range(run.count(4, 20, 200)):
+        sphere = random_mesh(str(rng.choice(MESH_KINDS)), rng)
+        count = len(sphere.vertices)
+        out_of_range = f", but vertices run from 0 to {count - 1}; repair its indices"
+        for value, named in (
+            (0.5, ": not whole numbers; give vertex indices"),
+            (count - 0.5, ": not whole numbers; give vertex indices"),
+            (float(count), out_of_range),
+            (-1.0, out_of_range),
+            (TOO_LARGE - 1.0, out_of_range),
+            (1.0 - TOO_LARGE, out_of_range),
+            (TOO_LARGE, " has an index too large; give integers"),
+            (-TOO_LARGE, " has an index too large; give integers"),
+            (10.0 ** rng.uniform(16.0, 300.0), " has an index too large; give integers"),
+        ):
+            triangles = sphere.triangles.astype(np.float64)
+            place = int(rng.integers(len(triangles))), int(rng.integers(3))
+            triangles[place] = np.floor(value) if value > 1e16 else value
+            try:
+                Mesh(sphere.vertices, triangles)
+                right.append(False)
+            except MeshError as error:
+                right.append(str(error).startswith(f"triangle {place[0]} ") and str(error).endswith(named))
+            kinds.append(f"an index of {value:.5g}" if value < 1e16 else "an index beyond 2⁵³")
+    few, many = np.zeros((1, 3)), "the mesh has more than 1431655765 vertices or triangles; split it"
+    for vertices, triangles in ((1, 0), (0, 1), (1, 1), (0, 0)):
+        rows = [np.broadcast_to(few, (MOST_ROWS + beyond, 3)) for beyond in (vertices, triangles)]
+        for given in (rows, [rows[0], few], [few, rows[1]]):
+            is_many = max(len(each) for each in given) > MOST_ROWS
+            try:
+                build_bvh(*given)
+                right.append(False)
+            except MeshError as error:
+                right.append(
+                    str(error) == (many if is_many else "triangles are float64; give vertex indices, as integers")
+                )
+            kinds.append("more rows than a tree has room for" if is_many else "as many rows as a tree has room for")
+    return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)

@@ -537,6 +537,84 @@ def friction_is_coulombs(run: Run) -> Comparison:
 
 @check(
     family=FAMILY,
+    claim="In World.paper(frictionless=False) the ground stops the corners of a box that are below it, and no others: a"
+    " box that comes down upright, aslant and sliding, until its upper corners are exactly at the ground, or a little"
+    " above or below, is stopped and rubbed at the lower four, or at all eight.",
+    section="4.4",
+    piece="softbody.collision.ground.bounce_box",
+    reference="sixteen rounds of impulses over the corners below, in the core's order, then friction, in NumPy",
+    kind="specification",
+    unit="of the speed",
+    tolerance=1e-12,
+    because="rounding of two hundred impulses",
+    detects="corners at the ground that are stopped, or rubbed, as if they were below",
+    faults=(
+        Fault("corners at the ground, too", ground.bounce_box, "corner[2] < height", "corner[2] <= height"),
+        Fault("all corners", ground.bounce_box, "corner[2] < height", "corner[2] < height + 100.0"),
+        Fault("eight rounds", ground.bounce_box, "BOX_ROUNDS", "BOX_ROUNDS // 8"),
+    ),
+)
+def corners_below_the_ground(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    for trial in range(run.count(30, 120, 1_200)):
+        sunk = ("exactly", "less", "more")[trial % 3]
+        e, rough = rng.random(2) * (trial % 2), rng.uniform(0.1, 1.0, 2)
+        world = World.paper(
+            frictionless=False, gravity=(0.0, 0.0, 0.0), speed_ceiling=np.inf, angular_speed_ceiling=np.inf,
+            angular_speed_floor=0.0,
+        )  # fmt: skip
+        world.add_ground(restitution=e[0], friction=rough[0])
+        size, mass = rng.integers(8, 33, 3) / 32.0, 2.0 ** rng.integers(-2, 3)
+        h, slide, speed = 2.0**-10, rng.normal(size=2), rng.integers(8, 65) / 16.0
+        off = {"exactly": 0.0, "less": 2.0**-12, "more": -(2.0**-12)}[sunk]
+        velocity = np.array([*slide, -speed])
+        place = np.array([0.0, 0.0, -0.5 * size[2] + off + speed * h])
+        box = world.add_box(size, mass, place, velocity=velocity, restitution=e[1], friction=rough[1])
+        world.step(h)
+        measured.append(np.hstack([box.velocity, box.angular_velocity]) / speed)
+        expected.append(
+            np.hstack(stopped(size, mass, velocity, off, float(e.max()), float(np.sqrt(rough.prod())))) / speed
+        )
+        kinds.append(f"sunk by {sunk} {'than ' if off else ''}its height")
+    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+
+
+def stopped(
+    size: np.ndarray, mass: float, velocity: np.ndarray, top: float, bounce: float, mu: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return v and ω of an upright box after it has met the ground, whose upper corners are `top` [m] above that."""
+    v, w, impulses = velocity.copy(), np.zeros(3), np.zeros(8)
+    inverse = 12.0 / (mass * ((size**2).sum() - size**2))
+    arms = np.array([[x, y, z] for z in (-0.5, 0.5) for y in (-0.5, 0.5) for x in (-0.5, 0.5)]) * size
+    below = [k for k in range(8) if arms[k, 2] - 0.5 * size[2] + top < 0.0]
+
+    def push(k: int, impulse: np.ndarray) -> None:
+        nonlocal v, w
+        v, w = v + impulse / mass, w + inverse * np.cross(arms[k], impulse)
+
+    def give(k: int, way: np.ndarray) -> float:
+        turn = np.cross(arms[k], way)
+        return float(1.0 / mass + turn @ (inverse * turn))
+
+    up = np.array([0.0, 0.0, 1.0])
+    for _ in range(16):
+        for k in below:
+            lack = bounce * -velocity[2] - (v + np.cross(w, arms[k]))[2]
+            change = np.maximum(-impulses[k], lack / give(k, up))
+            impulses[k] += change
+            push(k, change * up)
+    for k in below:
+        sliding = (v + np.cross(w, arms[k])) * (1.0, 1.0, 0.0)
+        speed = np.linalg.norm(sliding)
+        if impulses[k] > 0.0 and speed > 0.0:
+            along = sliding / speed
+            push(k, -np.minimum(mu * impulses[k], speed / give(k, along)) * along)
+    return v, w
+
+
+@check(
+    family=FAMILY,
     claim="Where spins have a floor, and contacts are solved together, a box that the ground holds snaps to right"
     " angles; one that another box holds, or that the ground will not reach in the step, does not.",
     section="6",

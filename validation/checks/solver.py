@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softbody.collision import batches, held_boxes, sequential_impulses, solver_row, support_trees
+from softbody.collision import batches, held_boxes, sequential_impulses, solver_row, support_trees, warm_start
 from softbody.collision.contact import Contacts, new_contacts
 from softbody.collision.solver_row import NORMAL_IMPULSE, TARGET, prepare_contacts
 from softbody.collision.sweep_order import sweep_order
@@ -535,3 +535,64 @@ def trees(run: Run) -> Comparison:
         kinds += ["change of motion"] * count
         scales += [1.0] * count + [np.maximum(1.0, np.abs(change).max())] * count
     return Comparison(np.array(measured, float), np.array(expected, float), np.array(scales), kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="Each contact of boxes starts from the impulse that it had a step ago, known by its two boxes and its"
+    " feature; where a feature is gone its impulse goes to the nearest contact of that pair, between a nanometre and a"
+    " thousand kilometres away, and where the pair is gone, to none.",
+    section="4.4",
+    piece="softbody.collision.warm_start.warm_start",
+    reference="the same rule, contact by contact, in NumPy",
+    kind="specification",
+    unit="N s",
+    tolerance=1e-14,
+    because="sums of some impulses of about 1 N s",
+    detects="lengths compared with a metre; an axis that is left out; impulses that are lost, or another pair's",
+    faults=(
+        Fault("squares beside a square metre", warm_start.warm_start, "distance = 0.0", "distance = 1.0"),
+        Fault("the farthest", warm_start.warm_start, "distance < nearest", "distance > nearest or matched < 0"),
+        Fault("two axes", warm_start.warm_start, "range(3)", "range(2)"),
+        Fault(
+            "features that are not looked at",
+            warm_start.warm_start,
+            "contacts.feature[k] == cache.feature[old]",
+            "False",
+        ),
+    ),
+)
+def impulses_of_a_step_ago(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    for trial in range(run.count(40, 200, 2_000)):
+        scale = 10.0 ** (-9.0, -7.0, -3.0, 0.0, 3.0, 6.0)[trial % 6]
+        lists = []
+        for _ in range(2):
+            pairs = sorted(rng.permutation([(1, 0), (2, 0), (2, 1), (3, 0), (4, 2)])[: rng.integers(1, 5)].tolist())
+            numbers = np.sort(rng.integers(0, len(pairs), int(rng.integers(1, 16))))
+            features = np.zeros(len(numbers), np.int64)
+            for pair in range(len(pairs)):
+                features[numbers == pair] = rng.permutation(20)[: (numbers == pair).sum()]
+            lists.append((np.array(pairs)[numbers], features, scale * rng.normal(size=(len(numbers), 3))))
+        (old_pairs, old_features, old_points), (pairs_now, features, points) = lists
+        contacts, impulses = new_contacts(16), rng.normal(size=(len(old_pairs), 3))
+        contacts.number[:], contacts.cache.number[0] = len(pairs_now), len(old_pairs)
+        rows = contacts.box, contacts.feature, contacts.point
+        kept = contacts.cache.box, contacts.cache.feature, contacts.cache.point, contacts.cache.impulse
+        for to, what in zip(
+            (*rows, *kept), (pairs_now, features, points, old_pairs, old_features, old_points, impulses)
+        ):
+            to[: len(what)] = what
+        warm_start.warm_start(contacts)
+        truth = np.zeros((len(pairs_now), 3))
+        for pair, feature, point, impulse in zip(old_pairs, old_features, old_points, impulses):
+            there = np.flatnonzero((pairs_now == pair).all(axis=1))
+            same = there[features[there] == feature]
+            if len(there):
+                nearest = np.linalg.norm(points[there] - point, axis=1).argmin()
+                truth[same[0] if len(same) else there[nearest]] += impulse
+        measured.append(np.pad(contacts.impulse[: len(truth)].ravel(), (0, 48 - truth.size)))
+        expected.append(np.pad(truth.ravel(), (0, 48 - truth.size)))
+        kinds.append(f"metres apart: {scale:g}")
+    return Comparison(np.array(measured), np.array(expected), groups=kinds)
