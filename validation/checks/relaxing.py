@@ -80,7 +80,8 @@ def as_fire_has_it(run: Run) -> Comparison:
     because="three digits are told: 5e-3 at worst",
     detects="a step more or less, also where rounds meet; a force on another body's stiffness, size or mass",
     faults=(
-        Fault("a step more in a round", shape_at_rest.shape_at_rest, "steps - done, ROUND", "steps - done, ROUND + 1"),
+        Fault("a step more in a round", shape_at_rest.shape_at_rest, "min(steps - done, ROUND)",
+              "min(steps - done, ROUND + 1)"),
         Fault("rounds to the end", shape_at_rest.shape_at_rest, "min(steps - done, ROUND)", "min(steps, ROUND)"),
         Fault("the softest spring", shape_at_rest.shape_at_rest, "model.edge_stiffness.max()",
               "model.edge_stiffness.min()"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softbody import Mesh, World, octahedron, tetrahedron
+from softbody import Mesh, World, icosphere, octahedron, tetrahedron
 from softbody.dynamics import integrators, ring_forces, stability, vertex_rings
 from softbody.settings import INTEGRATORS
 from validation.cases import MESH_KINDS, edge_lengths, random_mesh, rotated
@@ -191,3 +191,62 @@ def stable_step_as_documented(run: Run) -> Comparison:
             expected.append(min(steps))
             kinds.append(scheme)
     return Comparison(measured, expected, expected, groups=kinds)
+
+
+@check(
+    family="integrators",
+    claim="Particles lie in blocks of as many neighbours each, which are one ring or not, of 256 at most: as few blocks"
+    " as that allows within each 2048 particles, each but for twins of its last one; every particle in one place.",
+    section="6",
+    piece="softbody.dynamics.vertex_rings.build_rings",
+    reference="neighbours counted along the mesh's edges; where particles of a kind end, and every 256th, in NumPy",
+    kind="specification",
+    unit="particles, blocks",
+    tolerance=0.0,
+    because="whole numbers",
+    detects="blocks of one particle, or of too many, which threads cannot share; particles of another kind among them",
+    faults=(
+        Fault("blocks of one", vertex_rings.build_rings, "np.arange(1, count) % BLOCK", "np.arange(1, count) // BLOCK"),
+        Fault("blocks of any length", vertex_rings.build_rings, "x_ | (np.arange(1, count) % BLOCK == 0)", "x_"),
+        Fault("windows of half", vertex_rings.build_rings, "np.arange(count) // WINDOW",
+              "np.arange(count) // (WINDOW // 2)"),
+    ),
+)  # fmt: skip
+def blocks_of_particles(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    for kind, mesh in [
+        *((kind, _mesh(kind, rng)) for kind in (*MESH_KINDS, PINCHED) for _ in range(run.count(1, 3, 20))),
+        *(("a large sphere", rotated(icosphere(sides), rng)) for sides in range(4, run.count(5, 6, 7))),
+    ]:
+        world, count = World(), len(mesh.vertices)
+        world.add_soft_body(mesh, 1.0, 100.0, 1.0)
+        blocks, particle = world.rings.block, world.rings.particle
+        neighbours = np.bincount(mesh.edges.ravel(), minlength=count)
+        order = np.concatenate([particle[first : first + number] for first, _, number, *_ in blocks])
+        # A particle whose triangles are several fans is no ring: it has as many neighbours, and is told apart.
+        fans = np.array([_fans(mesh.triangles, each) for each in range(count)]) if kind == PINCHED else np.ones(count)
+        alike = np.stack([neighbours, fans > 1.0], axis=1)[order]
+        starts = (np.diff(alike, axis=0) != 0).any(axis=1) | (np.arange(1, count) % 256 == 0)
+        # Within a window those of a kind follow each other: no kind comes twice.
+        windows = [alike[first : first + 2_048] for first in range(0, count, 2_048)]
+        runs = [1 + int((np.diff(each, axis=0) != 0).any(axis=1).sum()) for each in windows]
+        measured.append([len(blocks), blocks[:, 2].max(), *np.bincount(order, minlength=count)[[0, -1]], sum(runs)])
+        most = np.diff(np.concatenate([[0], np.flatnonzero(starts) + 1, [count]])).max()
+        expected.append([1 + int(starts.sum()), most, 1, 1, sum(len(np.unique(each, axis=0)) for each in windows)])
+        kinds.append(kind)
+    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+
+
+def _fans(triangles: np.ndarray, particle: int) -> int:
+    """Return how many fans of triangles meet in a particle."""
+    here = triangles[(triangles == particle).any(axis=1)]
+    left = [set(each.tolist()) - {particle} for each in here]
+    fans = 0
+    while left:
+        fans, fan, size = fans + 1, set(left.pop()), 0
+        while len(fan) != size:
+            size = len(fan)
+            fan |= {corner for each in left if each & fan for corner in each}
+        left = [each for each in left if not each & fan]
+    return fans
