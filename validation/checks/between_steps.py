@@ -185,8 +185,8 @@ def time_is_kept(run: Run) -> Comparison:
     ),
 )  # fmt: skip
 def calls_of_any_length(run: Run) -> Comparison:
-    rng = run.fresh_rng()
-    same, kinds = [], []
+    rng, kinds = run.fresh_rng(), []
+    same: list[bool] = []
     while len(same) < 3 * run.count(2, 6, 40):
         worlds = []
         speed, gas, sides = rng.uniform(2.0, 6.0), rng.uniform(100.0, 300.0), int(rng.integers(1, 3))
@@ -204,15 +204,15 @@ def calls_of_any_length(run: Run) -> Comparison:
             shortest = min(shortest, worlds[0].stable_time_step())
         if shortest > 0.9 * h:
             continue  # it was not pressed together enough
-        pieces = rng.integers(2, 20, 100)
-        for world, lengths in zip(worlds[1:], ([100], [1] * 100, pieces)):
+        cuts: list[list[int]] = [[100], [1] * 100, rng.integers(2, 20, 100).tolist()]
+        for world, lengths in zip(worlds[1:], cuts):
             left, refused = 100, False
             for length in lengths:
                 try:
-                    world.step(h, min(int(length), left))
+                    world.step(h, min(length, left))
                 except ParameterError:
                     refused = True
-                left -= min(int(length), left)
+                left -= min(length, left)
             same.append(not refused and (_bits(world) == _bits(worlds[0])).all())
             kinds.append(
                 "at once" if len(lengths) == 1 else "one by one" if len(set(lengths)) == 1 else "some at a time"

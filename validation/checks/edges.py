@@ -12,6 +12,7 @@ from softbody.collision.contact import Listing, new_contacts
 from softbody.collision.edge_mesh import Ridge, bits_across, edge_across_edge
 from softbody.geometry.segments import put_segment
 from softbody.state import Particles
+from softbody.vec import Vec
 from validation.cases import ROOF, ROOF_FACES, random_orientations
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
@@ -406,7 +407,8 @@ def edges_that_lead_out(run: Run) -> Comparison:
     ),
 )  # fmt: skip
 def where_pushes_act(run: Run) -> Comparison:
-    rng, measured, expected, kinds = run.fresh_rng(), [], [], []
+    rng, expected, kinds = run.fresh_rng(), [], []
+    measured: list[Vec] = []
     while len(measured) < run.count(80, 400, 4_000):
         times = (0.5, 0.997, 1.003, rng.uniform(2.0, 20.0))[len(measured) % 4]
         position, velocity, ago = rng.normal(size=(6, 3)), rng.normal(size=(6, 3)), rng.uniform(0.0, 0.1)

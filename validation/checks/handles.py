@@ -3,11 +3,27 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from softbody import Body, Box, SoftBody, World, icosphere, joint, soft_body, state, torus, world_file
+from softbody import (
+    Body,
+    Box,
+    ParameterError,
+    SoftBody,
+    World,
+    bodies,
+    icosphere,
+    joint,
+    soft_body,
+    state,
+    torus,
+    world_file,
+)
 from softbody import world as host
 from validation.cases import edge_lengths, random_mesh
 from validation.check import DISAGREEMENTS, Comparison, Run, check
@@ -370,3 +386,65 @@ def _is_at(body: Body, place: np.ndarray, particles: int) -> bool:
         return bool((body.position == place).all())
     assert isinstance(body, SoftBody)
     return len(body.positions) == particles and float(np.abs(body.positions.mean(axis=0) - place).max()) < 1e-12
+
+
+WHOLE_KINDS: tuple[Any, ...] = (SoftBody, Box, joint.Joint)
+
+
+@check(
+    family=FAMILY,
+    claim="A handle of a number that a world has a body of is that body's; of the next number, and of any beyond, it is"
+    " refused by its kind, its number and how many there are: where it is made, and where it is asked after the world"
+    " has become one of fewer bodies.",
+    section="beyond the paper",
+    piece="softbody.Body",
+    reference="the documentation; counts of the bodies that were added",
+    kind="specification",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="yes or no",
+    detects="a body one beyond the last, which is no body; another kind's count",
+    faults=(
+        Fault("one beyond the last", bodies.Body._row, "self.index < self._count()", "self.index <= self._count()"),
+        Fault("any number", bodies.Body._row, "not self.index < self._count()", "False"),
+    ),
+)
+def numbers_of_no_body(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    right, kinds = [], []
+    for _ in range(run.count(6, 20, 200)):
+        counts = rng.permutation([1, 2, 3])
+        worlds = []
+        for more in (1, 0):
+            world = World()
+            for k in range(counts[0] + more):
+                world.add_soft_body(icosphere(0, 0.4), 1.0, 10.0, 1.0, (k, 0.0, 0.0))
+            boxes = [world.add_box((1.0, 1.0, 1.0), 1.0, (k, 3.0, 0.0)) for k in range(counts[1] + more)]
+            for _ in range(counts[2] + more):
+                world.add_joint((boxes[0], (0.0, 3.0, 0.5)), (0.0, 9.0, 0.0), stiffness=1.0)
+            worlds.append(world)
+        larger, smaller = worlds
+        for kind, count in zip(WHOLE_KINDS, counts.tolist()):
+            last = kind(larger, count)
+            said = f"{kind.kind} {{}} is not in this world: there are {{}}; take one that is"
+            right.append(last.index == count and last.is_there)
+            kinds.append(f"{kind.kind}: the last")
+            for beyond in (1, 2, int(rng.integers(3, 1_000))):
+                right.append(_refusal(partial(kind, larger, count + beyond)) == said.format(count + beyond, count + 1))
+                kinds.append(f"{kind.kind}: {min(beyond, 3)} beyond the last")
+        handles = [kind(larger, count) for kind, count in zip(WHOLE_KINDS, counts.tolist())]
+        larger.restore(smaller.snapshot())
+        for handle, count in zip(handles, counts.tolist()):
+            told = _refusal(partial(getattr, handle, "name"))
+            right.append(told == f"{handle.kind} {count} is not in this world: there are {count}; take one that is")
+            kinds.append(f"{handle.kind}: in a world of one fewer")
+    return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
+
+
+def _refusal(question: Callable[[], object]) -> str:
+    """Return what a question is refused with, or nothing."""
+    try:
+        question()
+    except ParameterError as error:
+        return str(error)
+    return ""

@@ -253,8 +253,8 @@ def indices_that_are_none(run: Run) -> Comparison:
                 right.append(str(error).startswith(f"triangle {place[0]} ") and str(error).endswith(named))
             kinds.append(f"an index of {value:.5g}" if value < 1e16 else "an index beyond 2⁵³")
     few, many = np.zeros((1, 3)), "the mesh has more than 1431655765 vertices or triangles; split it"
-    for vertices, triangles in ((1, 0), (0, 1), (1, 1), (0, 0)):
-        rows = [np.broadcast_to(few, (MOST_ROWS + beyond, 3)) for beyond in (vertices, triangles)]
+    for more in ((1, 0), (0, 1), (1, 1), (0, 0)):
+        rows = [np.broadcast_to(few, (MOST_ROWS + beyond, 3)) for beyond in more]
         for given in (rows, [rows[0], few], [few, rows[1]]):
             is_many = max(len(each) for each in given) > MOST_ROWS
             try:

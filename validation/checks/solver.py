@@ -617,8 +617,8 @@ def impulses_of_a_step_ago(run: Run) -> Comparison:
     ),
 )
 def two_hundred_sweeps(run: Run) -> Comparison:
-    rng = run.fresh_rng()
-    measured, expected = [], []
+    rng, expected = run.fresh_rng(), []
+    measured: list[float] = []
     while len(measured) < run.count(30, 150, 1_500):
         bodies, number = boxes_at(rng, rng.normal(size=(1, 3))), int(rng.integers(3, 8))
         place = bodies.position[0] + rng.normal(0.0, 0.5, 3)

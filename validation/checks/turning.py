@@ -143,7 +143,8 @@ def axes_that_are_taken(run: Run) -> Comparison:
     rng = run.fresh_rng()
     slop, measured, expected, kinds = 0.01, [], [], []
     for _ in range(run.count(3, 12, 120)):
-        world, rules = World(gravity=slop / STEP**2 * Rotation.random(random_state=rng).apply((0.0, 0.0, 1.0))), []
+        world = World(gravity=slop / STEP**2 * Rotation.random(random_state=rng).apply((0.0, 0.0, 1.0)))
+        rules: list[np.ndarray] = []
         while len(rules) < 100:
             sizes, turns = rng.uniform(0.3, 1.2, (2, 3)), Rotation.random(2, random_state=rng)
             apart = rng.uniform(0.3, 0.8) * Rotation.random(random_state=rng).apply((0.0, 0.0, 1.0))
@@ -206,7 +207,8 @@ def axes_that_are_taken(run: Run) -> Comparison:
 )
 def as_good_as_flat(run: Run) -> Comparison:
     rng = run.fresh_rng()
-    measured, kinds, missed = [], [], 0
+    measured: list[float] = []
+    kinds, missed = [], 0
     while len(measured) < run.count(60, 300, 3_000):
         sizes, tilt = rng.uniform(0.3, 1.0, (2, 3)), rng.uniform(1e-4, 9e-4)
         yaw, way = Rotation.from_rotvec((0.0, 0.0, rng.uniform(-3.0, 3.0))), rng.uniform(-np.pi, np.pi)
