@@ -220,14 +220,11 @@ def as_good_as_flat(run: Run) -> Comparison:
         matrices = np.array([turn.as_matrix() for turn in turns])
         axes = axes_of(matrices)
         gaps, closing = gaps_along(axes, sizes, matrices, apart), np.abs(axes[:, 2]) * speed * STEP
-        flat = np.abs(axes[6:, 2]) > 1.0 - 0.4e-6
+        flat = np.abs(axes[6:] @ axes[[2, 5]].T).min(axis=1) > 1.0 - 0.4e-6
         enter = np.where(np.abs(axes[:, 2]) > 0.5, gaps / np.maximum(closing, 1e-9), -np.inf)
-        last = enter[6:].argmax()
-        if (
-            not enter[:6].max() + 1e-7 < enter[6:].max() < 0.95
-            or not flat[last]
-            or (gaps[np.abs(axes[:, 2]) < 0.5] > -1e-3).any()
-        ):
+        faces_meet, edges_meet = enter[:6].max(), enter[6:].max()
+        beside = (gaps[np.abs(axes[:, 2]) < 0.5] < -1e-3).all()  # and it does not pass it
+        if not (beside and faces_meet + 1e-7 < edges_meet < 0.95 and flat[enter[6:] > faces_meet].all()):
             continue
         turn, names = Rotation.random(random_state=rng), Rotation.create_group("O")
         world, is_second, boxes = World(gravity=(0.0, 0.0, 0.0)), rng.random() < 0.5, []
