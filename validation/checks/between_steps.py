@@ -201,13 +201,15 @@ def calls_of_any_length(run: Run) -> Comparison:
         shortest = h
         for _ in range(99):
             worlds[0].step(h, allow_unstable=True)
-            shortest = min(shortest, worlds[0].stable_time_step())
+            shortest = np.minimum(shortest, worlds[0].stable_time_step())
         if shortest > 0.9 * h:
             continue  # it was not pressed together enough
         cuts: list[list[int]] = [[100], [1] * 100, rng.integers(2, 20, 100).tolist()]
         for world, lengths in zip(worlds[1:], cuts):
             left, refused = 100, False
             for length in lengths:
+                if left == 0:
+                    break
                 try:
                     world.step(h, min(length, left))
                 except ParameterError:
