@@ -39,11 +39,13 @@ from softbody.collision.swept_boxes import (
     grazing_depth,
     meeting_of,
     rests_on_face,
+    write_normal,
 )
 from softbody.jit import jit, jit_lean
 from softbody.vec import Vec, add, cross, dot, load, norm, scale, store, sub
 
 MOST_POINTS = 8  # of two rectangles' intersection
+ALL_BUT_FLAT = 0.999  # cosine of 2.5°, between the normal of two edges and that of a face
 
 
 class Manifold(NamedTuple):
@@ -180,7 +182,8 @@ def _points_of_turning(
         if found > 0:
             return found
         overlap = least_overlap(boxes, pair[0], pair[1], limits, manifold.sat)
-    return _points_of_overlap(boxes, pair, overlap, limits, manifold)
+    found = _points_all_but_flat(boxes, pair, overlap[1], limits, NO_SWEEP, manifold)
+    return found if found > 0 else _points_of_overlap(boxes, pair, overlap, limits, manifold)
 
 
 @jit_lean
@@ -194,11 +197,39 @@ def _points_of_meeting(
     to_meet = Sweep(scale(meeting.when, sweep.travel), STILL, STILL, STILL, sweep.turn, sweep.share)
     if meeting.axis < 6:
         return _clip_along(boxes, pair, meeting.axis, limits, to_meet, manifold)
+    found = _points_all_but_flat(boxes, pair, meeting.axis, limits, to_meet, manifold)
+    if found > 0:
+        return found
     gap = _edge_point(boxes, pair, meeting, to_meet, manifold)
     normal = manifold.sat.normal[0], manifold.sat.normal[1], manifold.sat.normal[2]
     left = abs(meeting.separation + dot(to_meet.travel, normal))
     # Edges that are farther apart then than along the normal pass beside each other.
     return 1 if gap <= left + sweep.turn + grazing_depth(boxes, pair, limits.slop) else 0
+
+
+@jit_lean
+def _points_all_but_flat(
+    boxes: BoxFrames, pair: tuple[int, int], axis: int, limits: Limits, sweep: Sweep, manifold: Manifold
+) -> int:
+    """Find the points of faces that come down all but flat on each other, if along `axis` edges meet first, else none.
+
+    The first point alone would not hold the boxes: in the same step they turn about it, into each other.
+    """
+    if axis < 6 or limits.paper_axes:
+        return 0
+    normal = manifold.sat.normal[0], manifold.sat.normal[1], manifold.sat.normal[2]
+    face, most = 0, 0.0
+    for k in range(6):
+        along = abs(dot(load(boxes.axes[pair[k // 3]], k % 3), normal))
+        if along > most:
+            face, most = k, along
+    if most < ALL_BUT_FLAT:
+        return 0
+    write_normal(boxes, pair, face, manifold.sat)
+    found = _clip_along(boxes, pair, face, limits, sweep, manifold)
+    if found == 0:
+        write_normal(boxes, pair, axis, manifold.sat)
+    return found
 
 
 @jit_lean

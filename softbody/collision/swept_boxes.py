@@ -140,7 +140,7 @@ def meeting_of(boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, limits: Li
             latest, best, acts = entry, Meeting(k, separation, 0.0), separation < sweep.turn + closing
     if best.axis == NEVER or (acts and _fly_past(boxes, pair, sweep, limits.paper_axes, memory)):
         return NO_MEETING
-    _write_normal(boxes, pair, best.axis, memory)
+    write_normal(boxes, pair, best.axis, memory)
     when = latest if latest <= 1.0 and best.separation > touching else before
     return Meeting(best.axis, best.separation, when)
 
@@ -265,7 +265,7 @@ def _projection(
 
 
 @jit_lean
-def _write_normal(boxes: BoxFrames, pair: tuple[int, int], axis: int, memory: SatMemory) -> None:
+def write_normal(boxes: BoxFrames, pair: tuple[int, int], axis: int, memory: SatMemory) -> None:
     """Write the unit vector along an axis, from b to a."""
     a, b = pair
     axes, normal = boxes.axes, memory.normal

@@ -6,7 +6,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from softbody import World
-from softbody.collision import sat_boxes, swept_boxes
+from softbody.collision import manifold, sat_boxes, swept_boxes
+from validation.cases import depths_of_boxes
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.checks.passing import BALLS
 from validation.fault import Fault
@@ -181,8 +182,8 @@ def axes_that_are_taken(run: Run) -> Comparison:
 @check(
     family=FAMILY,
     claim="A box that comes down on a fixed one as good as flat, its edges within a thousandth of a radian of that and"
-    " beside the other's, though they meet a little later than the faces, touches it along a face of one of the two, if"
-    " it does in that step: turned anyhow about their common normal, and in the world.",
+    " beside the other's, though they meet a little later than the faces, touches it along a face of one of the two:"
+    " turned anyhow about their common normal, and in the world.",
     section="4.5",
     piece="softbody.collision.swept_boxes.meeting_of",
     reference="gaps along fifteen axes and how fast they close, by NumPy: those in which edges meet last",
@@ -208,7 +209,7 @@ def axes_that_are_taken(run: Run) -> Comparison:
 def as_good_as_flat(run: Run) -> Comparison:
     rng = run.fresh_rng()
     measured: list[float] = []
-    kinds, missed = [], 0
+    kinds = []
     while len(measured) < run.count(60, 300, 3_000):
         sizes, tilt = rng.uniform(0.3, 1.0, (2, 3)), rng.uniform(1e-4, 9e-4)
         yaw, way = Rotation.from_rotvec((0.0, 0.0, rng.uniform(-3.0, 3.0))), rng.uniform(-np.pi, np.pi)
@@ -236,12 +237,48 @@ def as_good_as_flat(run: Run) -> Comparison:
         for each in boxes[::-1] if is_second else boxes:
             world.add_box(*each)
         world.step(STEP)
-        if world.contacts.number[0] == 0:
-            missed += 1
-            continue
-        normal = world.contacts.normal[0]
+        normal = world.contacts.normal[0] if world.contacts.number[0] else np.zeros(3)
         faces = turn.apply(np.concatenate([matrices[0].T, matrices[1].T]))
         measured.append(np.abs(faces @ normal).max())
         kinds.append("the fixed one first" if not is_second else "the fixed one second")
-    notes = [f"{missed} more touch in the step after only: no corner comes down over the other one's face"]
-    return Comparison(np.array(measured), np.ones(len(measured)), groups=kinds, notes=notes)
+    return Comparison(np.array(measured), np.ones(len(measured)), groups=kinds)
+
+
+@check(
+    family=FAMILY,
+    claim="A box that comes down on a fixed one, tilted by a thousandth of a degree to 2°, over its face or its rim, is"
+    " not inside it after the step in which they meet, by FCL.",
+    section="4.5",
+    piece="softbody.World.step",
+    reference="FCL",
+    engines=("fcl",),
+    unit="of a step's way",
+    tolerance=0.1,
+    because="a box turns within the step, about the point that comes down first, by up to 0.2 rad: its corners do not"
+    " go straight; 0.035 at ten seeds, and the whole way where a point is missed",
+    detects="a contact that is missed, as faces are all but flat, and edges meet elsewhere than it seems",
+    faults=(
+        Fault("one point for all", manifold._points_all_but_flat, "most_ < ALL_BUT_FLAT", "True"),
+        Fault("all but flat to a fiftieth of that", manifold._points_all_but_flat, "ALL_BUT_FLAT", "0.99999"),
+        Fault("the face across", manifold._points_all_but_flat, "along_ > most_", "along < most or most == 0.0"),
+        BALLS,
+    ),
+)
+def however_tilted(run: Run) -> Comparison:
+    rng = run.fresh_rng()
+    depths: list[float] = []
+    while len(depths) < run.count(150, 600, 6_000):
+        sizes, tilt = rng.uniform(0.3, 1.0, (2, 3)), 10.0 ** rng.uniform(-4.7, -1.5)
+        way = rng.uniform(-np.pi, np.pi)
+        yaw = Rotation.from_rotvec((0.0, 0.0, rng.uniform(-3.0, 3.0)))
+        turn = Rotation.from_rotvec(tilt * np.array([np.cos(way), np.sin(way), 0.0])) * yaw
+        speed = rng.uniform(1.0, 5.0)
+        aside = rng.uniform(-0.7, 0.7, 2) * (sizes[0, :2] + sizes[1, :2]) / 2.0
+        above = 0.5 * sizes[:, 2].sum() + tilt * sizes[1].sum() + rng.uniform(0.1, 0.6) * speed * STEP
+        world = World(gravity=(0.0, 0.0, 0.0))
+        world.add_box(sizes[0], None)
+        q = turn.as_quat(scalar_first=True)
+        world.add_box(sizes[1], 1.0, (*aside, above), q, (0.0, 0.0, -speed))
+        world.step(STEP)
+        depths.append(depths_of_boxes(world)[0] / (speed * STEP))
+    return Comparison(np.array(depths), np.zeros(len(depths)))
