@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
+from math import inf
 
 import numba
 import numpy as np
@@ -31,8 +32,7 @@ from softbody.jit import jit
 from softbody.scenes import boxes_on_torus, rolling_torus, sphere_on_torus, torus_stack, tray
 from softbody.settings import Settings
 from softbody.snapshot import Snapshot
-from softbody.state import Model, State, boxes_of, particles_of, soft_bodies_of
-from softbody.step import copy_state
+from softbody.state import Model, State, boxes_of, copy_state, particles_of, soft_bodies_of
 
 SCENES: dict[str, Callable[[], World]] = {
     "Scene 1: sphere on torus": sphere_on_torus.build,
@@ -53,6 +53,7 @@ STAGES = (
 )
 TRAYS = (1, 10, 100, 1_000)
 TWO_THREADS = "the same on two threads"
+ASLEEP = "the same when all sleep"
 FEWEST_SHARED = 10  # bodies, so that threads have something to share
 
 
@@ -98,7 +99,7 @@ def narrow_phases(
     """Do the broad and the narrow phase many times; return the contacts."""
     for _ in range(times):
         contacts.number[:] = 0
-        contacts = find_soft_contacts(model, state, surfaces, settings, contacts)
+        contacts = find_soft_contacts(model, state, surfaces, None, settings, contacts)
     return contacts
 
 
@@ -175,9 +176,15 @@ def bench_tray(race, request: pytest.FixtureRequest, bodies: int) -> None:
     world, step = landed(tray.build, bodies)
     steps = max(2, BODY_STEPS // bodies)
 
+    # Whatever its speed, each falls asleep.
+    asleep = tray.build(bodies, world=World(sleep_speed=inf, sleep_after=1e-9))
+    asleep.step(step, 3, allow_unstable=True)
+    assert all(ball.is_asleep for ball in asleep.soft_bodies)
+
     def rivals() -> dict[str, Peer]:
+        sleepers = {ASLEEP: (lambda: asleep.step(step, steps, allow_unstable=True), bodies * steps)}
         if numba.config.NUMBA_NUM_THREADS < 2 or bodies < FEWEST_SHARED:  # type: ignore[attr-defined]
-            return stages_of(world, step, steps, bodies * steps)
+            return {**sleepers, **stages_of(world, step, steps, bodies * steps)}
         shared, _ = landed(tray.build, bodies)
         shared.threads = 2
         back = putting_back(shared)
@@ -186,7 +193,8 @@ def bench_tray(race, request: pytest.FixtureRequest, bodies: int) -> None:
             back()
             shared.step(step, steps, allow_unstable=True)
 
-        return {TWO_THREADS: (on_two_threads, bodies * steps), **stages_of(world, step, steps, bodies * steps)}
+        both = {TWO_THREADS: (on_two_threads, bodies * steps), **sleepers}
+        return {**both, **stages_of(world, step, steps, bodies * steps)}
 
     race(
         lambda: world.step(step, steps, allow_unstable=True),
@@ -197,7 +205,7 @@ def bench_tray(race, request: pytest.FixtureRequest, bodies: int) -> None:
         of="bodies",
         per="body and step",
         peers=rivals,
-        own=(TWO_THREADS, *STAGES),
+        own=(TWO_THREADS, ASLEEP, *STAGES),
         restore=putting_back(world),
         answer=lambda: world.state,
     )

@@ -43,3 +43,8 @@ def half_way(one: ArrayLike, other: ArrayLike) -> np.ndarray:
     """Return the quaternion (4,) (w, x, y, z) in the middle of the shortest turn from one to the other."""
     ends = Rotation.from_quat([np.roll(one, -1), np.roll(other, -1)])
     return np.roll(Slerp([0.0, 1.0], ends)(0.5).as_quat(), 1)
+
+
+def rotation_vector(matrix: np.ndarray) -> np.ndarray:
+    """Return the axis of a turn (3, 3), as long as its angle [rad]: (3,)."""
+    return np.asarray(Rotation.from_matrix(matrix).as_rotvec())

@@ -5,6 +5,7 @@ Energy, gradient and Hessian of springs and gas are written here once more, in n
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -331,3 +332,10 @@ def scale_motion(
         states.append(state)
     scale, rate = np.array(states).reshape(-1, 2).T
     return scale, rate
+
+
+def connected(count: int, pairs: Sequence[tuple[int, int]]) -> np.ndarray:
+    """Return which component (count,) each of so many nodes is in, if the nodes of each pair are connected."""
+    i, j = np.array(pairs, int).reshape(-1, 2).T
+    graph = scipy.sparse.coo_matrix((np.ones(len(i)), (i, j)), shape=(count, count))
+    return np.asarray(scipy.sparse.csgraph.connected_components(graph, directed=False)[1])

@@ -95,6 +95,26 @@ class Body(StrictNames, ABC):
         return type(self), (self.world, self._row())
 
 
+class SleepyBody(Body):
+    """A body that may fall asleep, soft or a box, in a world that has a `sleep_speed`."""
+
+    __slots__ = ()
+
+    def _number(self) -> int:
+        """Return its number over both kinds: boxes come after soft bodies."""
+        return self._row() + (self.world.model.soft_count if self.kind == "box" else 0)
+
+    @property
+    def is_asleep(self) -> bool:
+        """Whether it slept in the last step: nothing was done for it, as it and all that it touches are at rest."""
+        return bool(self.world._bodies.sleepers.rest.asleep[self._number()])
+
+    def wake(self) -> None:
+        """Let it not be at rest: it wakes in the next step, with all that it touches, if it sleeps."""
+        with self.world._my_turn():
+            self.world._bodies.sleepers.rest.time[self._number()] = 0.0
+
+
 class BodyProperty:
     """A number of a body's own in the Model, as an attribute of its handle: checked when it is set."""
 

@@ -43,6 +43,16 @@ class ContactPoints:
         arrays = {name: value[rows] for name, value in vars(self).items() if isinstance(value, np.ndarray)}
         return replace(self, **arrays)  # type: ignore[arg-type]
 
+    def and_of(self, bodies: np.ndarray, others: ContactPoints) -> ContactPoints:
+        """Return these, and those of `others` that one of some `bodies` has, of which (b + m,) of bool tells."""
+        rows = np.append(bodies, False)[[others.a, others.b]].any(axis=0)  # the last one is the ground
+        arrays = {
+            name: np.append(value, getattr(others, name)[rows], axis=0)
+            for name, value in vars(self).items()
+            if isinstance(value, np.ndarray)
+        }
+        return replace(self, **arrays)
+
     def force_on(self, body: Body) -> np.ndarray:
         """Return the total force (3,) [N] of all contacts on a body, as a mean over the step."""
         number = self._number(body)

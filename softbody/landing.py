@@ -12,17 +12,20 @@ import numpy as np
 
 from softbody.jit import jit, jit_lean
 from softbody.law import Material, combined, material_of_ground, material_of_soft, sliding_kept, speed_after
+from softbody.rest import Rest, sleeps
 from softbody.state import Model, State
 from softbody.vec import load, scale, store, sub
 
 
 @jit_lean
-def resolve_ground(model: Model, state: State, impulse: np.ndarray) -> None:
+def resolve_ground(model: Model, state: State, impulse: np.ndarray, rest: Rest | None) -> None:
     """Lift particles that are below the ground on to it, and let those that still go down bounce.
 
-    `impulse` (n, 3) [N s] is set to what the ground has given each particle.
+    `impulse` (n, 3) [N s] is set to what the ground has given each particle; of those who sleep it is left.
     """
     for body in range(model.soft_count):
+        if sleeps(rest, body):
+            continue
         material = material_on_ground(model, body)
         for i in range(model.soft_particle_start[body], model.soft_particle_start[body + 1]):
             store(impulse, i, (0.0, 0.0, 0.0))

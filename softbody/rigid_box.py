@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softbody.bodies import Body, BodyProperty
+from softbody.bodies import BodyProperty, SleepyBody
 from softbody.errors import ParameterError
 from softbody.interrupts import assign_together
 from softbody.parameters import check_range, unit_quaternion, vector
 from softbody.quaternion import rotation_between
 
 
-class Box(Body):
+class Box(SleepyBody):
     """A rigid box in a World: what it is, where it is, and what of it may be set between steps."""
 
     __slots__ = ()

@@ -34,6 +34,8 @@ class Settings(NamedTuple):
     angular_speed_ceiling: float = inf  # [rad/s] of boxes; paper §6
     angular_speed_floor: float = 0.0  # [rad/s] below which a box on the ground stops turning and snaps to 90°; paper §6
     frictionless: bool = False  # whatever is added has friction 0, as everything in the paper
+    sleep_speed: float = 0.0  # [m/s] at which bodies are slow enough to fall asleep; 0: none ever does
+    sleep_after: float = 0.5  # [s] for which they must have been so slow
 
 
 class Choices(TypedDict, total=False):
@@ -52,6 +54,8 @@ class Choices(TypedDict, total=False):
     angular_speed_ceiling: float
     angular_speed_floor: float
     frictionless: bool
+    sleep_speed: float
+    sleep_after: float
 
 
 # The choices that are words: which field of Settings each is about, and what the words mean there.

@@ -20,12 +20,13 @@ from softbody.mesh import check_surface, unique_edges
 from softbody.names import Names, names_of
 from softbody.parameters import QUATERNION_TOLERANCE
 from softbody.settings import PRECISIONS, Settings, check_name, check_settings
+from softbody.sleep import Rested, not_rested
 from softbody.snapshot_entries import Entries, Snapshot
 from softbody.state import Controls, Joints, Model, Property, Rows, State
 
 # Of snapshots and files. Format 1 has no number, and holds the vertex rings, too; before 3 there are no joints,
-# before 4 no times left, and before 5 no names.
-FORMAT = 5
+# before 4 no times left, before 5 no names, and before 6 nobody sleeps.
+FORMAT = 6
 
 GROUND = {  # limits of each of its numbers
     "ground_height": Rows(),
@@ -45,6 +46,7 @@ class Snapped(NamedTuple):
     state: State
     joints: Joints
     names: Names
+    rest: Rested
     cache: ImpulseCache
     settings: Settings
     precision: str
@@ -103,13 +105,14 @@ def _checked(entries: Entries) -> Snapped:
     _check_orientations(state.box_orientation)
     joints = _joints(entries, model)
     names = _names(entries, _counts_of(model, joints), number)
+    rested = _rested(entries, model, number)
     impulses = _impulses(entries, model.box_count)
-    settings = _settings(entries)
+    settings = _settings(entries, number)
     precision = entries.word("precision")
     check_name(precision, "precision", tuple(PRECISIONS))
     steps, time = entries.whole("steps"), entries.real("time", Rows(least=0.0))
     entries.none_left()
-    return Snapped(model, controls, state, joints, names, impulses, settings, precision, steps, time)
+    return Snapped(model, controls, state, joints, names, rested, impulses, settings, precision, steps, time)
 
 
 def _format(entries: Entries) -> int:
@@ -271,7 +274,21 @@ def _impulses(entries: Entries, boxes: int) -> ImpulseCache:
     )
 
 
-def _settings(entries: Entries) -> Settings:
+def _rested(entries: Entries, model: Model, number: int) -> Rested:
+    """Take for how long bodies have been at rest; before format 6 nobody has."""
+    if number < 6:
+        return not_rested(model)
+    count = (model.soft_count + model.box_count,)
+    return Rested(
+        entries.rows("rest.time", count, Rows(least=0.0)),
+        entries.rows("rest.asleep", count, Rows(whole=True, least=0, most=1)),
+    )
+
+
+def _settings(entries: Entries, number: int) -> Settings:
+    if number < 6:
+        entries.put("settings.sleep_speed", np.array(0.0))
+        entries.put("settings.sleep_after", np.array(0.5))
     take: dict[type, Callable[[str], Any]] = {int: entries.whole, bool: entries.truth, float: entries.any_real}
     values = {field: take[type(value)](f"settings.{field}") for field, value in Settings()._asdict().items()}
     settings = Settings(**values)

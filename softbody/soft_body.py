@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softbody.bodies import Body, BodyProperty, set_row
+from softbody.bodies import BodyProperty, SleepyBody, set_row
 from softbody.dynamics.pressure import gas_pressure, soft_volume
 from softbody.dynamics.vertex_rings import with_springs
 from softbody.errors import ParameterError
@@ -20,7 +20,7 @@ from softbody.parameters import (
 )
 
 
-class SoftBody(Body):
+class SoftBody(SleepyBody):
     """A soft body in a World: what it is, where it is, and what of it may be set between steps."""
 
     __slots__ = ()

@@ -13,7 +13,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from softbody.jit import jit
+from softbody.jit import jit, jit_lean
+from softbody.vec import load, store
 
 
 class Rows(NamedTuple):
@@ -123,6 +124,33 @@ def copied(state: State) -> State:
         state.box_angular_velocity.copy(),
         state.box_time_left.copy(),
     )
+
+
+@jit
+def copy_state(source: State, target: State) -> None:
+    """Overwrite the arrays of a State with those of another."""
+    copy_particles(source, target, 0, source.particle_position.shape[0])
+    copy_boxes(source, target)
+
+
+@jit_lean
+def copy_particles(source: State, target: State, first: int, end: int) -> None:
+    """Overwrite the particles from `first` to `end` of a State with those of another."""
+    for i in range(first, end):
+        store(target.particle_position, i, load(source.particle_position, i))
+        store(target.particle_velocity, i, load(source.particle_velocity, i))
+
+
+@jit_lean
+def copy_boxes(source: State, target: State) -> None:
+    """Overwrite the boxes of a State with those of another."""
+    for i in range(source.box_position.shape[0]):
+        store(target.box_position, i, load(source.box_position, i))
+        store(target.box_velocity, i, load(source.box_velocity, i))
+        store(target.box_angular_velocity, i, load(source.box_angular_velocity, i))
+        target.box_time_left[i] = source.box_time_left[i]
+        for c in range(4):
+            target.box_orientation[i, c] = source.box_orientation[i, c]
 
 
 class VertexRings(NamedTuple):

@@ -23,9 +23,21 @@ from softbody.jit import jit, jit_inlined, jit_lean
 from softbody.joint_forces import with_joints
 from softbody.landing import material_on_ground, resolve_ground
 from softbody.move_boxes import hold_boxes, move_boxes, move_boxes_singly
+from softbody.rest import Rest
 from softbody.settings import Settings
-from softbody.state import Controls, Joints, Model, State, boxes_of, copied, particles_of, soft_bodies_of
-from softbody.vec import load, store, sub
+from softbody.sleep import begin_step, let_sleep, mark_sleepers, note_rest, wake_changed
+from softbody.state import (
+    Controls,
+    Joints,
+    Model,
+    State,
+    boxes_of,
+    copied,
+    copy_state,
+    particles_of,
+    soft_bodies_of,
+)
+from softbody.vec import load, sub
 
 # Faults beside DIVERGED and COLLAPSED, of runs that begin or end before a step is taken.
 NO_ROOM = 3  # there are more contacts than rows for them
@@ -47,6 +59,7 @@ class Work(NamedTuple):
     ground_impulse: np.ndarray  # (n, 3) [N s] of the ground on each particle in the last step
     joints: Joints | None
     acting: Controls | None  # memory for what acts in a step that has joints
+    rest: Rest | None  # None: nobody may sleep
     stop: np.ndarray  # (1,) what is not 0 ends a run early; somebody else may write it
 
 
@@ -75,7 +88,7 @@ def step(
     or LEFT, else 0) the step must be undone, to `work.start`. It is LEFT, with the contacts as they were, only if it is
     `hasty` and `work.stop` is not 0 while soft bodies move.
     """
-    copy_state(state, work.start)
+    begin_step(model, state, work.start, work.ground_impulse, work.rest)
     slow_boxes(model, state, work.grounded, h)
     controls = with_joints(controls, state, work.joints, work.acting, settings, h)
     bodies = soft_bodies_of(model, controls, state)
@@ -93,14 +106,14 @@ def step(
     stray = -1 if work.grounded is None else box_astray(model, state, h)
     if stray >= 0:
         return contacts, DIVERGED, model.soft_count + stray
-    contacts = find_soft_contacts(model, state, work.surfaces, settings, contacts)
+    contacts = find_soft_contacts(model, state, work.surfaces, work.rest, settings, contacts)
     if not settings.single_contact:
         cache_impulses(contacts)  # not sooner: had there been no room, the step might have to be undone
     push = resolve_soft_contacts(model, state, work.start, work.surfaces, contacts, settings, h)
     hold_boxes(model, controls, state, work.grounded, contacts, push, settings, h)
     if work.grounded is not None:
         limit_speeds(model, state, settings)  # once more: soft bodies have pushed boxes since
-    resolve_ground(model, state, work.ground_impulse)
+    resolve_ground(model, state, work.ground_impulse, work.rest)
     stray = _thrown_astray(model, state, work, contacts, h)
     if stray >= 0:
         contacts.cache.number[0] = 0
@@ -201,7 +214,11 @@ def run(
     # What a step in parts goes back to. (Names that are bound in every step would be counted in every step.)
     given, start, cache = contacts, work.start, contacts.cache
     for done in range(steps):
-        parts = subdivision(model, state, h) if settings.split_steps and model.soft_count > 0 else 1
+        parts = 1
+        if let_sleep(model, state, work.joints, work.rest, settings, h):
+            parts = 0
+        elif settings.split_steps and model.soft_count > 0:
+            parts = subdivision(model, state, work.rest, h)
         if parts > 1:
             start, cache = copied(state), copied_cache(contacts.cache)
         room = contacts.depth.shape[0]
@@ -220,6 +237,7 @@ def run(
                     return contacts, done, 0, -1
                 contacts.number[0] = contacts.number[1] = 0
                 return contacts, done, fault, body
+        note_rest(model, state, work.rest, settings, h)
         if work.stop[0] != 0:
             return contacts, done + 1, 0, -1
     return contacts, steps, 0, -1
@@ -270,7 +288,9 @@ def run_by_clock(
     """
     if not (is_seen or _looks_as_left(controls, state, clock)):
         return UNSEEN, -1
+    wake_changed(model, controls, state, work.joints, work.rest)
     _, done, fault, body = run(model, controls, state, work, contacts, settings, h, steps, False, hasty)
+    mark_sleepers(model, controls, state, work.joints, work.rest)
     _advance_clock(clock, begun, done, h, state)
     return fault, body
 
@@ -304,7 +324,7 @@ def run_alone_by_clock(
         last, fault, body = move_soft_bodies(bodies, motion, settings, h, 1, -np.inf, BARE, hasty)
         done += last
         if last == 1:
-            resolve_ground(model, state, ground_impulse)
+            resolve_ground(model, state, ground_impulse, None)
     _advance_clock(clock, begun, done, h, state)
     return fault, body
 
@@ -321,18 +341,3 @@ def _advance_clock(clock: Clock, begun: tuple[int, float], done: int, h: float, 
     clock.shape[0] = fingerprint(state.particle_position)
     clock.steps[0] += done
     clock.time[0] = begun[1] + (clock.steps[0] - begun[0]) * h
-
-
-@jit
-def copy_state(start: State, state: State) -> None:
-    """Overwrite the arrays of `state` with those of `start`."""
-    for i in range(state.particle_position.shape[0]):
-        store(state.particle_position, i, load(start.particle_position, i))
-        store(state.particle_velocity, i, load(start.particle_velocity, i))
-    for i in range(state.box_position.shape[0]):
-        store(state.box_position, i, load(start.box_position, i))
-        store(state.box_velocity, i, load(start.box_velocity, i))
-        store(state.box_angular_velocity, i, load(start.box_angular_velocity, i))
-        state.box_time_left[i] = start.box_time_left[i]
-        for c in range(4):
-            state.box_orientation[i, c] = start.box_orientation[i, c]

@@ -74,6 +74,8 @@ from softbody.settings import (
 )
 from softbody.shape_at_rest import shape_at_rest
 from softbody.shapes import labels_of, pose_of, shapes_of
+from softbody.sleep import not_rested
+from softbody.sleepers import Sleepers
 from softbody.snapshot import Snapped, checked, digest, named_arrays, snapshot_of
 from softbody.snapshot_entries import Snapshot
 from softbody.soft_body import SoftBody
@@ -97,9 +99,11 @@ WORTH_LISTENING = 50_000  # particles moved by a sub-step in a call, from which 
 class _Bodies:
     """The bodies of a world, and what was made for them: replaced as one, so that no interrupt comes between."""
 
-    def __init__(self, parts: Parts, names: Names, is_fresh: bool = True) -> None:
+    def __init__(self, parts: Parts, names: Names, sleepers: Sleepers, is_fresh: bool = True) -> None:
         self.parts = parts
         self.names = names
+        self.sleepers = sleepers
+        sleepers.rest.settled[:] = False
         self.is_fresh = is_fresh  # bodies were added since the last step
         self.motion: Motion | None = None
         self.surfaces: Surfaces | None = None
@@ -146,7 +150,10 @@ class World(StrictNames):
     More of the paper, off by default: `speed_ceiling` [m/s] and `angular_speed_ceiling` [rad/s]; a box on the ground
     that turns more slowly than `angular_speed_floor` [rad/s] stops turning and snaps to the nearest multiples of 90°;
     `frictionless`: whatever is added has friction 0. `World.paper()` has all of the paper.
-    Beyond it: `gyroscopic` torque, so that a free box keeps its angular momentum.
+    Beyond it: `gyroscopic` torque, so that a free box keeps its angular momentum; and bodies fall asleep, so that
+    steps cost nothing for them, that have been slower than `sleep_speed` [m/s] for `sleep_after` [s] (0.5) with all
+    that they touch or are joined to: until something comes near, or something of them or that acts on them changes.
+    Speed is the root mean square over their mass.
 
     Bodies may be added at any time. Every input is checked before it is stored: ParameterError and MeshError name the
     culprit and the cure.
@@ -197,7 +204,7 @@ class World(StrictNames):
 
     def _take(self, parts: Parts, names: Names) -> None:
         """Become a world of other bodies; what was made for those before is forgotten."""
-        self._bodies = _Bodies(parts, names)
+        self._bodies = _Bodies(parts, names, Sleepers(parts, not_rested(parts.model)))
 
     def replace(self, **parts: Any) -> None:
         """Replace some of `model`, `controls`, `state` and `rings`, for the same bodies, all at once or none."""
@@ -355,7 +362,7 @@ class World(StrictNames):
                 f"threads is {shown(value)}, and there are {most} here; give a number from 1 to {most}"
             )
         with self._my_turn():
-            self._bodies = _Bodies(self._parts, self._names, self._bodies.is_fresh)
+            self._bodies = _Bodies(self._parts, self._names, self._bodies.sleepers, self._bodies.is_fresh)
             self._threads = value
 
     def add_soft_body(
@@ -488,7 +495,8 @@ class World(StrictNames):
                 return number if of != kind or number < row else number - 1 if number > row else GONE
 
             names = self._names.renumbered(then)
-            bodies = _Bodies(without(self._parts, kind, row), names, self._bodies.is_fresh)
+            parts = without(self._parts, kind, row)
+            bodies = _Bodies(parts, names, Sleepers(parts, not_rested(parts.model)), self._bodies.is_fresh)
             contacts = remembering(without_box(cache, row) if kind == "box" else cache, FIRST_ROOM)
             held = [each for each in self._handles.values() if each.is_there]
             moved = [(each, "_index", then(*each._who())) for each in held]
@@ -598,6 +606,8 @@ class World(StrictNames):
         """
         (model, controls, state, *_), clock, hasty = self._parts, self._clock, True
         collides = self._may_collide()
+        if self._may_sleep():
+            model = self._bodies.sleepers.model_of(model)
         while (left := end - self.steps) > 0:
             bell.still()
             how, before = (settings, time_step, left, clock, begun, is_seen, hasty), self.steps
@@ -615,7 +625,11 @@ class World(StrictNames):
 
     def _may_collide(self) -> bool:
         """Tell whether there is more than one soft body and, perhaps, the ground."""
-        return self.model.box_count > 0 or self.model.soft_count > 1 or len(self._parts.joints.joint_box) > 0
+        is_more = self.model.box_count > 0 or self.model.soft_count > 1 or len(self._parts.joints.joint_box) > 0
+        return is_more or self._may_sleep()
+
+    def _may_sleep(self) -> bool:
+        return self.settings.sleep_speed > 0.0
 
     def _work(self, bell: Bell) -> Work:
         """Return what a step needs, with nothing for a kind of bodies that there is none of."""
@@ -636,6 +650,7 @@ class World(StrictNames):
             bodies.ground_impulse,
             joints,
             bodies.acting,
+            bodies.sleepers.rest if self._may_sleep() else None,
             bell.struck,
         )
 
@@ -645,6 +660,7 @@ class World(StrictNames):
         motion = bodies.motion
         if motion is None or motion.rings is not rings:
             memory = motion.memory if motion else motion_of(model.soft_particle_start, rings, self.threads).memory
+            memory = memory._replace(asleep=bodies.sleepers.rest.asleep[: model.soft_count])
             motion = bodies.motion = Motion(rings, memory, None if self.threads == 1 else self.threads)
         if not (bodies.limits_of[0] is model and bodies.limits_of[1] == controls.soft_gas.tobytes()):
             motion.memory.most_extent[:] = most_extents(model, controls)
@@ -755,8 +771,10 @@ class World(StrictNames):
         A world that is restored from it goes on to the same bits.
         """
         self._my_turn()
-        what = self.model, self.controls, self.state, self._parts.joints, self._names, remembered(self.contacts)
-        return snapshot_of(Snapped(*what, self.settings, self.precision, self.steps, self.time))
+        rested = self._bodies.sleepers.rested(self._parts)
+        what = self.model, self.controls, self.state, self._parts.joints, self._names, rested
+        kept = remembered(self.contacts), self.settings, self.precision, self.steps, self.time
+        return snapshot_of(Snapped(*what, *kept))
 
     def restore(self, snapshot: Snapshot) -> None:
         """Become what a world was when it gave this snapshot; handles of bodies go by number, names come along.
@@ -766,10 +784,10 @@ class World(StrictNames):
         changes nothing. An interrupt comes before it, or after.
         """
         with self._my_turn():
-            model, controls, state, joints, names, cache, settings, precision, steps, time = checked(snapshot)
+            model, controls, state, joints, names, rested, cache, settings, precision, steps, time = checked(snapshot)
             parts = Parts(model, controls, state, rings_of(model, PRECISIONS[precision]), joints)
             set_together(
-                (self, "_bodies", _Bodies(parts, names, is_fresh=False)),
+                (self, "_bodies", _Bodies(parts, names, Sleepers(parts, rested), is_fresh=False)),
                 (self, "contacts", remembering(cache, FIRST_ROOM)),
                 (self, "settings", settings),
                 (self, "_precision", precision),
@@ -895,10 +913,26 @@ class World(StrictNames):
     def contact_points(self) -> ContactPoints:
         """Return what touched what in the last step, where and how hard, as arrays: see `ContactPoints`.
 
-        Two calls tell what began and ended: `now.pairs() - before.pairs()`.
+        Two calls tell what began and ended: `now.pairs() - before.pairs()`. Of what sleeps, they are those that it
+        would have in a step if it were awake.
         """
         given = self._bodies.ground_impulse
-        return contact_points(self.model, self.state.particle_position, self.contacts, given, self._time_step)
+        found = contact_points(self.model, self.state.particle_position, self.contacts, given, self._time_step)
+        asleep = self._bodies.sleepers.rest.asleep
+        return found.and_of(asleep, self._contacts_if_awake()) if asleep.any() else found
+
+    def _contacts_if_awake(self) -> ContactPoints:
+        """Return the contacts of the next step if nobody slept in it."""
+        sleepers = self._bodies.sleepers
+        found, key = sleepers.contacts_if_awake, sleepers.key(self._time_step)
+        if found is None or found[0] != key:
+            snapshot = self.snapshot()
+            snapshot["rest.time"][:], snapshot["rest.asleep"][:] = 0.0, 0
+            twin = World(threads=self.threads)
+            twin.restore(snapshot)
+            twin.step(self._time_step, allow_unstable=True)
+            found = sleepers.contacts_if_awake = key, twin.contact_points()
+        return found[1]
 
     def linear_momentum(self) -> np.ndarray:
         """Return Σ m v (3,) [kg m/s]."""

@@ -17,15 +17,17 @@ from softbody.collision.sat_boxes import PlacedBox
 from softbody.collision.sat_meshes import faces_part
 from softbody.collision.soft_box import find_contacts_in_box, find_corner_contacts
 from softbody.collision.soft_soft import find_soft_soft_contacts
-from softbody.collision.substeps import spheres_of_bodies
+from softbody.collision.substeps import spheres_of_boxes
 from softbody.collision.surface import Desks, Memory, Shapes, Solid, Surfaces, memory_at, surface_of, tree_at
 from softbody.geometry.aabb import bounding_box, boxes_meet
 from softbody.geometry.box import box_corner, point_in_box
 from softbody.geometry.bvh import refit_bvh
 from softbody.geometry.penetration import Points
+from softbody.geometry.sphere import bounding_spheres
 from softbody.jit import jit, jit_lean, jit_threaded
 from softbody.law import combined, material_of_box, material_of_soft
 from softbody.quaternion import load_quaternion
+from softbody.rest import Rest, is_settled, sleeps
 from softbody.settings import Settings
 from softbody.state import Model, State
 from softbody.vec import Vec, load, store
@@ -53,17 +55,17 @@ class Pairs(NamedTuple):
 
 @jit
 def find_soft_contacts(
-    model: Model, state: State, surfaces: Surfaces | None, settings: Settings, contacts: Contacts
+    model: Model, state: State, surfaces: Surfaces | None, rest: Rest | None, settings: Settings, contacts: Contacts
 ) -> Contacts:
     """Add every contact of a soft body with another or with a box; return the contacts, with room for all.
 
-    `surfaces` is None where there are no soft bodies.
+    `surfaces` is None where there are no soft bodies, and `rest` where nobody may sleep.
     """
     if surfaces is None:
         return contacts
     shapes, desks = surfaces.shapes, surfaces.desks
     shares = desks.frame.shape[0]
-    start, near = _near_bodies(model, state, shapes, desks, settings.exhaustive_pairs)
+    start, near = _near_bodies(model, state, shapes, desks, rest, settings.exhaustive_pairs)
     cut, work = _even_shares(model, start, near, shares)
     pairs = Pairs(start, near, cut, work, settings.edge_contacts, surfaces.with_boxes)
     before, found = contacts.number[0], np.zeros(shares, np.int64)
@@ -145,18 +147,29 @@ def _even_shares(model: Model, start: np.ndarray, near: np.ndarray, shares: int)
 
 @jit
 def _near_bodies(
-    model: Model, state: State, shapes: Shapes, desks: Desks, exhaustive: bool
+    model: Model, state: State, shapes: Shapes, desks: Desks, rest: Rest | None, exhaustive: bool
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return (start, other) of `Pairs`. (Contacts of boxes among themselves are found elsewhere.)"""
     soft = model.soft_count
     # Bounding spheres in a grid; then bounding boxes.
-    centre, radius, is_soft = spheres_of_bodies(model, state)
+    centre, radius = shapes.centre, shapes.radius
+    takes_part = np.zeros(soft + model.box_count, np.bool_)
+    spheres_of_boxes(model, state, centre, radius)
     for body in range(soft):
+        takes_part[body] = not sleeps(rest, body)
+        if is_settled(rest, body):
+            continue
         first, end = model.soft_particle_start[body], model.soft_particle_start[body + 1]
+        bounding_spheres(
+            state.particle_position,
+            model.soft_particle_start[body : body + 2],
+            centre[body : body + 1],
+            radius[body : body + 1],
+        )
         low, high = bounding_box(state.particle_position[first:end])
         store(shapes.low, body, low)
         store(shapes.high, body, high)
-    pairs = near_pairs_exhaustive(centre, radius, is_soft) if exhaustive else near_pairs(centre, radius, is_soft)
+    pairs = near_pairs_exhaustive(centre, radius, takes_part) if exhaustive else near_pairs(centre, radius, takes_part)
     count = 0
     start = np.zeros(soft + 1, np.int64)
     for k in range(pairs.shape[0]):

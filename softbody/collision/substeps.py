@@ -12,7 +12,8 @@ import numpy as np
 
 from softbody.collision.broad_phase import near_pairs
 from softbody.geometry.sphere import bounding_spheres
-from softbody.jit import jit
+from softbody.jit import jit, jit_lean
+from softbody.rest import Rest, sleeps
 from softbody.state import Model, State
 from softbody.vec import add, dot, load, norm, scale, store, sub
 
@@ -29,18 +30,25 @@ def spheres_of_bodies(model: Model, state: State) -> tuple[np.ndarray, np.ndarra
     is_soft = np.zeros(soft + boxes, np.bool_)
     bounding_spheres(state.particle_position, model.soft_particle_start, centre, radius[:soft])
     is_soft[:soft] = True
-    for box in range(boxes):
-        store(centre, soft + box, load(state.box_position, box))
-        radius[soft + box] = 0.5 * norm(load(model.box_size, box))
+    spheres_of_boxes(model, state, centre, radius)
     return centre, radius, is_soft
 
 
+@jit_lean
+def spheres_of_boxes(model: Model, state: State, centre: np.ndarray, radius: np.ndarray) -> None:
+    """Write the spheres of the boxes into `centre` (b + m, 3) [m] and `radius` (b + m,) [m], after the soft bodies."""
+    soft = model.soft_count
+    for box in range(model.box_count):
+        store(centre, soft + box, load(state.box_position, box))
+        radius[soft + box] = 0.5 * norm(load(model.box_size, box))
+
+
 @jit
-def subdivision(model: Model, state: State, h: float) -> int:
+def subdivision(model: Model, state: State, rest: Rest | None, h: float) -> int:
     """Return the least number of equal parts of a step of `h` [s], at most MOST_PARTS, in which nothing is jumped over.
 
     In one part no soft body and what is near it may move against each other by more than a SHARE of the thickness of
-    the thinner. Boxes among themselves have contacts that look ahead, and count not.
+    the thinner. Boxes among themselves have contacts that look ahead, and count not; who sleeps does not move.
     """
     soft, boxes = model.soft_count, model.box_count
     velocity = np.zeros((soft + boxes, 3))
@@ -48,6 +56,9 @@ def subdivision(model: Model, state: State, h: float) -> int:
     thickness = np.empty(soft + boxes)
     fastest, thinnest = 0.0, np.inf
     for body in range(soft):
+        thickness[body] = model.soft_thickness[body]
+        if sleeps(rest, body):
+            continue
         first, end = model.soft_particle_start[body], model.soft_particle_start[body + 1]
         mean = (0.0, 0.0, 0.0)
         for i in range(first, end):
@@ -58,7 +69,7 @@ def subdivision(model: Model, state: State, h: float) -> int:
             apart = sub(load(state.particle_velocity, i), mean)
             square = max(square, dot(apart, apart))
         store(velocity, body, mean)
-        spread[body], thickness[body] = sqrt(square), model.soft_thickness[body]
+        spread[body] = sqrt(square)
     for box in range(boxes):
         size = load(model.box_size, box)
         store(velocity, soft + box, load(state.box_velocity, box))

@@ -58,6 +58,8 @@ class Shapes(NamedTuple):
     """
 
     kind: np.ndarray  # (b,)
+    centre: np.ndarray  # (b + m, 3) [m] of the bounding sphere of each body, and of each box, of this
+    radius: np.ndarray  # (b + m,) [m]
     low: np.ndarray  # (b, 3) [m] corner of the bounding box of each body
     high: np.ndarray  # (b, 3) [m]
     start: (
@@ -133,6 +135,8 @@ def build_surfaces(model: Model, position: np.ndarray, threads: int = 1) -> Surf
     return Surfaces(
         Shapes(
             kind,
+            np.zeros((model.soft_count + model.box_count, 3)),
+            np.zeros(model.soft_count + model.box_count),
             low,
             high,
             np.cumsum(lengths, axis=0),

@@ -63,6 +63,7 @@ class MotionMemory(NamedTuple):
     done: np.ndarray  # (b,) steps that each body has done
     fault: np.ndarray  # (b,) DIVERGED, COLLAPSED or 0
     most_extent: np.ndarray  # (b,) [m] beyond which a body has diverged
+    asleep: np.ndarray  # (b,) of bool: which are not moved
     stop: np.ndarray  # (1,) what is not 0 ends a run early; somebody else may write it
 
 
@@ -89,6 +90,7 @@ def motion_of(start: np.ndarray, rings: VertexRings, threads: int = 1) -> Motion
         np.zeros(len(start) - 1, np.int64),
         np.zeros(len(start) - 1, np.int64),
         np.full(len(start) - 1, np.inf),
+        np.zeros(len(start) - 1, bool),
         np.zeros(1, np.uint8),
     )
     return Motion(rings, memory, None if threads == 1 else threads)
@@ -127,9 +129,11 @@ def move_soft_bodies(
         if least < steps:  # stopped before there was a fault
             fault, culprit = 0, -1
     steps = least
-    for i in range(bodies.position.shape[0]):
-        store(bodies.position, i, load(memory.position, i))
-        store(bodies.velocity, i, load(memory.velocity, i))
+    for body in range(bodies.gas.shape[0]):
+        if not memory.asleep[body]:
+            for i in range(bodies.start[body], bodies.start[body + 1]):
+                store(bodies.position, i, load(memory.position, i))
+                store(bodies.velocity, i, load(memory.velocity, i))
     return steps, fault, culprit
 
 
@@ -198,6 +202,9 @@ def move_body(
     threads: int | None,
 ) -> None:
     """Move one body in a `lane` of working memory, alone or on so many `threads`; note in memory how far it came."""
+    if memory.asleep[body]:
+        memory.done[body], memory.fault[body] = stretch.steps, 0
+        return
     work, particle = memory.work[lane], rings.particle[rings.start[body] : rings.start[body + 1]]
     _load_body(bodies, particle, work)
     cut = rings.block_start[body : body + 2] if threads is None else even_cut(rings, body, threads)

@@ -90,11 +90,14 @@ NUMBERS: dict[str, Limits] = {
     "settings.speed_ceiling": NO_LIMIT,
     "settings.angular_speed_ceiling": NO_LIMIT,
     "settings.angular_speed_floor": NO_LIMIT,
+    "settings.sleep_speed": NO_LIMIT,
+    "settings.sleep_after": NO_LIMIT,
+    "rest.time": NOT_NEGATIVE,
     "time": NOT_NEGATIVE,
 }
 # The same of those that hold one whole number. (Others are tried as what they say together.)
 WHOLE: dict[str, tuple[tuple[int, ...], tuple[int, ...]]] = {
-    "format": ((), (-1, 0, 1, 6, 2**62)),
+    "format": ((), (-1, 0, 1, 7, 2**62)),
     "model.soft_count": ((), (-1, 1, 3)),
     "model.box_count": ((), (-1, 3, 5)),
     "settings.integrator": ((0, 1, 2), (-1, 3, 2**62)),
@@ -213,6 +216,7 @@ def together(saved: Arrays, rng: np.random.Generator) -> Iterator[Trial]:
     yield from of_joints(saved)
     yield from of_surfaces(saved, rng)
     yield from of_contacts(saved)
+    yield from of_rest(saved)
     yield from of_names(saved)
     yield from of_old_formats(saved)
 
@@ -337,6 +341,12 @@ def of_contacts(saved: Arrays) -> Iterator[Trial]:
     yield Trial("fewer than no contacts", saved | {"cache.number": np.array([-1])}, "cache.number[0] is -1")
 
 
+def of_rest(saved: Arrays) -> Iterator[Trial]:
+    """Yield trials of who sleeps: 1 or 0."""
+    for value, named in ((1, None), (0, None), (2, "rest.asleep[1] is 2"), (-1, "rest.asleep[1] is -1")):
+        yield Trial("asleep", saved | {"rest.asleep": put(saved["rest.asleep"], 1, value)}, named)
+
+
 def of_names(saved: Arrays) -> Iterator[Trial]:
     """Yield trials of names: 1 to 100 printable characters, no space first or last, and each one's own."""
     for kind in ("soft", "box", "joint"):
@@ -367,13 +377,14 @@ def of_names(saved: Arrays) -> Iterator[Trial]:
 
 def of_old_formats(saved: Arrays) -> Iterator[Trial]:
     """Yield trials of the formats of old, which lack one thing after another, and of what must not be in them."""
-    lacks = {4: "names.", 3: "state.box_time_left", 2: "joints.", 1: "format"}
+    lacks: dict[int, str | tuple[str, ...]] = {5: ("rest.", "settings.sleep_"), 4: "names.", 3: "state.box_time_left"}
+    lacks |= {2: "joints.", 1: "format"}
     old = dict(saved)
     for number, lacking in lacks.items():
         old = {name: array for name, array in old.items() if not name.startswith(lacking)}
         rings = {"rings.particle": np.array([-1]), "rings.of_old": np.zeros(3)} if number == 1 else {}
         yield Trial(f"format {number}", old | ({"format": np.array(number)} if number > 1 else rings), None)
-        yield Trial(f"format {number} said to be later", old | {"format": np.array(5)}, "is missing")
+        yield Trial(f"format {number} said to be later", old | {"format": np.array(6)}, "is missing")
 
 
 def right_about(trial: Trial, world: World) -> bool:

@@ -132,7 +132,7 @@ def parts_of_a_step(run: Run) -> Comparison:
                     parts = np.maximum(parts, h * closing / (0.25 * min(one[4], other[4])))
                     is_clear &= bool(apart < come + 0.4 * reach)
         if is_clear and (parts > 1.0 or rng.random() < 0.3):
-            found = substeps.subdivision(world.model, world.state, h)
+            found = substeps.subdivision(world.model, world.state, None, h)
             measured.append(found)
             expected.append(int(np.ceil(np.minimum(parts, 1_000.0))))
             kinds.append("one part" if expected[-1] == 1 else "several" if expected[-1] < 1_000 else "most")

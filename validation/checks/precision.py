@@ -219,7 +219,8 @@ def threads_find_the_same_contacts(run: Run) -> Comparison:
         motion = motion_of(model.soft_particle_start, world.rings, threads)
         surfaces = build_surfaces(model, state.particle_position, threads)
         grounded, given = np.zeros(model.box_count, bool), np.zeros_like(state.particle_position)
-        work = Work(motion, surfaces, world._manifold, state.copy(), grounded, given, None, None, np.zeros(1, np.uint8))
+        bell = np.zeros(1, np.uint8)
+        work = Work(motion, surfaces, world._manifold, state.copy(), grounded, given, None, None, None, bell)
         step, steps = 0.5 * world.stable_time_step(), run.count(10, 20, 100)
         found, *_ = run_together(model, world.controls, state, work, new_contacts(64), world.settings, step, steps)
         contacts.append(int(found.number[0]))
@@ -275,7 +276,7 @@ def near_bodies_and_shares(run: Run) -> Comparison:
         left -= 1
         model, state = world.model, world.state
         surfaces = build_surfaces(model, state.particle_position, threads)
-        asked = model, state, surfaces.shapes, surfaces.desks, False
+        asked = model, state, surfaces.shapes, surfaces.desks, None, False
         start, other = soft_contacts._near_bodies(*asked)
         for form, found in (("compiled", (start, other)), ("by Python", _by_python(*asked))):
             lists = [sorted(found[1][found[0][i] : found[0][i + 1]].tolist()) for i in range(soft)]

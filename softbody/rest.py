@@ -1,0 +1,39 @@
+"""Who is at rest: what kernels know of bodies that sleep."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from softbody.jit import jit_lean
+
+
+class Rest(NamedTuple):
+    """Who is at rest, and for how long; boxes are numbered after soft bodies, joints after them."""
+
+    time: np.ndarray  # (b + m,) [s] for which each body has been slow
+    asleep: np.ndarray  # (b + m,) of bool: in this step, or in the last one
+    settled: np.ndarray  # (b + m,) of bool: which slept in the step before, too, since when nothing of them has changed
+    mark: np.ndarray  # (b + m + j + 1,) what tells that a user has changed each, and, at last, what acts on all
+    box_inverse_mass: np.ndarray  # (m,) [1/kg]; in the Model that steps read, that of a box that sleeps is 0
+    centre: np.ndarray  # (b + m, 3) [m] of the bounding spheres of those who sleep, of this
+    radius: np.ndarray  # (b + m,) [m]
+    low: np.ndarray  # (b + m, 3) [m] corner of their bounding boxes
+    high: np.ndarray  # (b + m, 3) [m]
+
+
+@jit_lean
+def sleeps(rest: Rest | None, body: int) -> bool:
+    """Tell whether a body sleeps in this step; `rest` is None where nobody may."""
+    if rest is None:
+        return False
+    return bool(rest.asleep[body])
+
+
+@jit_lean
+def is_settled(rest: Rest | None, body: int) -> bool:
+    """Tell whether all that is known of a body is as in the last step."""
+    if rest is None:
+        return False
+    return bool(rest.settled[body])
