@@ -919,7 +919,9 @@ class World(StrictNames):
         given = self._bodies.ground_impulse
         found = contact_points(self.model, self.state.particle_position, self.contacts, given, self._time_step)
         asleep = self._bodies.sleepers.rest.asleep
-        return found.and_of(asleep, self._contacts_if_awake()) if asleep.any() else found
+        if not asleep.any() or self._time_step == 0.0:  # no step was taken since the world was restored
+            return found
+        return found.and_of(asleep, self._contacts_if_awake())
 
     def _contacts_if_awake(self) -> ContactPoints:
         """Return the contacts of the next step if nobody slept in it."""

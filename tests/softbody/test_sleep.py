@@ -202,6 +202,15 @@ def test_what_is_changed_before_a_snapshot_is_known_after_it(floor):
     assert twin.boxes[0].velocity[0] > 1.0
 
 
+def test_a_world_that_was_just_restored_has_no_contacts_yet(floor):
+    twin = World()
+    twin.restore(floor.snapshot())
+    assert all(box.is_asleep for box in twin.boxes)
+    assert len(twin.contact_points()) == 0
+    twin.step(STEP)
+    assert twin.contact_points().pairs() == {(0, -1), (1, -1)}
+
+
 def test_older_snapshots_have_nobody_asleep(floor):
     snapshot = {name: rows for name, rows in floor.snapshot().items() if not name.startswith("rest.")}
     for name in ("settings.sleep_speed", "settings.sleep_after"):
