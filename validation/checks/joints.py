@@ -264,7 +264,7 @@ def _stretch(world: World, seconds: float, joints: list[Joint]) -> float:
             "joints that are not read again",
             snapshot._checked,
             "Snapped(m_, c_, s_, j_, n_, r_, i_, k_, p_, d_, t_)",
-            "Snapped(m_, c_, s_, no_joints(), n_, i_, k_, p_, d_, t_)",
+            "Snapped(m_, c_, s_, no_joints(), n_, r_, i_, k_, p_, d_, t_)",
         ),
         Fault("stiffness that is only read again", joint.JointNumber.__set__, "joint.world.replace(joints=j_)", "None"),
         Fault("the other end moved", joint.Joint._place_of_target, "b_[r_, 3 * end_ : 3 * end_ + 3]", "b_[r_, 0:3]"),
