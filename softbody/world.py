@@ -660,7 +660,8 @@ class World(StrictNames):
         motion = bodies.motion
         if motion is None or motion.rings is not rings:
             memory = motion.memory if motion else motion_of(model.soft_particle_start, rings, self.threads).memory
-            memory = memory._replace(asleep=bodies.sleepers.rest.asleep[: model.soft_count])
+            if self._may_sleep():
+                memory = memory._replace(asleep=bodies.sleepers.rest.asleep[: model.soft_count])
             motion = bodies.motion = Motion(rings, memory, None if self.threads == 1 else self.threads)
         if not (bodies.limits_of[0] is model and bodies.limits_of[1] == controls.soft_gas.tobytes()):
             motion.memory.most_extent[:] = most_extents(model, controls)
@@ -919,7 +920,7 @@ class World(StrictNames):
         given = self._bodies.ground_impulse
         found = contact_points(self.model, self.state.particle_position, self.contacts, given, self._time_step)
         asleep = self._bodies.sleepers.rest.asleep
-        if not asleep.any() or self._time_step == 0.0:  # no step was taken since the world was restored
+        if not (self._may_sleep() and asleep.any() and self._time_step > 0.0):  # 0: no step since it was restored
             return found
         return found.and_of(asleep, self._contacts_if_awake())
 

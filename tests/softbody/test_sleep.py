@@ -211,6 +211,17 @@ def test_a_world_that_was_just_restored_has_no_contacts_yet(floor):
     assert twin.contact_points().pairs() == {(0, -1), (1, -1)}
 
 
+def test_where_nobody_may_sleep_a_file_puts_nobody_to_sleep():
+    world = World()
+    world.add_box((1.0, 1.0, 1.0), 1.0, (5.0, 0.0, 0.0))
+    world.add_soft_body(softbody.octahedron(0.3), 1.0, 300.0, 0.0)
+    world.restore(world.snapshot() | {"rest.asleep": np.ones(2, np.int64), "rest.time": np.full(2, 9.0)})
+    world.step(1e-3, 3)
+    assert world.soft_bodies[0].velocities[0, 2] == pytest.approx(-9.81 * 3e-3)
+    assert world.boxes[0].velocity[2] == pytest.approx(-9.81 * 3e-3)
+    assert len(world.contact_points()) == 0
+
+
 def test_older_snapshots_have_nobody_asleep(floor):
     snapshot = {name: rows for name, rows in floor.snapshot().items() if not name.startswith("rest.")}
     for name in ("settings.sleep_speed", "settings.sleep_after"):
