@@ -7,7 +7,7 @@ import numpy as np
 from softbody.collision.contact import Listing, Touch, add_contact, soft_side
 from softbody.collision.edge_mesh import Crossing, Ridge, bits_across, edge_across_edge
 from softbody.collision.point_mesh import way_out
-from softbody.collision.surface import Memory, Solid, Surface
+from softbody.collision.surface import Eight, Memory, Solid, Surface
 from softbody.collision.surface_point import SurfacePoint, at_particle, on_edge
 from softbody.geometry.aabb import box_around, boxes_meet
 from softbody.geometry.bvh import Search
@@ -40,9 +40,7 @@ def find_soft_soft_contacts(
     if deepest > 0.0:
         count = candidate_edges(one.ridges, memory.found.outcode, memory.edge)
         count = _drop_those_that_lead_out(one, count, memory)
-        for row in range(0, count, LANES):
-            edges = memory.edge[row : min(row + LANES, count)]
-            _add_edges(one, edges, other, deepest, memory, material, contacts)
+        _add_edges(one, count, other, deepest, memory, material, contacts)
 
 
 @jit_lean
@@ -108,36 +106,59 @@ def _drop_those_that_lead_out(one: Surface, count: int, memory: Memory) -> int:
 
 @jit_lean
 def _add_edges(
-    one: Surface,
-    edges: np.ndarray,
-    other: Solid,
-    deepest: float,
-    memory: Memory,
-    material: Material,
-    contacts: Listing,
+    one: Surface, count: int, other: Solid, deepest: float, memory: Memory, material: Material, contacts: Listing
 ) -> None:
-    """Add where those of eight `edges` at most that are partly inside are across edges of the other surface."""
-    surface, tree, search, segments = other.surface, other.tree, memory.search, memory.segments
-    for lane in range(edges.shape[0]):
-        i, j = one.ridges[edges[lane], 0], one.ridges[edges[lane], 1]
-        put_segment(segments, lane, load(one.vertices.position, i), load(one.vertices.position, j))
-    segment_hits(segments, edges.shape[0], tree, surface.vertices.position, search, memory.hits, memory.place)
+    """Add where those of the `count` edges in `memory.edge` that go into the other body are across edges of it.
+
+    They are tried eight at a time, and those that do go in are waited for until they are eight again.
+    """
+    tried, entered, waiting = memory.tried, memory.entered, 0
+    for row in range(0, count, LANES):
+        number = min(LANES, count - row)
+        for lane in range(number):
+            edge = memory.edge[row + lane]
+            i, j = one.ridges[edge, 0], one.ridges[edge, 1]
+            tried.edge[lane] = edge
+            put_segment(tried.segments, lane, load(one.vertices.position, i), load(one.vertices.position, j))
+        segment_hits(
+            tried.segments, number, other.tree, other.surface.vertices.position, memory.search, tried.hits, tried.place
+        )
+        for lane in range(number):
+            if tried.hits[lane] > 0 or _starts_inside(one, tried.edge[lane], memory):
+                _move_edge(tried, lane, entered, waiting)
+                waiting += 1
+            if waiting == LANES or (waiting > 0 and row + lane == count - 1):
+                _add_crossings(one, waiting, other, deepest, memory, material, contacts)
+                waiting = 0
+
+
+@jit_lean
+def _move_edge(tried: Eight, lane: int, entered: Eight, place: int) -> None:
+    """Note an edge that goes in, and where."""
+    entered.edge[place], entered.hits[place] = tried.edge[lane], tried.hits[lane]
+    put_segment(entered.segments, place, start_of(tried.segments, lane), end_of(tried.segments, lane))
+    for k in range(tried.hits[lane]):
+        entered.place[place, k] = tried.place[lane, k]
+
+
+@jit_lean
+def _add_crossings(
+    one: Surface, number: int, other: Solid, deepest: float, memory: Memory, material: Material, contacts: Listing
+) -> None:
+    """Add where the `number` edges, eight at most, that go in are across edges of the other surface."""
+    surface, tree, search = other.surface, other.tree, memory.search
+    edges, segments, hits, places = memory.entered
     # Which edges of the other are near what is inside?
     ask_nothing(search)
-    asked = 0
-    for lane in range(edges.shape[0]):
-        starts_inside = _starts_inside(one, edges[lane], memory)
-        if memory.hits[lane] > 0 or starts_inside:
-            p, q = start_of(segments, lane), end_of(segments, lane)
-            enter, leave = 0.0 if starts_inside else 1.0, 1.0 if _ends_inside(one, edges[lane], memory) else 0.0
-            for k in range(memory.hits[lane]):
-                enter, leave = min(enter, memory.place[lane, k]), max(leave, memory.place[lane, k])
-            margin = min(deepest, REACH * (leave - enter) * norm(sub(q, p)))
-            low, high = box_around(point_between(p, q, enter), point_between(p, q, leave), margin)
-            ask_box(search, lane, low, high, tree)
-            asked += 1
-    if asked == 0:
-        return
+    for lane in range(number):
+        p, q = start_of(segments, lane), end_of(segments, lane)
+        enter = 0.0 if _starts_inside(one, edges[lane], memory) else 1.0
+        leave = 1.0 if _ends_inside(one, edges[lane], memory) else 0.0
+        for k in range(hits[lane]):
+            enter, leave = min(enter, places[lane, k]), max(leave, places[lane, k])
+        margin = min(deepest, REACH * (leave - enter) * norm(sub(q, p)))
+        low, high = box_around(point_between(p, q, enter), point_between(p, q, leave), margin)
+        ask_box(search, lane, low, high, tree)
     count = _keep_those_across(surface, segments, search, list_near(tree, search), deepest)
     sort_listed(search, count)
     for near in range(count):
@@ -202,8 +223,8 @@ def _ridge_of(surface: Surface, edge: int) -> Ridge:
 def _is_inside(one: Surface, edge: int, place: float, lane: int, memory: Memory) -> bool:
     """Tell whether an edge, whose hits are in a `lane`, is inside at a `place`, 0 … 1."""
     inside = _starts_inside(one, edge, memory)
-    for k in range(memory.hits[lane]):
-        inside ^= memory.place[lane, k] < place
+    for k in range(memory.entered.hits[lane]):
+        inside ^= memory.entered.place[lane, k] < place
     return inside
 
 

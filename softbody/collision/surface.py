@@ -36,15 +36,23 @@ class Solid(NamedTuple):
     tree: BVH
 
 
+class Eight(NamedTuple):
+    """Eight edges of one body, side by side, and where each goes through the surface of another."""
+
+    edge: np.ndarray  # (8,)
+    segments: np.ndarray  # (9, 8) see `softbody.geometry.segments`
+    hits: np.ndarray  # (8,)
+    place: np.ndarray  # (8, most triangles of a body)
+
+
 class Memory(NamedTuple):
     """Working memory of one query, of one body after another."""
 
     search: Search
     found: Penetrations
     edge: np.ndarray  # (most edges of a body + 1,) see `candidate_edges`
-    segments: np.ndarray  # (9, 8) see `softbody.geometry.segments`
-    hits: np.ndarray  # (8,)
-    place: np.ndarray  # (8, most triangles of a body)
+    tried: Eight  # edges that may go in
+    entered: Eight  # those that do
     way_out: (
         np.ndarray
     )  # (most vertices of a body, 3) unit vector out of the other body, of those that are inside; or 0
@@ -99,9 +107,14 @@ class Desks(NamedTuple):
     depth: np.ndarray
     outcode: np.ndarray
     edge: np.ndarray
-    segments: np.ndarray
-    hits: np.ndarray
-    place: np.ndarray
+    tried_edge: np.ndarray
+    tried_segments: np.ndarray
+    tried_hits: np.ndarray
+    tried_place: np.ndarray
+    entered_edge: np.ndarray
+    entered_segments: np.ndarray
+    entered_hits: np.ndarray
+    entered_place: np.ndarray
     way_out: np.ndarray
     box_corners: np.ndarray
     box_hint: np.ndarray
@@ -166,9 +179,8 @@ def _desks(largest: BVH, model: Model, threads: int) -> Desks:
         *search_space(largest),
         *room_for_penetrations(most),
         np.empty(edges + 1, np.int64),
-        np.empty((ROWS, LANES)),
-        np.empty(LANES, np.int64),
-        np.empty((LANES, len(largest.order))),
+        *_room_for_eight(len(largest.order)),
+        *_room_for_eight(len(largest.order)),
         np.empty((most, 3)),
         np.empty((8, 3)),
         np.empty(8, np.int32),
@@ -177,6 +189,11 @@ def _desks(largest: BVH, model: Model, threads: int) -> Desks:
     desks.hint[:] = -1
     desks.box_hint[:] = -1
     return desks
+
+
+def _room_for_eight(most: int) -> Eight:
+    """Return room for eight edges that go through `most` triangles each."""
+    return Eight(np.empty(LANES, np.int64), np.empty((ROWS, LANES)), np.empty(LANES, np.int64), np.empty((LANES, most)))
 
 
 def _kind_of(vertices: np.ndarray, triangles: np.ndarray) -> tuple[BVH, tuple[np.ndarray, ...]]:
@@ -247,9 +264,10 @@ def memory_at(desks: Desks, desk: int) -> Memory:
             desks.inside[desk], desks.triangle[desk], desks.weights[desk], desks.depth[desk], desks.outcode[desk]
         ),
         desks.edge[desk],
-        desks.segments[desk],
-        desks.hits[desk],
-        desks.place[desk],
+        Eight(desks.tried_edge[desk], desks.tried_segments[desk], desks.tried_hits[desk], desks.tried_place[desk]),
+        Eight(
+            desks.entered_edge[desk], desks.entered_segments[desk], desks.entered_hits[desk], desks.entered_place[desk]
+        ),
         desks.way_out[desk],
         Points(desks.box_corners[desk], no_bounds, desks.box_hint[desk]),
     )

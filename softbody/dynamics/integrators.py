@@ -26,6 +26,7 @@ from softbody.dynamics.ring_forces import (
     STAGE_VELOCITY,
     Forces,
     Load,
+    Springs,
     add_load,
     ring_forces,
 )
@@ -101,10 +102,10 @@ def _advance_body(
         work[INVERSE_MASS],
     )
     # What a thread is handed it unpacks each time: here are the few fields that count.
-    gravity, load = bodies.gravity, Load(rings.start[body], bodies.damping[body], bodies.drag[body], bodies.force)
-    damped = load.damping > 0.0 or load.drag > 0.0
-    loaded = damped or bodies.force.shape[0] > 0
-    k, real, stages, least = rings.common_stiffness[body], work.dtype.type, STAGES[integrator], np.inf
+    gravity, load = bodies.gravity, Load(rings.start[body], bodies.drag[body], bodies.force)
+    real, stages, least = work.dtype.type, STAGES[integrator], np.inf
+    k, damping = rings.common_stiffness[body], real(bodies.damping[body])
+    damped, loaded = damping > 0.0 or load.drag > 0.0, load.drag > 0.0 or load.force.shape[0] > 0
     # One call of the force, for the stages of all steps and for the volume at the end: machine code for it is made
     # for every place that it is called from.
     for turn in range(stages * stretch.steps + 1):
@@ -112,12 +113,14 @@ def _advance_body(
         stage = turn - step * stages
         # Each step starts where the one before ended: the two sets of rows change places.
         start, end = (one, other) if step % 2 == 0 else (other, one)
-        x = start if stage == 0 else end
+        x, v = (start, start[3:]) if stage == 0 else (end, velocity)
+        if step == stretch.steps:  # all are done: only the volume counts
+            loaded, damping = False, real(0.0)
         for share in prange(cut.shape[0] - 1):
             blocks = cut[share], cut[share + 1]
-            ring_forces(rings, k, blocks, Forces(x, pull, area), block_moment)
+            ring_forces(rings, Springs(k, damping), blocks, Forces(x, v, pull, area), block_moment)
             if loaded:
-                add_load(rings, load, blocks, inverse_mass, (x, start[3:] if stage == 0 else velocity, pull))
+                add_load(rings, load, blocks, inverse_mass, (v, pull))
         # The volume, and with it the pressure.
         volume = 0.0
         for block in range(cut[0], cut[-1]):

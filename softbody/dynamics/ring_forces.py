@@ -46,31 +46,38 @@ class Forces(NamedTuple):
     """What a pass over the rings reads and writes, by index."""
 
     position: np.ndarray  # (3, n) [m]
+    velocity: np.ndarray  # (3, n) [m/s]
     pull: np.ndarray  # (3, n) [N]
     area: np.ndarray  # (3, n) G [m²]
 
 
+class Springs(NamedTuple):
+    """What the springs of one body have in common, in the precision of the arrays."""
+
+    stiffness: float  # [N/m] of all, if it is one
+    damping: float  # [N s/m] against the speed at which their ends part; 0: no velocity is read
+
+
 @jit_lean
-def ring_forces(rings: VertexRings, k: float, blocks: Blocks, forces: Forces, block_moment: np.ndarray) -> None:
+def ring_forces(rings: VertexRings, springs: Springs, blocks: Blocks, forces: Forces, block_moment: np.ndarray) -> None:
     """Overwrite pull and area of the particles in `blocks`, which are of one body.
 
-    `k` [N/m] is the stiffness of all its springs, if it is one. `block_moment` (blocks,) gets Σ x · G [m³] over each
-    block; their sum over a body is 18 V.
+    `block_moment` (blocks,) gets Σ x · G [m³] over each block; their sum over a body is 18 V.
     """
     for block in range(blocks[0], blocks[1]):
         if rings.block[block, NEXT] < 0:
-            block_moment[block] = ring_sums(rings, k, block, forces)
+            block_moment[block] = ring_sums(rings, springs, block, forces)
         else:
-            block_moment[block] = fan_sums(rings, k, block, forces)
+            block_moment[block] = fan_sums(rings, springs, block, forces)
 
 
 @jit_lean
-def ring_sums(rings: VertexRings, k: float, block: int, forces: Forces) -> float:
+def ring_sums(rings: VertexRings, springs: Springs, block: int, forces: Forces) -> float:
     """Overwrite pull [N] and area (G, [m²]) of the particles of one block; return the sum of x · G [m³].
 
     The moment is about the particle at index 0: about the origin, it would lose its digits far away.
     """
-    x, pulls, areas = forces
+    x, velocity, pulls, areas = forces
     first, size = rings.block[block, FIRST], rings.block[block, END] - rings.block[block, FIRST]
     origin, total = (x[0, 0], x[1, 0], x[2, 0]), spread(0.0)
     for q in range(0, size, LANES):
@@ -78,14 +85,14 @@ def ring_sums(rings: VertexRings, k: float, block: int, forces: Forces) -> float
         # The first neighbour: its spring, and where the ring starts.
         e = rings.block[block, ENTRY] + q
         start = _to_neighbour(rings.neighbour, e, x, here)
-        pull = scale(_tension(rings, k, block, e, start), start)
+        pull = scale(_tension(rings, springs, block, e, start, (velocity, first + q)), start)
         turn = _no_vec_lanes(x)
         # The others: their springs, and the triangle with the neighbour before.
         before = start
         for _ in range(1, rings.block[block, DEGREE]):
             e += size
             side = _to_neighbour(rings.neighbour, e, x, here)
-            pull = add(pull, scale(_tension(rings, k, block, e, side), side))
+            pull = add(pull, scale(_tension(rings, springs, block, e, side, (velocity, first + q)), side))
             turn = add(turn, cross(before, side))
             before = side
         # The triangle that closes the ring.
@@ -97,9 +104,9 @@ def ring_sums(rings: VertexRings, k: float, block: int, forces: Forces) -> float
 
 
 @jit_lean
-def fan_sums(rings: VertexRings, k: float, block: int, forces: Forces) -> float:
+def fan_sums(rings: VertexRings, springs: Springs, block: int, forces: Forces) -> float:
     """Do the same where a particle's entries are several cycles, so that each says which neighbour comes next."""
-    x, pulls, areas = forces
+    x, velocity, pulls, areas = forces
     first, size = rings.block[block, FIRST], rings.block[block, END] - rings.block[block, FIRST]
     origin, total = (x[0, 0], x[1, 0], x[2, 0]), spread(0.0)
     for q in range(0, size, LANES):
@@ -108,7 +115,7 @@ def fan_sums(rings: VertexRings, k: float, block: int, forces: Forces) -> float:
         for d in range(rings.block[block, DEGREE]):
             e = rings.block[block, ENTRY] + d * size + q
             side = _to_neighbour(rings.neighbour, e, x, here)
-            pull = add(pull, scale(_tension(rings, k, block, e, side), side))
+            pull = add(pull, scale(_tension(rings, springs, block, e, side, (velocity, first + q)), side))
             ahead = _to_neighbour(rings.next_neighbour, rings.block[block, NEXT] + d * size + q, x, here)
             turn = add(turn, cross(side, ahead))
         store_vec_lanes(pulls, first + q, pull)
@@ -136,18 +143,29 @@ def _to_neighbour(neighbour: np.ndarray, e: int, x: np.ndarray, here: VecLanes) 
 
 
 @jit_lean
-def _tension(rings: VertexRings, k: float, block: int, e: int, side: VecLanes) -> Lanes:
-    """Return the forces of springs over their lengths [N/m], at entries e … e + 7, along `side` [m]."""
-    first = rings.block[block, STIFFNESS]
-    stiffness = spread(k) if first < 0 else load_lanes(rings.stiffness, first + e - rings.block[block, ENTRY])
-    return stiffness - load_lanes(rings.rest_pull, e) / square_root(dot(side, side))
+def _tension(
+    rings: VertexRings, springs: Springs, block: int, e: int, side: VecLanes, moving: tuple[np.ndarray, int]
+) -> Lanes:
+    """Return the forces of springs over their lengths [N/m], at entries e … e + 7, along `side` [m].
+
+    `moving`: the velocities (3, n) [m/s] of all particles, and where the ways start.
+    """
+    first, (velocity, here) = rings.block[block, STIFFNESS], moving
+    k, rest_pull = spread(springs.stiffness), load_lanes(rings.rest_pull, e)
+    if first >= 0:
+        k = load_lanes(rings.stiffness, first + e - rings.block[block, ENTRY])
+    square = dot(side, side)
+    tension = k - rest_pull / square_root(square)
+    if springs.damping > 0.0:
+        parting = dot(_to_neighbour(rings.neighbour, e, velocity, load_vec_lanes(velocity, here)), side)
+        tension = tension + springs.damping * parting / square
+    return tension
 
 
 class Load(NamedTuple):
     """What acts on one soft body besides springs, gas and gravity."""
 
     first: int  # its first row of VertexRings.particle
-    damping: float  # [N s/m] of its springs, against the speed at which their ends part
     drag: float  # [1/s]: a force of −drag m v
     force: np.ndarray  # (n, 3) [N] on each particle of all bodies, or (0, 3)
 
@@ -158,13 +176,13 @@ def add_load(
     load: Load,
     blocks: Blocks,
     inverse_mass: np.ndarray,
-    moving: tuple[np.ndarray, np.ndarray, np.ndarray],
+    moving: tuple[np.ndarray, np.ndarray],
 ) -> None:
-    """Add damping, drag and forces from outside to the pull [N] of the particles in `blocks`.
+    """Add drag and forces from outside to the pull [N] of the particles in `blocks`.
 
-    `moving` are position [m], velocity [m/s] and pull, with a row for each component, by index; `inverse_mass` (n,).
+    `moving` are velocity [m/s] and pull, with a row for each component, by index; `inverse_mass` (n,).
     """
-    _, velocity, pull = moving
+    velocity, pull = moving
     for block in range(blocks[0], blocks[1]):
         first, end = rings.block[block, FIRST], rings.block[block, END]
         if load.force.shape[0] > 0:
@@ -176,23 +194,3 @@ def add_load(
                 if inverse_mass[i] > 0.0:
                     for c in range(3):
                         pull[c, i] -= load.drag / inverse_mass[i] * velocity[c, i]
-        if load.damping > 0.0:
-            add_damping(rings, pull.dtype.type(load.damping), block, moving)
-
-
-@jit_lean
-def add_damping(
-    rings: VertexRings, damping: float, block: int, moving: tuple[np.ndarray, np.ndarray, np.ndarray]
-) -> None:
-    """Add the damping of springs [N s/m] to the pull of one block: against the speed at which their ends part."""
-    x, velocity, pulls = moving
-    first, size = rings.block[block, FIRST], rings.block[block, END] - rings.block[block, FIRST]
-    for q in range(0, size, LANES):
-        here, speed = load_vec_lanes(x, first + q), load_vec_lanes(velocity, first + q)
-        pull = load_vec_lanes(pulls, first + q)
-        for d in range(rings.block[block, DEGREE]):
-            e = rings.block[block, ENTRY] + d * size + q
-            side = _to_neighbour(rings.neighbour, e, x, here)
-            parting = dot(_to_neighbour(rings.neighbour, e, velocity, speed), side)
-            pull = add(pull, scale(damping * parting / dot(side, side), side))
-        store_vec_lanes(pulls, first + q, pull)

@@ -22,6 +22,7 @@ from softbody.dynamics.ring_forces import (
     WORK_ROWS,
     Forces,
     Load,
+    Springs,
     add_load,
     ring_forces,
 )
@@ -330,9 +331,10 @@ def ring_accelerations(bodies: SoftBodies, motion: Motion, acceleration: np.ndar
         particle = rings.particle[rings.start[body] : rings.start[body + 1]]
         _load_body(bodies, particle, work)
         start, end = rings.block_start[body], rings.block_start[body + 1]
-        ring_forces(rings, rings.common_stiffness[body], (start, end), Forces(x, pull, area), moments)
-        outside = Load(rings.start[body], bodies.damping[body], bodies.drag[body], bodies.force)
-        add_load(rings, outside, (start, end), work[INVERSE_MASS], (x, speed, pull))
+        springs = Springs(rings.common_stiffness[body], work.dtype.type(bodies.damping[body]))
+        ring_forces(rings, springs, (start, end), Forces(x, speed, pull, area), moments)
+        outside = Load(rings.start[body], bodies.drag[body], bodies.force)
+        add_load(rings, outside, (start, end), work[INVERSE_MASS], (speed, pull))
         push = gas_pressure(bodies.gas[body], moments[start:end].sum() / 18.0) / 6.0
         for i in range(particle.shape[0]):
             inverse_mass = bodies.inverse_mass[particle[i]]

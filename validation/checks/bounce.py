@@ -145,7 +145,12 @@ def balls_bounce_as_between_events(run: Run) -> Comparison:
     because="as of undamped ones: 1.8e-4 at worst of ten seeds",
     detects="1 % of gas, springs, damping or weight, in a run as users start it",
     faults=(
-        Fault("damping a tenth too weak", ring_forces.add_damping, "damping * parting", "0.9 * damping * parting"),
+        Fault(
+            "damping a tenth too weak",
+            ring_forces._tension,
+            "springs.damping * parting",
+            "0.9 * springs.damping * parting",
+        ),
         Fault("a pressure of half the gas", pressure.gas_pressure, "gas_ / volume_", "0.5 * gas_ / volume_"),
         Fault("gravity off by a fifth", integrators.acceleration, "rows_.gravity[c_]", "0.8 * rows_.gravity[c_]"),
     ),

@@ -49,7 +49,12 @@ PAPERS = Fault(
     "Settings(**values)",
     "Settings(**{'integrator': RK4_VELOCITY, **values})",
 )
-HALVED = Fault("damping halved in motion", ring_forces.add_damping, "damping * parting", "0.5 * damping * parting")
+HALVED = Fault(
+    "damping halved in motion",
+    ring_forces._tension,
+    "springs.damping * parting",
+    "0.5 * springs.damping * parting",
+)
 BY_THE_STEP = Fault(
     "damping in proportion to the step",
     integrators._advance_body,

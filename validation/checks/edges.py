@@ -230,7 +230,7 @@ RIDGE = np.array([2, 5, 1, 3])  # its ends, and the third corners to its left an
         ),
         Fault(
             "edges that are across outside",
-            soft_soft._add_edges,
+            soft_soft._add_crossings,
             "crossing.depth > 0.0 and _is_inside(one, edges[lane], crossing.place, lane, memory)",
             "crossing.depth > 0.0",
         ),

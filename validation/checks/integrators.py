@@ -475,8 +475,8 @@ def breathe(run: Run, precision: str, phase: float) -> Comparison:
         Fault(
             "springs that pull one end more than the other",
             ring_forces.ring_sums,
-            "scale(_tension(rings_, k_, block_, e_, start_), start_)",
-            "scale(1.001 * _tension(rings_, k_, block_, e_, start_), start_)",
+            "scale(_tension(rings_, springs_, block_, e_, start_, moving_), start_)",
+            "scale(1.001 * _tension(rings_, springs_, block_, e_, start_, moving_), start_)",
         ),
     ),
 )

@@ -250,9 +250,9 @@ def refinement(run: Run) -> Comparison:
     faults=(
         Fault(
             "damping off by 1e-8",
-            ring_forces.add_damping,
-            "damping * parting",
-            "1.00000001 * damping * parting",
+            ring_forces._tension,
+            "springs.damping * parting",
+            "1.00000001 * springs.damping * parting",
         ),
     ),
 )

@@ -60,12 +60,12 @@ def _mesh(kind: str, rng: np.random.Generator) -> Mesh:
             "load_.drag / inverse_mass_[i_]",
             "1.001 * load_.drag / inverse_mass_[i_]",
         ),
-        Fault("damping halved", ring_forces.add_damping, "damping * parting", "0.5 * damping * parting"),
+        Fault("damping halved", ring_forces._tension, "springs.damping * parting", "0.5 * springs.damping * parting"),
         Fault(
             "damping and drag by the velocities at the start of the step",
             integrators._advance_body,
-            "start[3:] if stage == 0 else velocity",
-            "start[3:]",
+            "(start, start[3:]) if stage == 0 else (end, velocity)",
+            "(start if stage == 0 else end, start[3:])",
         ),
         Fault("gravity along the next axis", integrators.acceleration, "rows_.gravity[c_]", "rows_.gravity[c_ - 1]"),
         Fault(

@@ -333,7 +333,7 @@ def same_bits_twice(run: Run) -> Comparison:
     faults=(
         Fault(
             "contacts listed in an order that comes from where bodies were when their trees were made",
-            soft_soft._add_edges,
+            soft_soft._add_crossings,
             "sort_listed(search_, count_)",
             "pass",
         ),

@@ -9,7 +9,7 @@ import pytest
 
 import softbody
 from softbody import World
-from softbody.dynamics.ring_forces import Forces, ring_sums
+from softbody.dynamics.ring_forces import Forces, Springs, ring_sums
 from softbody.dynamics.soft_bodies import motion_of, ring_accelerations
 from softbody.dynamics.vertex_rings import build_rings
 from softbody.state import soft_bodies_of
@@ -25,8 +25,8 @@ def test_the_force_is_compiled_to_vector_code():
     mesh = softbody.icosphere(1)
     e = len(mesh.edges)
     rings = build_rings(len(mesh.vertices), mesh.edges, mesh.triangles, np.ones(e), np.ones(e))
-    work = np.random.default_rng(0).uniform(size=(9, len(rings.particle)))
-    fresh(rings, 1.0, 0, Forces(work[:3], work[3:6], work[6:]))
+    work = np.random.default_rng(0).uniform(size=(12, len(rings.particle)))
+    fresh(rings, Springs(1.0, 1.0), 0, Forces(work[:3], work[3:6], work[6:9], work[9:]))
     (assembly,) = fresh.inspect_asm().values()
     assert "vsqrtpd" in assembly
     assert "vsqrtsd" not in assembly
