@@ -110,7 +110,7 @@ def _add_edges(
 ) -> None:
     """Add where those of the `count` edges in `memory.edge` that go into the other body are across edges of it.
 
-    They are tried eight at a time, and those that do go in are waited for until they are eight again.
+    They are tried eight at a time; those that go in, seldom more than two, are collected until they are eight.
     """
     tried, entered, waiting = memory.tried, memory.entered, 0
     for row in range(0, count, LANES):

@@ -146,7 +146,7 @@ def _to_neighbour(neighbour: np.ndarray, e: int, x: np.ndarray, here: VecLanes) 
 def _tension(
     rings: VertexRings, springs: Springs, block: int, e: int, side: VecLanes, moving: tuple[np.ndarray, int]
 ) -> Lanes:
-    """Return the forces of springs over their lengths [N/m], at entries e … e + 7, along `side` [m].
+    """Return the forces of damped springs over their lengths [N/m], at entries e … e + 7, along `side` [m].
 
     `moving`: the velocities (3, n) [m/s] of all particles, and where the ways start.
     """
