@@ -236,7 +236,8 @@ def _with_rings(rings: VertexRings, more: VertexRings, rows: int, edges: int) ->
     for column, entries in (NEXT, rings.next_neighbour), (STIFFNESS, rings.stiffness):
         block[block[:, column] >= 0, column] += len(entries)
     return VertexRings(
-        particle=appended(rings.particle, more.particle + rows),
+        particle=appended(rings.particle, more.particle + np.uint32(rows)),
+        number=appended(rings.number, more.number + np.uint32(3 * rows)),
         start=appended(rings.start, more.start[1:] + len(rings.particle)),
         block=appended(rings.block, block),
         block_start=appended(rings.block_start, more.block_start[1:] + len(rings.block)),

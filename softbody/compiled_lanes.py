@@ -65,13 +65,15 @@ for _operation, _instruction in (
 
 
 def _in_all(builder: Any, value: Any, vector: ir.VectorType) -> Any:
-    """Return `value`, rounded to their precision, in every lane, or as it is if it is a vector."""
-    if value.type == vector:
+    """Return `value`, rounded to their precision, in every lane, or what is in its lanes if it is a vector."""
+    is_vector = isinstance(value.type, ir.VectorType)
+    given, wanted = value.type.element if is_vector else value.type, vector if is_vector else vector.element
+    if isinstance(vector.element, ir.FloatType) and isinstance(given, ir.DoubleType):
+        value = builder.fptrunc(value, wanted)
+    elif isinstance(vector.element, ir.DoubleType) and isinstance(given, ir.FloatType):
+        value = builder.fpext(value, wanted)
+    if is_vector:
         return value
-    if isinstance(vector.element, ir.FloatType) and isinstance(value.type, ir.DoubleType):
-        value = builder.fptrunc(value, vector.element)
-    elif isinstance(vector.element, ir.DoubleType) and isinstance(value.type, ir.FloatType):
-        value = builder.fpext(value, vector.element)
     spread = ir.Constant(vector, ir.Undefined)
     for lane in range(LANES):
         spread = builder.insert_element(spread, value, _int(lane))
@@ -115,11 +117,12 @@ def store_lanes(typing_context: Any, array: Any, i: Any, lanes: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         kind = signature.args[0]
         first = _first_of(context, builder, kind, *arguments[:2])
-        stored = builder.store(arguments[2], builder.bitcast(first, arguments[2].type.as_pointer()))
+        value = _in_all(builder, arguments[2], context.get_value_type(LanesType(kind.dtype)))
+        stored = builder.store(value, builder.bitcast(first, value.type.as_pointer()))
         stored.align = kind.dtype.bitwidth // 8
         return context.get_dummy_value()
 
-    if _is_row(array) and isinstance(lanes, LanesType) and lanes.real == array.dtype:
+    if _is_row(array) and isinstance(lanes, LanesType):
         return types.void(array, types.intp, lanes), generate
     return None
 
@@ -158,11 +161,12 @@ def _places(context: Any, builder: Any, signature: Any, arguments: Any) -> list[
 @intrinsic
 def scatter_lanes(typing_context: Any, array: Any, index: Any, i: Any, lanes: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        value = _in_all(builder, arguments[3], context.get_value_type(LanesType(signature.args[0].dtype)))
         for lane, place in enumerate(_places(context, builder, signature, arguments)):
-            builder.store(builder.extract_element(arguments[3], _int(lane)), place)
+            builder.store(builder.extract_element(value, _int(lane)), place)
         return context.get_dummy_value()
 
-    if _is_indexed(array, index) and isinstance(lanes, LanesType) and lanes.real == array.dtype:
+    if _is_indexed(array, index) and isinstance(lanes, LanesType):
         return types.void(array, index, types.intp, lanes), generate
     return None
 
@@ -232,8 +236,7 @@ def first_lanes(typing_context: Any, lanes: Any, number: Any) -> Any:
 @intrinsic
 def in_double(typing_context: Any, lanes: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        vector = context.get_value_type(signature.return_type)
-        return arguments[0] if arguments[0].type == vector else builder.fpext(arguments[0], vector)
+        return _in_all(builder, arguments[0], context.get_value_type(signature.return_type))
 
     return LanesType(types.float64)(lanes), generate
 
@@ -241,8 +244,7 @@ def in_double(typing_context: Any, lanes: Any) -> Any:
 @intrinsic
 def in_single(typing_context: Any, lanes: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        vector = context.get_value_type(signature.return_type)
-        return arguments[0] if arguments[0].type == vector else builder.fptrunc(arguments[0], vector)
+        return _in_all(builder, arguments[0], context.get_value_type(signature.return_type))
 
     return LanesType(types.float32)(lanes), generate
 

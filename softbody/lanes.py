@@ -26,10 +26,9 @@ if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
         return array[i : i + LANES].copy()
 
     def store_lanes(array: np.ndarray, i: int, lanes: Lanes) -> None:
-        """Overwrite entries i … i + 7 of a contiguous array (n,)."""
+        """Overwrite entries i … i + 7 of a contiguous array (n,), rounded to its precision."""
         assert i >= 0
         assert i + LANES <= len(array)
-        assert lanes.dtype == array.dtype
         array[i : i + LANES] = lanes
 
     def gather_lanes(array: np.ndarray, index: np.ndarray, i: int) -> Lanes:
@@ -39,10 +38,9 @@ if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
         return array[index[i : i + LANES]]
 
     def scatter_lanes(array: np.ndarray, index: np.ndarray, i: int, lanes: Lanes) -> None:
-        """Overwrite what `gather_lanes` returns; where the index names an entry twice, it gets the last lane."""
+        """Overwrite what `gather_lanes` returns, rounded; an entry that the index names twice gets the last lane."""
         assert i >= 0
         assert i + LANES <= len(index)
-        assert lanes.dtype == array.dtype
         array[index[i : i + LANES]] = lanes
 
     def spread(value: float) -> Lanes:

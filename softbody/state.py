@@ -162,7 +162,8 @@ class VertexRings(NamedTuple):
     does, and count nowhere. See softbody/dynamics/vertex_rings.py, which makes them.
     """
 
-    particle: np.ndarray  # (s,) row in State.particle_position of the particle at each index, body by body
+    particle: np.ndarray  # (s,) uint32: row in State.particle_position of the particle at each index, body by body
+    number: np.ndarray  # (s,) uint32: the first of its three numbers there, row after row
     start: np.ndarray  # (b + 1,) of each body in `particle`
     block: np.ndarray  # (c, 7) see FIRST … STIFFNESS
     block_start: np.ndarray  # (b + 1,)

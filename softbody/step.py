@@ -17,7 +17,7 @@ from softbody.collision.substeps import subdivision
 from softbody.collision.surface import Surfaces
 from softbody.collision.warm_start import cache_impulses, copied_cache, copy_cache
 from softbody.dynamics.rigid_boxes import box_astray, limit_boxes, limit_speeds, slow_boxes, stop_boxes
-from softbody.dynamics.soft_bodies import BARE, DIVERGED, Motion, move_soft_bodies
+from softbody.dynamics.soft_bodies import BARE, DIVERGED, Motion, move_in_place, move_soft_bodies
 from softbody.glance import begins_finite, fingerprint
 from softbody.jit import jit, jit_inlined, jit_lean
 from softbody.joint_forces import with_joints
@@ -92,7 +92,7 @@ def step(
     slow_boxes(model, state, work.grounded, h)
     controls = with_joints(controls, state, work.joints, work.acting, settings, h)
     bodies = soft_bodies_of(model, controls, state)
-    done, fault, body = move_soft_bodies(bodies, work.motion, settings, h, 1, -np.inf, BARE, hasty)
+    done, fault, body = move_in_place(bodies, work.motion, settings, h, hasty)
     if fault or done == 0:
         return contacts, fault or LEFT, body
     contacts.number[0] = contacts.number[1] = 0

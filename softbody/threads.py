@@ -1,4 +1,4 @@
-"""Numba's threads, as a world uses them: as many as it asks for where they pay, and asleep while they wait."""
+"""Numba's threads, as a world uses them: as many as it asks for where they pay, and asleep while they wait for long."""
 
 from __future__ import annotations
 
@@ -17,6 +17,9 @@ STINT_STEPS = 16
 SHARE_OF_TRIALS = 0.02  # of all time may be lost by trying what was slower before
 MOST_BETWEEN_TRIALS = 60.0  # [s] though what was slower by far is tried so often: the machine may be another one by now
 
+# How OpenMP's threads wait. GNU's look so often before they sleep, which takes them a few tenths of a millisecond.
+WAITING = {"OMP_WAIT_POLICY": "passive", "GOMP_SPINCOUNT": "30000"}
+
 _lost: list[int] = []  # processes that were forked off when threads had been launched, which do not live on in them
 
 
@@ -31,7 +34,7 @@ def team_of(threads: int) -> Iterator[None]:
             f"threads is {threads}, and this process was forked off one that had launched threads, which it does not "
             "have: take threads=1 here, or start processes by 'spawn' or 'forkserver'"
         )
-    with _asleep_while_waiting():
+    with _soon_asleep_while_waiting():
         before = numba.get_num_threads()  # launches them, if nothing has yet
     numba.set_num_threads(threads)
     try:
@@ -91,20 +94,22 @@ class Team:
 
 
 @contextmanager
-def _asleep_while_waiting() -> Iterator[None]:
-    """Let OpenMP, if it is loaded now, put threads to sleep that wait for each other, unless the user chose otherwise.
+def _soon_asleep_while_waiting() -> Iterator[None]:
+    """Let OpenMP, if it is loaded now, put threads to sleep that wait for long, unless the user chose otherwise.
 
     By default they spin: where others use the machine too, each meeting then lasts until the one that all wait for has
-    its turn again. On a busy machine two threads were up to 15 times slower than one.
+    its turn again. On a busy machine two threads were up to 15 times slower than one. But to wake one that sleeps takes
+    some 50 µs, and they meet ten times a step: those of GNU's OpenMP spin for a moment first.
     """
-    if "OMP_WAIT_POLICY" in os.environ:
+    if any(name in os.environ for name in WAITING):
         yield
         return
-    os.environ["OMP_WAIT_POLICY"] = "passive"
+    os.environ.update(WAITING)
     try:
         yield
     finally:
-        os.environ.pop("OMP_WAIT_POLICY", None)
+        for name in WAITING:
+            os.environ.pop(name, None)
 
 
 def _note_fork() -> None:

@@ -25,14 +25,14 @@ def store_vec_lanes(rows: np.ndarray, i: int, a: VecLanes) -> None:
 
 
 @jit_lean
-def gather_vec(numbers: np.ndarray, first: np.ndarray) -> VecLanes:
-    """Return eight vectors that are among `numbers` (n,), from where `first` (8,), unsigned, says."""
-    return gather_lanes(numbers, first, 0), gather_lanes(numbers[1:], first, 0), gather_lanes(numbers[2:], first, 0)
+def gather_vec(numbers: np.ndarray, first: np.ndarray, i: int = 0) -> VecLanes:
+    """Return eight vectors that are among `numbers` (n,), from where `first` (e,), unsigned, says at i … i + 7."""
+    return gather_lanes(numbers, first, i), gather_lanes(numbers[1:], first, i), gather_lanes(numbers[2:], first, i)
 
 
 @jit_lean
-def scatter_vec(numbers: np.ndarray, first: np.ndarray, a: VecLanes) -> None:
+def scatter_vec(numbers: np.ndarray, first: np.ndarray, a: VecLanes, i: int = 0) -> None:
     """Overwrite what `gather_vec` returns."""
-    scatter_lanes(numbers, first, 0, a[0])
-    scatter_lanes(numbers[1:], first, 0, a[1])
-    scatter_lanes(numbers[2:], first, 0, a[2])
+    scatter_lanes(numbers, first, i, a[0])
+    scatter_lanes(numbers[1:], first, i, a[1])
+    scatter_lanes(numbers[2:], first, i, a[2])

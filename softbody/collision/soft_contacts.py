@@ -23,20 +23,20 @@ from softbody.geometry.aabb import bounding_box, boxes_meet
 from softbody.geometry.box import box_corner, point_in_box
 from softbody.geometry.bvh import refit_bvh
 from softbody.geometry.penetration import Points
-from softbody.geometry.sphere import bounding_spheres
+from softbody.geometry.sphere import radius_about
 from softbody.jit import jit, jit_lean, jit_threaded
 from softbody.law import combined, material_of_box, material_of_soft
 from softbody.quaternion import load_quaternion
 from softbody.rest import Rest, is_settled, sleeps
 from softbody.settings import Settings
 from softbody.state import Model, State
-from softbody.vec import Vec, load, store
+from softbody.vec import Vec, add, load, scale, store
 
 # Edges are asked of surfaces whose own are not longer: as a part of their mean length, below which they are not.
 COARSE = 0.9
 
 # Particles from which threads share the work: one takes some 0.05 µs, and to wake a thread up to 100 µs.
-MUCH = 4_000.0
+MUCH = 1_500.0
 
 # How deep edges may be across each other, as a part of the shorter mean length: where it is more, particles are inside.
 SHALLOW = 0.5
@@ -151,7 +151,7 @@ def _near_bodies(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return (start, other) of `Pairs`. (Contacts of boxes among themselves are found elsewhere.)"""
     soft = model.soft_count
-    # Bounding spheres in a grid; then bounding boxes.
+    # Spheres around bounding boxes, in a grid; then the boxes.
     centre, radius = shapes.centre, shapes.radius
     takes_part = np.zeros(soft + model.box_count, np.bool_)
     spheres_of_boxes(model, state, centre, radius)
@@ -160,15 +160,13 @@ def _near_bodies(
         if is_settled(rest, body):
             continue
         first, end = model.soft_particle_start[body], model.soft_particle_start[body + 1]
-        bounding_spheres(
-            state.particle_position,
-            model.soft_particle_start[body : body + 2],
-            centre[body : body + 1],
-            radius[body : body + 1],
-        )
-        low, high = bounding_box(state.particle_position[first:end])
+        points = state.particle_position[first:end]
+        low, high = bounding_box(points)
         store(shapes.low, body, low)
         store(shapes.high, body, high)
+        middle = scale(0.5, add(low, high))
+        store(centre, body, middle)
+        radius[body] = radius_about(middle, points)
     pairs = near_pairs_exhaustive(centre, radius, takes_part) if exhaustive else near_pairs(centre, radius, takes_part)
     count = 0
     start = np.zeros(soft + 1, np.int64)

@@ -40,7 +40,7 @@ ALONG_SURFACE = 0.05
 # [s]: so slowly that a tenth of a metre adds no more energy than a fall of 2 mm.
 PARTING_TIME = 0.5
 
-MANY = 400  # contacts from which threads share them: they meet eight times a step, which takes some microseconds each
+MANY = 100  # contacts from which threads share them: they meet eight times a step, which takes some microseconds each
 
 SWEEPS = 4  # over all contacts of a step; with ten nothing rests better
 

@@ -114,12 +114,11 @@ def _advance_body(
         # Each step starts where the one before ended: the two sets of rows change places.
         start, end = (one, other) if step % 2 == 0 else (other, one)
         x, v = (start, start[3:]) if stage == 0 else (end, velocity)
-        if step == stretch.steps:  # all are done: only the volume counts
-            loaded, damping = False, real(0.0)
+        is_done = step == stretch.steps  # only the volume counts
         for share in prange(cut.shape[0] - 1):
             blocks = cut[share], cut[share + 1]
-            ring_forces(rings, Springs(k, damping), blocks, Forces(x, v, pull, area), block_moment)
-            if loaded:
+            ring_forces(rings, Springs(k, damping, not is_done), blocks, Forces(x, v, pull, area), block_moment)
+            if loaded and not is_done:
                 add_load(rings, load, blocks, inverse_mass, (v, pull))
         # The volume, and with it the pressure.
         volume = 0.0

@@ -56,6 +56,7 @@ class Springs(NamedTuple):
 
     stiffness: float  # [N/m] of all, if it is one
     damping: float  # [N s/m] against the speed at which their ends part; 0: no velocity is read
+    pull: bool  # or only the areas count, and the pull is 0
 
 
 @jit_lean
@@ -150,6 +151,8 @@ def _tension(
 
     `moving`: the velocities (3, n) [m/s] of all particles, and where the ways start.
     """
+    if not springs.pull:
+        return spread(rings.rest_pull.dtype.type(0.0))
     first, (velocity, here) = rings.block[block, STIFFNESS], moving
     k, rest_pull = spread(springs.stiffness), load_lanes(rings.rest_pull, e)
     if first >= 0:

@@ -27,11 +27,23 @@ from softbody.dynamics.ring_forces import (
     ring_forces,
 )
 from softbody.jit import jit, jit_lean, jit_threaded
-from softbody.lanes import LANES, first_lanes, in_double, least_lane, load_lanes, spread, sum_of_lanes, where_less
+from softbody.lanes import (
+    LANES,
+    first_lanes,
+    gather_lanes,
+    in_double,
+    least_lane,
+    load_lanes,
+    spread,
+    store_lanes,
+    sum_of_lanes,
+    where_less,
+)
 from softbody.law import Material
 from softbody.settings import Settings
 from softbody.state import END, FIRST, NUMBER, SoftBodies, VertexRings
 from softbody.vec import load, store
+from softbody.vec_lanes import gather_vec, load_vec_lanes, scatter_vec, store_vec_lanes
 
 # What is said of the soft body that stopped a run.
 DIVERGED = 1
@@ -46,7 +58,7 @@ LOOK = 32
 LARGE = 8_000
 
 # Particles of a world below which one thread moves all: to wake another may take as long.
-FEW = 2_000
+FEW = 800
 
 # How far away a body may be, in its extents: farther off its shape is lost in rounding.
 RESOLVED, RESOLVED_IN_SINGLE = 2.0**46, 2.0**20
@@ -130,12 +142,36 @@ def move_soft_bodies(
         if least < steps:  # stopped before there was a fault
             fault, culprit = 0, -1
     steps = least
-    for body in range(bodies.gas.shape[0]):
-        if not memory.asleep[body]:
-            for i in range(bodies.start[body], bodies.start[body + 1]):
-                store(bodies.position, i, load(memory.position, i))
-                store(bodies.velocity, i, load(memory.velocity, i))
+    for i in range(bodies.position.shape[0]):
+        store(bodies.position, i, load(memory.position, i))
+        store(bodies.velocity, i, load(memory.velocity, i))
     return steps, fault, culprit
+
+
+@jit
+def move_in_place(
+    bodies: SoftBodies, motion: Motion | None, settings: Settings, h: float, hasty: bool
+) -> tuple[int, int, int]:
+    """Advance the soft bodies that are awake by one step of `h` [s] like `move_soft_bodies`, where there is no ground.
+
+    With nothing in between: on a fault, or where no step is done, each is anywhere in it, and has to be put back.
+    """
+    if motion is None or bodies.gas.shape[0] == 0:
+        return 1, 0, -1
+    rings, memory, threads = motion
+    here = MotionMemory(
+        bodies.position,
+        bodies.velocity,
+        memory.work,
+        memory.block_moment,
+        memory.done,
+        memory.fault,
+        memory.most_extent,
+        memory.asleep,
+        memory.stop,
+    )
+    fault, culprit = _move_all(bodies, rings, here, _stretch(settings, h, 1, -np.inf, BARE, hasty), threads)
+    return memory.done.min() // settings.substeps, fault, culprit
 
 
 @jit_lean
@@ -206,8 +242,8 @@ def move_body(
     if memory.asleep[body]:
         memory.done[body], memory.fault[body] = stretch.steps, 0
         return
-    work, particle = memory.work[lane], rings.particle[rings.start[body] : rings.start[body + 1]]
-    _load_body(bodies, particle, work)
+    work, number = memory.work[lane], rings.number[rings.start[body] : rings.start[body + 1]]
+    _load_body(bodies, rings, body, work)
     cut = rings.block_start[body : body + 2] if threads is None else even_cut(rings, body, threads)
     least_volume = bodies.deflated_below[body] * bodies.mesh_volume[body]
     done, fault, look, most = 0, 0, LOOK, memory.most_extent[body]
@@ -224,49 +260,50 @@ def move_body(
             # Left in the midst of a step.
             if made < 0:
                 done = 0
-                _load_rows(bodies.position, bodies.velocity, particle, work)
+                _load_rows(bodies.position, bodies.velocity, number, work)
             break
         fault = find_fault(rings, body, work[POSITION : POSITION + 6], h, volume, least_volume, most)
         if fault == 0:
             done += made
-            _store_rows(work, particle, memory)
+            _store_rows(work, number, memory)
         else:
             # Back to the last look, and from there step by step.
             if done > 0:
-                _load_rows(memory.position, memory.velocity, particle, work)
+                _load_rows(memory.position, memory.velocity, number, work)
             else:
-                _load_rows(bodies.position, bodies.velocity, particle, work)
+                _load_rows(bodies.position, bodies.velocity, number, work)
             if made > 1:
                 fault, look = 0, 1
     if done == 0:
-        _store_rows(work, particle, memory)
+        _store_rows(work, number, memory)
     memory.done[body], memory.fault[body] = done, fault
 
 
 @jit_lean
-def _load_body(bodies: SoftBodies, particle: np.ndarray, work: np.ndarray) -> None:
-    """Copy inverse mass, position and velocity of each `particle` (s,) into rows of `work`."""
-    for i in range(particle.shape[0]):
-        work[INVERSE_MASS, i] = bodies.inverse_mass[particle[i]]
-    _load_rows(bodies.position, bodies.velocity, particle, work)
+def _load_body(bodies: SoftBodies, rings: VertexRings, body: int, work: np.ndarray) -> None:
+    """Copy inverse mass, position and velocity of each particle of a body into rows of `work`."""
+    first, end = rings.start[body], rings.start[body + 1]
+    for i in range(0, end - first, LANES):
+        store_lanes(work[INVERSE_MASS], i, gather_lanes(bodies.inverse_mass, rings.particle, first + i))
+    _load_rows(bodies.position, bodies.velocity, rings.number[first:end], work)
 
 
 @jit_lean
-def _load_rows(position: np.ndarray, velocity: np.ndarray, particle: np.ndarray, work: np.ndarray) -> None:
-    """Copy `position` and `velocity` (n, 3) of each `particle` (s,) into rows of `work`."""
-    for i in range(particle.shape[0]):
-        for c in range(3):
-            work[POSITION + c, i] = position[particle[i], c]
-            work[VELOCITY + c, i] = velocity[particle[i], c]
+def _load_rows(position: np.ndarray, velocity: np.ndarray, number: np.ndarray, work: np.ndarray) -> None:
+    """Copy `position` and `velocity` (n, 3) into rows of `work`; `number` (s,) is the first of each particle."""
+    places, speeds = position.reshape(-1), velocity.reshape(-1)
+    for i in range(0, number.shape[0], LANES):
+        store_vec_lanes(work[POSITION:], i, gather_vec(places, number, i))
+        store_vec_lanes(work[VELOCITY:], i, gather_vec(speeds, number, i))
 
 
 @jit_lean
-def _store_rows(work: np.ndarray, particle: np.ndarray, memory: MotionMemory) -> None:
-    """Copy position and velocity of each `particle` (s,) from rows of `work` into memory; twins are the same."""
-    for i in range(particle.shape[0]):
-        for c in range(3):
-            memory.position[particle[i], c] = work[POSITION + c, i]
-            memory.velocity[particle[i], c] = work[VELOCITY + c, i]
+def _store_rows(work: np.ndarray, number: np.ndarray, memory: MotionMemory) -> None:
+    """Copy position and velocity of each particle from rows of `work` into memory; twins are the same."""
+    places, speeds = memory.position.reshape(-1), memory.velocity.reshape(-1)
+    for i in range(0, number.shape[0], LANES):
+        scatter_vec(places, number, load_vec_lanes(work[POSITION:], i), i)
+        scatter_vec(speeds, number, load_vec_lanes(work[VELOCITY:], i), i)
 
 
 @jit_lean
@@ -329,9 +366,9 @@ def ring_accelerations(bodies: SoftBodies, motion: Motion, acceleration: np.ndar
     pull, area = work[PULL : PULL + 3], work[AREA : AREA + 3]
     for body in range(bodies.gas.shape[0]):
         particle = rings.particle[rings.start[body] : rings.start[body + 1]]
-        _load_body(bodies, particle, work)
+        _load_body(bodies, rings, body, work)
         start, end = rings.block_start[body], rings.block_start[body + 1]
-        springs = Springs(rings.common_stiffness[body], work.dtype.type(bodies.damping[body]))
+        springs = Springs(rings.common_stiffness[body], work.dtype.type(bodies.damping[body]), True)
         ring_forces(rings, springs, (start, end), Forces(x, speed, pull, area), moments)
         outside = Load(rings.start[body], bodies.drag[body], bodies.force)
         add_load(rings, outside, (start, end), work[INVERSE_MASS], (speed, pull))

@@ -23,7 +23,8 @@ BLOCK = 256
 def no_rings() -> VertexRings:
     """Return the rings of no bodies at all."""
     return VertexRings(
-        particle=np.empty(0, np.int64),
+        particle=np.empty(0, np.uint32),
+        number=np.empty(0, np.uint32),
         start=np.zeros(1, np.int64),
         block=np.empty((0, 7), np.int64),
         block_start=np.zeros(1, np.int64),
@@ -78,12 +79,13 @@ def build_rings(
     here, there = np.concatenate(entries, axis=1)
     edge_key = edges[:, 0] * count + edges[:, 1]
     edge = np.searchsorted(edge_key, np.minimum(here, there) * count + np.maximum(here, there))
-    particle = np.empty(end[-1], np.int64)
+    particle = np.empty(end[-1], np.uint32)
     for k in range(len(first)):
         particle[begin[k] : end[k]] = entries[k][0, : end[k] - begin[k]]
     return with_springs(
         no_rings()._replace(
             particle=particle,
+            number=3 * particle,
             start=np.array([0, end[-1]]),
             block=np.array(blocks, np.int64),
             block_start=np.array([0, len(blocks)]),

@@ -47,6 +47,12 @@ def _sphere_of_rows(points: np.ndarray, first: int, last: int) -> tuple[Vec, flo
     return centre, sqrt(_farthest(points, first, last, centre)[1]) * ROUNDING
 
 
+@jit_lean
+def radius_about(centre: Vec, points: np.ndarray) -> float:
+    """Return the radius [m] of the sphere about `centre` [m] that holds all `points` (n, 3) [m], of which there are."""
+    return sqrt(_farthest(points, 0, points.shape[0], centre)[1]) * ROUNDING
+
+
 @jit
 def bounding_sphere(points: np.ndarray) -> tuple[Vec, float]:
     """Return (centre [m], radius [m]) of a sphere that holds all `points` (n, 3) [m], if not the smallest; paper §4.

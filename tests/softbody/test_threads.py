@@ -8,7 +8,7 @@ import pytest
 import softbody
 from softbody.geometry import MeshQuery
 from softbody.scenes import tray
-from softbody.threads import Team, team_of
+from softbody.threads import WAITING, Team, team_of
 
 several = pytest.mark.skipif(
     numba.config.DISABLE_JIT or numba.config.NUMBA_NUM_THREADS < 2, reason="there is one thread here"
@@ -27,14 +27,15 @@ def test_a_team_is_as_large_as_asked_and_is_put_back():
 
 
 @several
-@pytest.mark.parametrize("choice", [None, "active"])
-def test_the_environment_is_left_as_it_was(monkeypatch, choice):
-    monkeypatch.delenv("OMP_WAIT_POLICY", raising=False)
-    if choice:
-        monkeypatch.setenv("OMP_WAIT_POLICY", choice)
+@pytest.mark.parametrize("chosen", [{}, {"OMP_WAIT_POLICY": "active"}, {"GOMP_SPINCOUNT": "7"}])
+def test_the_environment_is_left_as_it_was(monkeypatch, chosen):
+    for name in WAITING:
+        monkeypatch.delenv(name, raising=False)
+    for name, value in chosen.items():
+        monkeypatch.setenv(name, value)
     with team_of(2):
-        assert os.environ.get("OMP_WAIT_POLICY") == choice
-    assert os.environ.get("OMP_WAIT_POLICY") == choice
+        assert {name: os.environ[name] for name in WAITING if name in os.environ} == chosen
+    assert {name: os.environ[name] for name in WAITING if name in os.environ} == chosen
 
 
 @several

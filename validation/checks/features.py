@@ -87,6 +87,13 @@ SHAPES = {
             "rings_.particle[load_.first + i_]",
             "rings_.particle[load_.first + max(0, i_ - 1)]",
         ),
+        Fault("masses of the first body, whichever moves", soft_bodies._load_body, "first + i_", "i_"),
+        Fault(
+            "speeds that are not brought back from a step",
+            soft_bodies._store_rows,
+            "scatter_vec(speeds, n_, v_, i_)",
+            "",
+        ),
         Fault(
             "forces of the first body, whichever is asked",
             soft_body.SoftBody,

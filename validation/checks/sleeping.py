@@ -589,7 +589,7 @@ def _momentum(world: World) -> np.ndarray:
             "np.append(bodies, False)[[others.a, others.b]].any(axis=0)", "np.ones(len(others), bool)",
         ),
         Fault("it falls in its sleep", sleep.let_sleep, "0.0 if a_ else b_", "b_"),
-        Fault("it is put back to where it was", soft_bodies.move_soft_bodies, "not memory.asleep[body_]", "True"),
+        Fault("it moves in its sleep", soft_bodies.move_body, "memory.asleep[body_]", "False"),
     ),
 )  # fmt: skip
 def weights_are_carried(run: Run) -> Comparison:

@@ -143,12 +143,18 @@ def nothing_touches_after_a_fault(run: Run) -> Comparison:
     detects="half of a step that is taken for a whole one; impulses that are forgotten; a stop that nobody hears",
     faults=(
         Fault("half a step that counts", step.step, "fault or done == 0", "fault"),
+        Fault(
+            "a step counts that some have not made",
+            soft_bodies.move_in_place,
+            "memory.done.min() // settings.substeps",
+            "1",
+        ),
         Fault("stops that are not heard", step.run, "work.stop[0] != 0", "False"),
         Fault(
             "haste where there is none",
             step.step,
-            "move_soft_bodies(b_, m_, s_, h_, 1, -np.inf, BARE, hasty)",
-            "move_soft_bodies(b_, m_, s_, h_, 1, -np.inf, BARE, True)",
+            "move_in_place(b_, m_, s_, h_, hasty)",
+            "move_in_place(b_, m_, s_, h_, True)",
         ),
     ),
 )

@@ -26,7 +26,7 @@ def test_the_force_is_compiled_to_vector_code():
     e = len(mesh.edges)
     rings = build_rings(len(mesh.vertices), mesh.edges, mesh.triangles, np.ones(e), np.ones(e))
     work = np.random.default_rng(0).uniform(size=(12, len(rings.particle)))
-    fresh(rings, Springs(1.0, 1.0), 0, Forces(work[:3], work[3:6], work[6:9], work[9:]))
+    fresh(rings, Springs(1.0, 1.0, True), 0, Forces(work[:3], work[3:6], work[6:9], work[9:]))
     (assembly,) = fresh.inspect_asm().values()
     assert "vsqrtpd" in assembly
     assert "vsqrtsd" not in assembly
