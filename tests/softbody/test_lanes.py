@@ -68,6 +68,18 @@ def test_lanes_are_gathered_from_where_the_index_says(real):
     assert out.tolist() == [3.0, 19.0, 0.0, 7.0, 8.0, 1.0, 2.0, 5.0]
 
 
+@compiled
+@precisions
+def test_lanes_of_the_other_precision_are_rounded_where_they_are_stored(real):
+    other = np.float32 if real is np.float64 else np.float64
+    x = (np.arange(8.0) / 3.0).astype(other)
+    stored, put = np.zeros(8, real), np.zeros(8, real)
+    gathered(x, np.arange(8, dtype=np.uint32), 0, stored)
+    scattered(put, np.arange(8, dtype=np.uint32)[::-1].copy(), 0, x)
+    assert stored.tolist() == x.astype(real).tolist()
+    assert put.tolist() == x.astype(real)[::-1].tolist()
+
+
 @jit_lean
 def scattered(x, index, e, lanes):
     scatter_lanes(x, index, e, load_lanes(lanes, 0))

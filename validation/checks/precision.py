@@ -254,6 +254,12 @@ def threads_find_the_same_contacts(run: Run) -> Comparison:
             "_sphere_may_meet_box(model_, state_, x_, b_)",
             "True",
         ),
+        Fault(
+            "spheres of half the radius",
+            soft_contacts._near_bodies,
+            "radius_about(middle, points)",
+            "0.5 * radius_about(middle, points)",
+        ),
     ),
 )  # fmt: skip
 def near_bodies_and_shares(run: Run) -> Comparison:

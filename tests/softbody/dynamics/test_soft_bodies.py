@@ -6,9 +6,20 @@ import pytest
 
 import softbody
 from softbody import ParameterError, SimulationError, SoftBody, World
-from softbody.dynamics.soft_bodies import COLLAPSED, DIVERGED, LARGE, LOOK, even_cut, find_fault, motion_of
+from softbody.dynamics.soft_bodies import (
+    COLLAPSED,
+    DIVERGED,
+    LARGE,
+    LOOK,
+    even_cut,
+    find_fault,
+    motion_of,
+    move_in_place,
+    move_soft_bodies,
+)
 from softbody.dynamics.vertex_rings import BLOCK, build_rings
 from softbody.settings import INTEGRATORS
+from softbody.state import soft_bodies_of
 from softbody.step import run_alone
 
 SOLID = softbody.octahedron()
@@ -76,6 +87,25 @@ def test_bodies_move_alone_as_they_do_together_to_the_same_bits(integrator):
         alone.step(1e-3, 77)
         rows = slice(42 * seed, 42 * (seed + 1))
         assert alone.state.particle_position.tolist() == together.state.particle_position[rows].tolist()
+
+
+@pytest.mark.parametrize("precision", ["double", "single"])
+@pytest.mark.parametrize("spoiled", [None, 1])
+def test_a_step_in_place_is_that_of_a_run_and_so_is_what_stops_it(precision, spoiled):
+    ends, answers = [], []
+    for move in (lambda *how: move_soft_bodies(*how, 1e-3, 1), lambda *how: move_in_place(*how, 1e-3, False)):
+        world = World(precision=precision)
+        for seed in range(3):
+            ball = world.add_soft_body(softbody.icosphere(1), 1.0 + seed, 100.0, 5.0, position=(3.0 * seed, 0.0, 0.0))
+            ball.velocities[:] = np.random.default_rng(seed).normal(0.0, 0.5, (42, 3))
+        if spoiled is not None:
+            world.state.particle_velocity[42 * spoiled + 3, 2] = np.inf
+        motion = motion_of(world.model.soft_particle_start, world.rings)
+        answers.append(move(soft_bodies_of(world.model, world.controls, world.state), motion, world.settings))
+        ends.append([world.state.particle_position.tolist(), world.state.particle_velocity.tolist()])
+    assert answers[0] == answers[1] == ((1, 0, -1) if spoiled is None else (0, DIVERGED, 1))
+    if spoiled is None:  # else whoever asks has to put the bodies back
+        assert ends[0] == ends[1]
 
 
 @integrators

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from softbody.geometry import bounding_sphere, bounding_spheres
+from softbody.geometry.sphere import radius_about
 
 point = st.tuples(*[st.floats(-1e6, 1e6)] * 3)
 
@@ -23,6 +24,15 @@ def test_a_bounding_sphere_is_not_much_larger_than_the_points_need(count, seed):
     _, radius = bounding_sphere(rows)
     reach = np.linalg.norm(rows[:, None] - rows, axis=2).max()
     assert 0.5 * reach <= radius <= 1.3 * np.sqrt(3 / 8) * reach  # Jung 1901: √(3/8) of the reach always do
+
+
+@given(st.lists(point, min_size=1, max_size=30), point)
+def test_a_sphere_about_a_point_holds_every_other_and_no_more(points, centre):
+    rows = np.array(points)
+    distances = np.sqrt(((rows - np.array(centre)) ** 2).sum(axis=1))
+    radius = radius_about(centre, rows)
+    assert (distances <= radius).all()
+    assert radius <= distances.max() * (1.0 + 2.0**-49)
 
 
 def test_of_two_points_it_is_the_sphere_between_them():
