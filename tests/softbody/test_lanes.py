@@ -68,7 +68,6 @@ def test_lanes_are_gathered_from_where_the_index_says(real):
     assert out.tolist() == [3.0, 19.0, 0.0, 7.0, 8.0, 1.0, 2.0, 5.0]
 
 
-@compiled
 @precisions
 def test_lanes_of_the_other_precision_are_rounded_where_they_are_stored(real):
     other = np.float32 if real is np.float64 else np.float64
