@@ -35,7 +35,8 @@ from softbody.vec import Vec, add, load, scale, store
 # Edges are asked of surfaces whose own are not longer: as a part of their mean length, below which they are not.
 COARSE = 0.9
 
-# Particles from which threads share the work: one takes some 0.05 µs, and to wake a thread up to 100 µs.
+# Particles from which threads share the work: one takes some 0.05 µs, and a thread that sleeps takes as long as all of
+# them to wake.
 MUCH = 1_500.0
 
 # How deep edges may be across each other, as a part of the shorter mean length: where it is more, particles are inside.
@@ -151,7 +152,7 @@ def _near_bodies(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return (start, other) of `Pairs`. (Contacts of boxes among themselves are found elsewhere.)"""
     soft = model.soft_count
-    # Spheres around bounding boxes, in a grid; then the boxes.
+    # Spheres about the middles of bounding boxes, in a grid; then the boxes.
     centre, radius = shapes.centre, shapes.radius
     takes_part = np.zeros(soft + model.box_count, np.bool_)
     spheres_of_boxes(model, state, centre, radius)
