@@ -53,6 +53,7 @@ STAGES = (
 )
 TRAYS = (1, 10, 100, 1_000)
 TWO_THREADS = "the same on two threads"
+IN_PARTS = {parts: f"the same, substeps={parts}" for parts in (2, 4)}
 ASLEEP = "the same when all sleep"
 FEWEST_SHARED = 10  # bodies, so that threads have something to share
 
@@ -139,6 +140,19 @@ def stages_of(world: World, step: float, steps: int, units: float) -> dict[str, 
     return stages
 
 
+def in_parts(scene: str, parts: int, step: float, steps: int) -> Peer:
+    """Return a call that goes on with a scene in steps as many times as long, of as many parts, and its seconds."""
+    world, _ = landed(SCENES[scene])
+    world.substeps, count = parts, max(1, steps // parts)
+    back = putting_back(world)
+
+    def call() -> None:
+        back()
+        world.step(parts * step, count, allow_unstable=True)
+
+    return call, count * parts * step
+
+
 @pytest.mark.parametrize("scene", SCENES)
 def bench_scene(race, scene: str) -> None:
     """A second of a scene: beside it, its stages; and for the first, pybullet's deformables on the same meshes."""
@@ -147,7 +161,8 @@ def bench_scene(race, scene: str) -> None:
     seconds = steps * step
 
     def rivals() -> dict[str, Peer]:
-        stages = stages_of(world, step, steps, seconds)
+        stages = {name: in_parts(scene, parts, step, steps) for parts, name in IN_PARTS.items()}
+        stages |= stages_of(world, step, steps, seconds)
         if scene.startswith("Scene 1"):
             name = "pybullet's deformables (same meshes, springs without gas, one force a step, no friction)"
             stages[name] = peers.pybullet_sphere_on_torus(step, steps), seconds
@@ -162,7 +177,7 @@ def bench_scene(race, scene: str) -> None:
         of="particles",
         per="simulated second",
         peers=rivals,
-        own=STAGES,
+        own=(*IN_PARTS.values(), *STAGES),
         restore=putting_back(world),
         answer=lambda: world.state,
     )

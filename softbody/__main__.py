@@ -58,6 +58,7 @@ def parser() -> argparse.ArgumentParser:
     view.add_argument("--port", type=int, default=8080, help="of the page (8080); 0 for any that is free")
     view.add_argument("--host", default="127.0.0.1", help="who may see it (127.0.0.1: this machine only)")
     view.add_argument("--integrator", choices=tuple(INTEGRATORS), help="of soft bodies (symplectic_euler)")
+    view.add_argument("--substeps", type=int, help="in which soft bodies take a step, contacts once (1)")
     view.add_argument("--paper", action="store_true", help="by all of the paper's own choices")
     view.add_argument("--no-browser", action="store_true", help="open none; say the address")
     view.set_defaults(command=_view)
@@ -66,6 +67,7 @@ def parser() -> argparse.ArgumentParser:
     record.add_argument("scene", metavar="SCENE", type=_scene, help=f"{', '.join(scenes.__all__)}, or a scene file")
     record.add_argument("file", metavar="FILE", help="film.webp, film.mp4, a new folder for pictures, or end.png")
     record.add_argument("--seconds", type=float, default=2.0, help="of the world's time (2)")
+    record.add_argument("--substeps", type=int, help="in which soft bodies take a step, contacts once (1)")
     record.add_argument("--frames-per-second", type=float, default=20.0, help="of a film (20)")
     record.add_argument("--colour", choices=("stripes", "plain", *UNITS), default="stripes", help="what colours show")
     record.add_argument("--range", type=float, nargs=2, metavar=("LEAST", "MOST"), help="that colours stand for")
@@ -122,14 +124,15 @@ def _warmup(given: argparse.Namespace) -> None:
 
 
 def _view(given: argparse.Namespace) -> None:
-    choices = {} if given.integrator is None else {"integrator": given.integrator}
+    said = {"integrator": given.integrator, "substeps": given.substeps}
+    choices = {name: value for name, value in said.items() if value is not None}
     world = _built(given.scene, World.paper(**choices) if given.paper else None, **choices)
     world.view(given.port, host=given.host, open_browser=not given.no_browser)
 
 
 def _record(given: argparse.Namespace) -> None:
     seconds = check_range(given.seconds, "seconds", "s", above=0.0)
-    world = _built(given.scene)
+    world = _built(given.scene, **({} if given.substeps is None else {"substeps": given.substeps}))
     look: Any = {"size": given.size, "colour": given.colour, "colour_range": given.range}
     if given.file.endswith(".png"):
         picture_path(given.file)  # whatever is in its way is said before the work

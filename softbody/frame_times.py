@@ -17,7 +17,7 @@ def frames_by_steps(
     time_step: float,
     rate: float,
     frames: tuple[int, float],
-    substeps: int = 1,
+    substeps: int | None = None,
     allow_unstable: bool = False,
 ) -> Iterator[None]:
     """Advance by `seconds` in steps of `time_step` [s], and yield whenever it is time for a frame, `rate` a second.

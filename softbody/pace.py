@@ -4,9 +4,21 @@ from __future__ import annotations
 
 from math import ceil
 
+from softbody.errors import ParameterError
+from softbody.parameters import check_yes_or_no, shown
+
 WHOLE = 1e-12  # of their number: so far from a whole number of steps is rounding
 OF_STABLE = 0.8  # of the stable step, where a World chooses: it shrinks when bodies are stretched within a frame
 BOX_STEP = 1.0 / 240.0  # [s] at most, where there are boxes and a World chooses
+
+
+def check_own_steps(time_step: float | None, substeps: int | None, allow_unstable: bool) -> None:
+    """Raise ParameterError for what is said of steps, without a `time_step`, where the world chooses them."""
+    if time_step is None and (substeps is not None or check_yes_or_no(allow_unstable, "allow_unstable")):
+        said = f"substeps is {shown(substeps)}" if substeps is not None else "allow_unstable is True"
+        raise ParameterError(
+            f"{said}, and there is no time_step, so that the world chooses its steps: give one, or set world.substeps"
+        )
 
 
 def whole_steps(seconds: float, time_step: float) -> tuple[int, float]:

@@ -14,7 +14,7 @@ RK4_VELOCITY, RK4, SYMPLECTIC_EULER = 0, 1, 2
 INTEGRATORS = {"rk4_velocity": RK4_VELOCITY, "rk4": RK4, "symplectic_euler": SYMPLECTIC_EULER}
 PRECISIONS: dict[str, type[np.floating[Any]]] = {"double": np.float64, "single": np.float32}
 
-MOST_ITERATIONS = 10_000_000  # sweeps; a step must end
+MOST_ITERATIONS = 10_000_000  # sweeps, or sub-steps; a step must end
 
 
 class Settings(NamedTuple):
@@ -42,6 +42,7 @@ class Choices(TypedDict, total=False):
     """The settings as a user says them: arguments of a World."""
 
     integrator: str
+    substeps: int
     axes: str
     contact: str
     soft_contact: str
@@ -112,9 +113,8 @@ def check_settings(settings: Settings, name: str) -> None:
     if settings.integrator not in INTEGRATORS.values():
         known = ", ".join(f"{number} ({word})" for word, number in INTEGRATORS.items())
         raise ParameterError(f"{name}.integrator is {settings.integrator}; there are {known}")
-    if settings.substeps != 1:
-        raise ParameterError(f"{name}.substeps is {settings.substeps}; it is 1: steps are told theirs")
-    check_range(settings.iterations, f"{name}.iterations", least=1, most=MOST_ITERATIONS)
+    for field in ("substeps", "iterations"):
+        check_range(getattr(settings, field), f"{name}.{field}", least=1, most=MOST_ITERATIONS)
     for field, value in settings._asdict().items():
         if isinstance(value, float) and (isnan(value) or value < 0.0):
             raise ParameterError(f"{name}.{field} is {value}; give a number ≥ 0, or inf")

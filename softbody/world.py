@@ -58,7 +58,7 @@ from softbody.joint import End, Joint, ends_of
 from softbody.joint_forces import joint_energy, joint_memory
 from softbody.mesh import Mesh
 from softbody.names import GONE, Names
-from softbody.pace import BOX_STEP, OF_STABLE, Remainder, whole_steps
+from softbody.pace import BOX_STEP, OF_STABLE, Remainder, check_own_steps, whole_steps
 from softbody.parameters import check_range, check_whole, check_yes_or_no, shown, vector
 from softbody.rigid_box import Box
 from softbody.settings import (
@@ -136,7 +136,9 @@ class World(StrictNames):
     that are stepped at the same time by threads of their own need 1.
 
     Choices, all keywords: `integrator` of soft bodies: "symplectic_euler" (default), "rk4", four times the work and far
-    more exact, or "rk4_velocity", the paper's, as much work and a damping that grows with the step. `axes` of the
+    more exact, or "rk4_velocity", the paper's, as much work and a damping that grows with the step. `substeps`: 1
+    (default), or in how many equal parts soft bodies take each step, while contacts are found and resolved once: steps
+    may be so many times as long, and worlds of many contacts cost half as much with 2, a third with 4. `axes` of the
     separating-axis test of boxes: "complete", or "paper" for face normals only. `contact` of boxes: "manifold",
     all points solved together in `iterations` sweeps a step (30; up to four times as many while they converge
     fast), or "single", the paper's one impulse a pair, half-way
@@ -344,6 +346,18 @@ class World(StrictNames):
         self.settings = self.settings._replace(integrator=INTEGRATORS[value])
 
     @property
+    def substeps(self) -> int:
+        """In how many equal parts soft bodies take each step, with contacts once a step; may be changed between steps.
+
+        `stable_time_step` is as many times as long, and so are the steps that the world chooses.
+        """
+        return self.settings.substeps
+
+    @substeps.setter
+    def substeps(self, value: int) -> None:
+        self.settings = self.settings._replace(substeps=settings_of({"substeps": value}).substeps)
+
+    @property
     def precision(self) -> str:
         """In which soft bodies move between contacts: "double" or "single"."""
         return self._precision
@@ -507,16 +521,19 @@ class World(StrictNames):
         properties = properties_of(kind, given)
         return properties | ({f"{kind}_friction": 0.0} if self.settings.frictionless else {})
 
-    def step(self, time_step: float, steps: int = 1, *, substeps: int = 1, allow_unstable: bool = False) -> None:
+    def step(
+        self, time_step: float, steps: int = 1, *, substeps: int | None = None, allow_unstable: bool = False
+    ) -> None:
         """Advance by `steps` steps of `time_step` [s]; soft bodies take each in `substeps` equal parts.
 
-        Raises ParameterError for a step that is too long to be stable, unless told to allow it, and
-        SimulationError if a body diverges or a soft one collapses; the state is then that of the last good step.
-        An interrupt is heard in the step that it comes in, which then has not happened, or after it: state, `steps` and
-        `time` belong together.
+        None: as many as the world says. Raises ParameterError for a step that is too long to be stable, unless told to
+        allow it, and SimulationError if a body diverges or a soft one collapses; the state is then that of the last
+        good step. An interrupt is heard in the step that it comes in, which then has not happened, or after it: state,
+        `steps` and `time` belong together.
         """
         h = check_range(time_step, "time_step", "s", above=0.0)
-        steps, substeps = check_whole(steps, "steps", 0), check_whole(substeps, "substeps", 1)
+        steps = check_whole(steps, "steps", 0)
+        substeps = self.substeps if substeps is None else check_whole(substeps, "substeps", 1)
         if steps * substeps > 2**62:
             raise ParameterError(f"steps × substeps is {steps * substeps}; give fewer, up to 2**62")
         allow_unstable = check_yes_or_no(allow_unstable, "allow_unstable")
@@ -678,7 +695,12 @@ class World(StrictNames):
         return bodies.surfaces
 
     def run(
-        self, seconds: float, time_step: float | None = None, *, substeps: int = 1, allow_unstable: bool = False
+        self,
+        seconds: float,
+        time_step: float | None = None,
+        *,
+        substeps: int | None = None,
+        allow_unstable: bool = False,
     ) -> None:
         """Advance by `seconds` [s], in equal steps of at most `time_step` [s]; see `step`.
 
@@ -686,6 +708,7 @@ class World(StrictNames):
         `step_frame`.
         """
         seconds = check_range(seconds, "seconds", "s", least=0.0)
+        check_own_steps(time_step, substeps, allow_unstable)
         if time_step is None:
             for _ in self.frames(seconds):
                 pass
@@ -733,10 +756,12 @@ class World(StrictNames):
         """Return a time step [s] that is stable for every soft body as it is now, and joints; inf if there is none.
 
         From an upper bound of the highest frequency, so often a little shorter than need be. Contacts and motion
-        that stretches the body further can ask for a shorter one. Raises ParameterError where no step is stable.
+        that stretches the body further can ask for a shorter one. It is `substeps` times that of a part, but for
+        joints, which act once a step. Raises ParameterError where no step is stable.
         """
         model, controls, state, _, joints = self._parts
-        return stable_time_step(model, controls, state, self.settings, longest_step_of_joints(model, joints))
+        of_joints = longest_step_of_joints(model, joints)
+        return min(self.substeps * stable_time_step(model, controls, state, self.settings, of_joints), of_joints)
 
     def equilibrium(self, tolerance: float = 1e-12, steps: int = 200_000) -> None:
         """Move every soft body to its shape at rest, where it hangs on its fixed particles, or floats without weight.

@@ -11,6 +11,7 @@ import numpy as np
 
 from softbody.errors import ParameterError
 from softbody.frame_times import frames_by_steps
+from softbody.pace import check_own_steps
 from softbody.parameters import check_range, check_whole, shown
 from softbody.render.camera import Camera
 from softbody.render.drawing import Drawing, framed, ground_of
@@ -122,7 +123,12 @@ class Recorder:
         save_picture(picture_path(path), self._pixels)
 
     def run(
-        self, seconds: float, time_step: float | None = None, *, substeps: int = 1, allow_unstable: bool = False
+        self,
+        seconds: float,
+        time_step: float | None = None,
+        *,
+        substeps: int | None = None,
+        allow_unstable: bool = False,
     ) -> None:
         """Advance the world as `World.run` does, and take a frame whenever it is time for one.
 
@@ -131,6 +137,7 @@ class Recorder:
         time step that is longer than a frame stays.
         """
         seconds = check_range(seconds, "seconds", "s", least=0.0)
+        check_own_steps(time_step, substeps, allow_unstable)
         if time_step is None:
             if self.frames == 0:
                 self.frame()

@@ -92,7 +92,7 @@ def _indices(value: Any, name: str) -> list[int]:
 
 
 def _setting(value: Any, name: str) -> Any:
-    if name == "iterations":
+    if name in ("iterations", "substeps"):
         _no_truth(value, name)
     settings_of({name: value})  # type: ignore[misc]
     return value

@@ -12,6 +12,7 @@ import numpy as np
 
 from softbody.errors import OutputError, ParameterError, SnapshotError, TrajectoryError
 from softbody.frame_times import frames_by_steps
+from softbody.pace import check_own_steps
 from softbody.parameters import check_range, check_yes_or_no
 from softbody.shapes import Shapes, labels_of, shapes_of
 from softbody.snapshot import digest, named_arrays
@@ -113,7 +114,12 @@ class TrajectoryWriter:
             self.flush()
 
     def run(
-        self, seconds: float, time_step: float | None = None, *, substeps: int = 1, allow_unstable: bool = False
+        self,
+        seconds: float,
+        time_step: float | None = None,
+        *,
+        substeps: int | None = None,
+        allow_unstable: bool = False,
     ) -> None:
         """Advance the world as `World.run` does, and keep a frame whenever it is time for one; the first at once.
 
@@ -121,6 +127,7 @@ class TrajectoryWriter:
         to k / frames_per_second since the first. Raises ParameterError for a time step that is longer than a frame.
         """
         seconds = check_range(seconds, "seconds", "s", least=0.0)
+        check_own_steps(time_step, substeps, allow_unstable)
         if time_step is not None:
             check_range(time_step, "time_step", "s", above=0.0, most=1.0 / self._rate)
         is_first = not self.frames

@@ -39,16 +39,14 @@ def test_a_world_is_refused_by_the_name_of_its_bad_parameter(name, value):
 
 def test_a_choice_that_a_world_does_not_have_is_refused_with_those_that_it_has():
     with pytest.raises(
-        ParameterError, match=r"a World has no 'rules'; choose from integrator, axes, contact, soft_contact, "
+        ParameterError, match=r"a World has no 'rules'; choose from integrator, substeps, axes, contact, "
     ):
         World(rules="paper")
 
 
 def test_every_choice_is_a_setting_and_the_defaults_are_those_of_the_kernels():
     assert World().settings == Settings()
-    assert {WORDS[name][0] if name in WORDS else name for name in Choices.__annotations__} == set(Settings._fields) - {
-        "substeps"
-    }
+    assert {WORDS[name][0] if name in WORDS else name for name in Choices.__annotations__} == set(Settings._fields)
 
 
 def test_the_integrator_may_be_changed_between_steps_and_is_checked():

@@ -101,7 +101,7 @@ WHOLE: dict[str, tuple[tuple[int, ...], tuple[int, ...]]] = {
     "model.soft_count": ((), (-1, 1, 3)),
     "model.box_count": ((), (-1, 3, 5)),
     "settings.integrator": ((0, 1, 2), (-1, 3, 2**62)),
-    "settings.substeps": ((1,), (0, 2, -1)),
+    "settings.substeps": ((1, 10_000_000), (0, -1, 10_000_001)),
     "settings.iterations": ((1, 10_000_000), (0, -1, 10_000_001)),
     "steps": ((0, 2**62), (-1, 2**62 + 1)),
 }

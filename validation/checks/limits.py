@@ -217,6 +217,7 @@ def of_worlds(folder: Path) -> Iterator[tuple[str, Callable[[Any], Any], Limits]
         "precision": Limits(("double", "single"), ("half", 64, None)),
         "threads": whole(1, taken=(2,)),
         "integrator": Limits(("symplectic_euler", "rk4", "rk4_velocity"), ("euler", 1, None, "RK4")),
+        "substeps": whole(1, 10_000_000, (10_000_000,)),
         "iterations": whole(1, 10_000_000, (10_000_000,)),
         "edge_contacts": YES_OR_NO,
         "split_steps": YES_OR_NO,
@@ -232,6 +233,7 @@ def of_worlds(folder: Path) -> Iterator[tuple[str, Callable[[Any], Any], Limits]
     }.items():
         yield f"World({name}=…)", told(World, name), limits
     yield "world.integrator = …", partial(setattr, World(), "integrator"), Limits(("rk4",), ("euler", 1, None))
+    yield "world.substeps = …", partial(setattr, World(), "substeps"), whole(1, 10_000_000, (10_000_000,))
     yield "world.threads = …", partial(setattr, World(), "threads"), whole(1, taken=(2,))
     yield "world.gravity = …", partial(setattr, World(), "gravity"), VECTOR
     seconds = Limits((0.0, LEAST, 1e-3), NOT_NEGATIVE.refused)
@@ -241,7 +243,7 @@ def of_worlds(folder: Path) -> Iterator[tuple[str, Callable[[Any], Any], Limits]
         limits = Limits((longest,), (float(np.nextafter(longest, INF)),))
         yield f"world.step(time_step=…), of {what}", partial(_step_anew, make), limits
     yield "world.step(steps=…)", lambda value: rigid().step(1e-3, value), whole(0, taken=(3,))
-    yield "world.step(substeps=…)", lambda value: rigid().step(1e-3, substeps=value), whole(1, taken=(3,))
+    yield "world.step(substeps=…)", lambda value: rigid().step(1e-3, substeps=value), _optional(whole(1, taken=(3,)))
     yield "world.step(allow_unstable=…)", lambda value: rigid().step(1e-3, allow_unstable=value), YES_OR_NO
     yield "world.run(seconds=…)", lambda value: rigid().run(value, 1e-3), seconds
     yield (

@@ -160,6 +160,7 @@ LIMIT = {"symplectic_euler": 2.0, "rk4_velocity": 2.0, "rk4": 2.0 * np.sqrt(2.0)
             "springs = max(springs, both)",
             "springs = max(springs, 0.5 * both)",
         ),
+        Fault("the step of a part", World.stable_time_step, "self.substeps * x_", "x_"),
         Fault("the first body alone", stability.shortest_stable_step, "range(model.soft_count)", "range(1)"),
     ),
 )
@@ -170,7 +171,8 @@ def stable_step_as_documented(run: Run) -> Comparison:
     measured, expected, kinds = [], [], []
     for trial in range(run.count(4, 12, 60)):
         for scheme, limit in LIMIT.items():
-            world, steps = World(integrator=scheme), []
+            parts = 1 + trial % 3
+            world, steps = World(integrator=scheme, substeps=parts), []
             for kind in rng.choice(MESH_KINDS, 1 + trial % 3):
                 mesh, mass = random_mesh(kind, rng), 10.0 ** rng.uniform(-1.0, 1.0)
                 count, edges = len(mesh.vertices), mesh.edges
@@ -188,7 +190,7 @@ def stable_step_as_documented(run: Run) -> Comparison:
                 rate = documented.highest_damping(edges, damping, drag, inverse)
                 steps.append(documented.longest_step(frequency, rate, limit))
             measured.append(world.stable_time_step())
-            expected.append(min(steps))
+            expected.append(parts * min(steps))
             kinds.append(scheme)
     return Comparison(measured, expected, expected, groups=kinds)
 
