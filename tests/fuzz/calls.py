@@ -134,6 +134,7 @@ class Caller:
             "split_steps": self.yes(),
             "gyroscopic": self.yes(),
             "frictionless": self.yes(),
+            "substeps": self.one([1, 2, 0, -1, 10**400, None, 1.0, "1", np.uint64(2)]),
             "threads": self.one([1, 0, -1, 10**6, 10**400, None, 1.0, "1", np.uint64(1)]),
             "colour": 1,
         }
@@ -209,6 +210,9 @@ class Caller:
 
     def try_integrator(self) -> None:
         self.world.integrator = self.one(["rk4", "rk4_velocity", "symplectic_euler", *OTHERS])
+
+    def try_substeps(self) -> None:
+        self.world.substeps = self.one([1, 2, 3, 0, -1, 10**400, None, 1.0, "1", np.uint64(1)])
 
     def try_threads(self) -> None:
         self.world.threads = self.one([1, 0, -1, 10**6, 10**400, None, 1.0, "1", np.uint64(1)])

@@ -71,19 +71,22 @@ def test_warmup_says_that_it_is_done(capsys, monkeypatch):
 def test_a_scene_is_viewed_by_the_settings_that_were_asked_for(capsys, monkeypatch):
     seen = []
     monkeypatch.setattr(softbody.World, "view", lambda world, port, **more: seen.append((world, port, more)))
-    assert said(capsys, "view", "box_stack", "--paper", "--integrator", "rk4", "--port", "0", "--no-browser")[0] == 0
+    asked = "--paper", "--integrator", "rk4", "--substeps", "3"
+    assert said(capsys, "view", "box_stack", *asked, "--port", "0", "--no-browser")[0] == 0
     world, port, more = seen[0]
     assert (port, more) == (0, {"host": "127.0.0.1", "open_browser": False})
     assert world.model.box_count == 8
     assert world.settings.frictionless
     assert world.integrator == "rk4"
+    assert world.substeps == 3
+    assert said(capsys, "view", "box_stack", "--substeps", "0")[0] == command.WRONG_USAGE
 
 
 def test_a_scene_is_recorded_as_a_picture_and_as_a_film(capsys, tmp_path):
     image = pytest.importorskip("PIL.Image")
     size = ("--size", "64", "48")
-    for name, frames in (("end.png", 1), ("film.webp", 3)):
-        code, text = said(capsys, "record", "ball_drop", str(tmp_path / name), "--seconds", "0.1", *size)
+    for name, frames, more in (("end.png", 1, ()), ("film.webp", 3, ("--substeps", "2"))):
+        code, text = said(capsys, "record", "ball_drop", str(tmp_path / name), "--seconds", "0.1", *size, *more)
         assert (code, text) == (0, f"{tmp_path / name}: ball_drop until 0.1 s\n")
         found = image.open(tmp_path / name)
         assert (found.size, getattr(found, "n_frames", 1)) == ((64, 48), frames)
