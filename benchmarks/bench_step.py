@@ -11,6 +11,7 @@ import pytest
 
 import softbody
 from benchmarks import peers
+from benchmarks.cpp_peers import plain_stepping, ring_stepping
 from benchmarks.mujoco_peer import mujoco_stepping
 from benchmarks.newton_peer import newton, newton_stepping
 from benchmarks.race import Peer
@@ -75,9 +76,10 @@ def peers_of(mesh: softbody.Mesh, h: float) -> dict[str, Peer]:
     n = len(mesh.vertices)
     steps, few = steps_for(n), steps_for(n, 0.02)
     rivals: dict[str, Peer] = {}
-    plain = peers.plain_stepping(mesh, h, steps)
-    if plain is not None:
-        rivals["plain C++ -O3 -march=native"] = plain, n * steps
+    for name, made in (("plain C++ -O3 -march=native", plain_stepping), ("C++ with vectors by hand", ring_stepping)):
+        call = made(mesh, h, steps)
+        if call is not None:
+            rivals[name] = call, n * steps
     rivals["SciPy sparse"] = peers.stepping(mesh, peers.sparse_forces(mesh), h, few), n * few
     if n <= 10_242:  # beyond, a step takes them half a second
         for name, add in (("NumPy bincount", peers.add_bincount), ("NumPy add.at", peers.add_at)):

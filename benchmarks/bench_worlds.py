@@ -178,6 +178,7 @@ def bench_scene(race, scene: str) -> None:
         per="simulated second",
         peers=rivals,
         own=(*IN_PARTS.values(), *STAGES),
+        clock=1.0,
         restore=putting_back(world),
         answer=lambda: world.state,
     )
@@ -221,6 +222,7 @@ def bench_tray(race, request: pytest.FixtureRequest, bodies: int) -> None:
         per="body and step",
         peers=rivals,
         own=(TWO_THREADS, ASLEEP, *STAGES),
+        clock=step / bodies,
         restore=putting_back(world),
         answer=lambda: world.state,
     )

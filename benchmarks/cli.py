@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import sys
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -80,14 +81,16 @@ def main() -> None:
 def run(
     level: str, history_path: Path, pattern: str, json_path: Path | None, no_history: bool, files: tuple[str, ...]
 ) -> None:
-    """Run the suite, or some FILES of it, show tables across sizes, and store every round."""
+    """Run the suite, or some FILES of it, show tables across sizes and what goals come to, and store every round."""
     from benchmarks.exchange import write_whole
+    from benchmarks.goals import NOT_MEASURED, outcomes
     from benchmarks.history import History, run_record
     from benchmarks.running import run_suite
-    from benchmarks.tables import timing_tables
+    from benchmarks.tables import goals_table, timing_tables
 
     document, interrupted = run_suite(level, pattern, files)
-    show(*timing_tables(document))
+    document["goals"] = [asdict(outcome) for outcome in outcomes(document)]
+    show(*timing_tables(document), goals_table(one for one in outcomes(document) if one.verdict != NOT_MEASURED))
     if json_path:
         write_whole(json_path, json.dumps(document))
     if not no_history:
@@ -142,6 +145,26 @@ def compare(
     if interrupted:
         sys.exit(INTERRUPTED)
     sys.exit(exit_code(results, fail_slower, answers_may_differ))
+
+
+@main.command()
+@HISTORY
+@MACHINE
+def goals(history_path: Path, machine: str | None) -> None:
+    """Show how far each goal was met in the last run that is stored.
+
+    A goal is how many times as fast as a peer, or as the clock, ours is to be; what counts is the worst size.
+    """
+    from benchmarks.goals import outcomes
+    from benchmarks.history import History
+    from benchmarks.machine import machine_here
+    from benchmarks.tables import goals_table
+
+    records = History(history_path).records(machine=machine or machine_here())
+    if not records:
+        raise nothing_stored(History(history_path), machine)
+    click.echo(f"run of {records[-1].started}, revision {records[-1].document['commit_info']['id'][:12]}")
+    show(goals_table(outcomes(records[-1].document)))
 
 
 @main.command()
@@ -246,13 +269,18 @@ def stored_trends(
     records = stored.records(machine=machine or machine_here())
     trends = [trend for trend in trends_of(records) if benchmark.lower() in trend.name.lower()]
     if not trends:
-        others = sorted({record.machine for record in stored.records()})
-        raise click.ClickException(
-            f"nothing is stored of {benchmark or 'any benchmark'} on {machine or 'this machine'} in {history_path}"
-            + "; `python -m benchmarks run` measures something"
-            + (f", --machine chooses a machine; machines there: {', '.join(others)}" if others else "")
-        )
+        raise nothing_stored(stored, machine, benchmark)
     return trends, document_of(records, trends, latest_calibration(stored, machine))
+
+
+def nothing_stored(stored: History, machine: str | None, benchmark: str = "") -> click.ClickException:
+    """Return the error that a history has nothing of a benchmark, on a machine or on this one."""
+    others = sorted({record.machine for record in stored.records()})
+    return click.ClickException(
+        f"nothing is stored of {benchmark or 'any benchmark'} on {machine or 'this machine'} in {stored.path}"
+        + "; `python -m benchmarks run` measures something"
+        + (f", --machine chooses a machine; machines there: {', '.join(others)}" if others else "")
+    )
 
 
 def plan_of(

@@ -37,7 +37,7 @@ def race(benchmark: Any, request: pytest.FixtureRequest) -> Callable[..., None]:
     table; `peers` may be a function that makes them; `errors` are how far each ends from the truth, where that is the
     point; `own` names those that are the core, too: they are no yardstick for it. `restore` puts back what the calls
     change, before every round, and `answer` says what ours has computed, where it does not return it. `threads` is how
-    many ours takes.
+    many ours takes; `clock` how much motion [s] a unit of work is, where it is some.
     """
 
     def run(ours: Callable[[], Any], units: float, **what: Any) -> None:
@@ -74,6 +74,7 @@ def time_in_turns(race: Race, benchmark: Any, rounds: int) -> None:
     benchmark.extra_info.update({key: getattr(race, key) for key in ("table", "name", "size", "of", "per", "units")})
     benchmark.extra_info["errors"] = dict(race.errors)
     benchmark.extra_info["own"] = list(race.own)
+    benchmark.extra_info["clock"] = race.clock
     benchmark.pedantic(race.ours, setup=let_the_peers_run, rounds=rounds)
     benchmark.extra_info["peers"] = {
         rival: {"units": rivals[rival][1], "seconds": times} for rival, times in seconds.items()

@@ -1,11 +1,7 @@
-"""The same step as others would write it: in NumPy, with a SciPy matrix, in C++, and another engine's soft body."""
+"""The same step as others would write it: in NumPy, with a SciPy matrix, and another engine's soft body."""
 
 from __future__ import annotations
 
-import ctypes
-import functools
-import shutil
-import subprocess
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -105,50 +101,6 @@ def stepping(mesh: Mesh, forces: Forces, h: float, steps: int) -> Callable[[], N
             a3 = forces(x + h * (v + h * a2)) * inverse_mass + g
             v = v + h / 6.0 * (a0 + 2.0 * a1 + 2.0 * a2 + a3)
             x = x + h * v
-
-    return call
-
-
-@functools.cache
-def _plain_library() -> ctypes.CDLL | None:
-    """Compile plain_step.cpp for this machine; None where there is no compiler."""
-    compiler = shutil.which("g++") or shutil.which("clang++")
-    if compiler is None:
-        return None
-    library = Path(tempfile.mkdtemp()) / "plain_step.so"
-    source = Path(__file__).with_name("plain_step.cpp")
-    command = [compiler, "-O3", "-march=native", "-shared", "-fPIC", "-o", str(library), str(source)]
-    subprocess.run(command, check=True)
-    return ctypes.CDLL(str(library))
-
-
-def plain_stepping(mesh: Mesh, h: float, steps: int) -> Callable[[], None] | None:
-    """Return a call that steps the mesh in plain C++, or None where there is no compiler."""
-    library = _plain_library()
-    if library is None:
-        return None
-    x, v, work = mesh.vertices.copy(), np.zeros_like(mesh.vertices), np.zeros(9 * len(mesh.vertices))
-    edges, triangles = mesh.edges.astype(np.int32), mesh.triangles.astype(np.int32)
-    rest = np.linalg.norm(x[edges[:, 1]] - x[edges[:, 0]], axis=1)
-
-    def pointer(array: np.ndarray) -> ctypes.c_void_p:
-        return ctypes.c_void_p(array.ctypes.data)
-
-    def call() -> None:
-        library.rk4_velocity_steps(
-            pointer(x),
-            pointer(v),
-            ctypes.c_long(len(x)),
-            pointer(edges),
-            pointer(rest),
-            ctypes.c_long(len(edges)),
-            pointer(triangles),
-            ctypes.c_long(len(triangles)),
-            *(ctypes.c_double(value) for value in (STIFFNESS, GAS, len(x) / MASS, GRAVITY, h)),
-            ctypes.c_long(steps),
-            pointer(work),
-        )
-        assert np.isfinite(x[0, 0])
 
     return call
 

@@ -38,6 +38,7 @@ class Race:
     answer: Callable[[], Any] | None = None
     threads: int = 1
     own: Collection[str] = ()
+    clock: float | None = None
 
     def rivals(self) -> dict[str, Peer]:
         """Return the peers; those that take long to make are made only now."""

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+import numpy as np
 
 Document = dict[str, Any]  # as pytest-benchmark writes it
 
@@ -42,3 +43,10 @@ def run_suite(level: str, pattern: str, files: tuple[str, ...]) -> tuple[Documen
             raise click.ClickException("the benchmarks failed: " + " ".join(said.strip().splitlines()[-3:]))
         document: Document = json.loads(written.read_text(encoding="utf-8"))
     return document, interrupted
+
+
+def competitors(race: dict[str, Any]) -> dict[str, np.ndarray]:
+    """Return seconds per unit of every competitor of one race, round by round, ours first."""
+    info = race["extra_info"]
+    ours = {info["name"]: np.array(race["stats"]["data"]) / info["units"]}
+    return ours | {name: np.array(peer["seconds"]) / peer["units"] for name, peer in info["peers"].items()}

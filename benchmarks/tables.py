@@ -10,17 +10,11 @@ from rich.markup import escape
 from rich.table import Table
 
 from benchmarks.compare import Result
-from benchmarks.running import Document
+from benchmarks.goals import MET, MISSED, Outcome
+from benchmarks.running import Document, competitors
 from benchmarks.verdicts import FASTER, SLOWER
 
 STYLES = {SLOWER: "bold red", FASTER: "green"}
-
-
-def competitors(race: dict[str, Any]) -> dict[str, np.ndarray]:
-    """Return seconds per unit of every competitor of one race, round by round, ours first."""
-    info = race["extra_info"]
-    ours = {info["name"]: np.array(race["stats"]["data"]) / info["units"]}
-    return ours | {name: np.array(peer["seconds"]) / peer["units"] for name, peer in info["peers"].items()}
 
 
 def timing_tables(document: Document) -> Iterator[Table]:
@@ -41,6 +35,23 @@ def timing_tables(document: Document) -> Iterator[Table]:
             cells = [significant(1e9 * float(np.median(row[name]))) if name in row else "–" for name in names]
             table.add_row(f"{size:,}".replace(",", " "), *cells)
         yield table
+
+
+def goals_table(found: Iterable[Outcome]) -> Table:
+    """Return a row for each goal: what it is, and how far it is met where it is met least."""
+    table = Table(title="Goals: times as fast, at least", title_justify="left", title_style="bold")
+    for heading in ("table", "who", "goal", "measured", "quartiles", "at", "verdict"):
+        is_number = heading in ("goal", "measured", "quartiles")
+        table.add_column(heading, justify="right" if is_number else "left", overflow="fold")
+    for one in found:
+        measured = "–" if one.measured is None else f"{one.measured:.3g}"
+        spread = "–" if one.low is None else f"{one.low:.3g} … {one.high:.3g}"
+        wanted = f"{'≥' if one.is_least else '≤'} {one.wanted:.3g}"
+        style = {MISSED: "bold red", MET: "green"}.get(one.verdict)
+        table.add_row(
+            escape(one.table), escape(one.what), wanted, measured, spread, one.where, one.verdict, style=style
+        )
+    return table
 
 
 def significant(value: float) -> str:

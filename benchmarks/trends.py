@@ -16,8 +16,9 @@ import numpy as np
 
 from benchmarks.history import Record
 from benchmarks.race import short_name
+from benchmarks.running import competitors
 from benchmarks.steps import steps_in
-from benchmarks.tables import competitors, significant
+from benchmarks.tables import significant
 
 BARS = "▁▂▃▄▅▆▇█"
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from markupsafe import Markup
 
 from reports import ledger, motions, notation, overview, plots, sensitivity, traces, verdicts
+from reports.goals import goals_of
 from reports.reading import CannotRead
 from reports.template import HERE, rendered
 from reports.three_js import three_js
@@ -157,6 +158,7 @@ def page(report: Report, folder: Path | None = None) -> str:
         seconds_for=sensitivity.seconds_for,
         command=command_of(report),
         tables=tables_of(report.timings),
+        goals=goals_of(report),
         has_trends=any(timing.trend for timing in report.timings),
         pictures=films,
         three=base64.b64encode(zlib.compress(three.encode(), 9)).decode() if three else None,

@@ -32,6 +32,8 @@ FAILS = "fails"
 NOT_RUN = "not run"
 BROKEN = "engine broken"  # an engine that is installed gave no answer, or nonsense: no fault of the core
 
+MET, MISSED, UNMEASURED = "met", "missed", "not measured"  # verdicts on a goal, as the benchmarks give them
+
 # Who judges: an engine or a library that somebody else wrote, or what needs none.
 ENGINE, LIBRARY = "third-party engine", "third-party library"
 KINDS = {
@@ -254,6 +256,28 @@ class Timing:
 
 
 @dataclass
+class Goal:
+    """How fast something is to be, and how far it is from that: a ratio to what ran beside it, at the worst size."""
+
+    table: str  # of timings
+    what: str  # whose goal, against whom, of which sizes
+    wanted: float  # how many times as fast at least; or, of a cost that grows, the exponent at most
+    is_least: bool
+    verdict: str  # MET, MISSED, UNMEASURED, or that it is too close to call
+    measured: float | None = None  # median of the rounds
+    low: float | None = None  # lower quartile
+    high: float | None = None  # upper quartile
+    where: str = ""  # the worst size
+
+    def __post_init__(self) -> None:
+        """Raise ValueError for numbers that are no ratios, and for a goal that is nobody's."""
+        if not self.wanted > 0.0 or any(one is not None and abs(one) > LONGEST for one in (self.measured, self.low)):
+            raise ValueError(f"{self.what}: {self.measured} of {self.wanted} are no ratios")
+        if (self.measured is None) != (self.verdict == UNMEASURED):
+            raise ValueError(f"{self.what}: {self.verdict}, and measured is {self.measured}")
+
+
+@dataclass
 class Figure:
     """One number that is no claim and no race, such as how long a start takes."""
 
@@ -358,6 +382,7 @@ class Report:
     timings: list[Timing] = field(default_factory=list)
     timings_why: str | None = None  # why there are no timings, if there are none
     trends_why: str | None = None  # why timings have no trends, if none has one
+    goals: list[Goal] = field(default_factory=list)  # of speed
     pictures: list[Picture] = field(default_factory=list)
     figures: list[Figure] = field(default_factory=list)
     behaviours: list[Behaviour] = field(default_factory=list)

@@ -157,7 +157,7 @@ def add_timings(report: Report, terminal: Terminal) -> None:
 
     terminal.say("timing …")
     try:
-        report.timings, why = measure_timings(report.level)
+        report.timings, report.goals, why = measure_timings(report.level)
         report.timings_why = None if report.timings else why
         report.trends_why = add_trends(report.timings) if report.timings else None
         report.figures = measure_startup(report.level)

@@ -207,7 +207,7 @@ def test_history_shows_what_was_imported_and_names_other_machines(bench, make_do
     assert "1 of them" in bench("export", str(tmp_path / "newest.json")).output
 
 
-@pytest.mark.parametrize("arguments", [("history",), ("publish", "site")])
+@pytest.mark.parametrize("arguments", [("history",), ("goals",), ("publish", "site")])
 def test_an_empty_history_names_the_cure(bench, arguments, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     done = bench(*arguments)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import softbody
-from benchmarks import mujoco_peer, newton_peer, peers, taichi_peer, warp_peer
+from benchmarks import cpp_peers, mujoco_peer, newton_peer, peers, taichi_peer, warp_peer
 
 STEP, STEPS, CALLS = 1e-4, 20, 3
 
@@ -36,6 +36,22 @@ def peer_after(call):
         if hasattr(positions, name):
             return getattr(positions, name)()
     return positions
+
+
+@pytest.mark.skipif(cpp_peers.plain_stepping(softbody.tetrahedron(), STEP, 1) is None, reason="there is no compiler")
+@pytest.mark.parametrize("made", [cpp_peers.plain_stepping, cpp_peers.ring_stepping])
+@pytest.mark.parametrize(
+    "shape",
+    [
+        softbody.icosphere(2, 0.5),
+        softbody.box((0.5, 0.4, 0.3)),
+        softbody.torus(0.4, 0.15, 9, 7),
+        softbody.tetrahedron(),
+    ],
+)
+def test_cpp_takes_the_same_steps(made, shape):
+    positions = peer_after(made(shape, STEP, STEPS))
+    assert positions == pytest.approx(core_after(shape, peers.GAS, "rk4_velocity"), abs=1e-14)
 
 
 @pytest.mark.skipif(taichi_peer.taichi is None, reason="taichi is not installed")

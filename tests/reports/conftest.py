@@ -17,6 +17,7 @@ from validation.record import (
     ClaimRecord,
     Distribution,
     Erratum,
+    Goal,
     Group,
     Report,
     Setting,
@@ -152,6 +153,13 @@ def make_report(n: int = 40) -> Report:
         claims=claims,
         settings=[Setting("fcl", "no contacts", "with them it misses what just touches")],
         timings=[*timings, Timing("A scene", "ours", 648, "particles", "simulated second", 1.6e8, 1.5e8, 1.7e8, 40)],
+        goals=[
+            Goal("A step", "ours against theirs, to 10 242 things", 2.0, True, "met", 2.8, 2.5, 3.1, "642 things"),
+            Goal("A step", "ours against others", 30.0, True, "missed", 21.0, 20.0, 22.0, "2 562 things"),
+            Goal("A step", "growth of ours", 1.1, False, "met", 1.05, None, None, "642 to 163 842 things"),
+            Goal("A scene", "ours against the clock", 8.0, True, "too close to call", 8.1, 7.9, 8.3, "648 particles"),
+            Goal("A query", "ours against somebody else", 10.0, True, "not measured"),
+        ],
         behaviours=[
             Behaviour("2: rolling torus", "defaults", 3.0, 0.0, 0.0001, 0.007, 1.0, 12.0),
             Behaviour("2: rolling torus", "the paper's own", 3.0, 0.021, 0.094, 1.0, 0.8, 14.0),

@@ -180,6 +180,17 @@ def trend(report):
     return report.timings[0].trend
 
 
+def test_goals_of_speed_are_told_with_how_far_they_are_met(report):
+    found = Parsed(page(report))
+    assert "Goals of speed: 2 of 4 are met" in found.text
+    assert "2 of 4 goals of speed are met." in found.text
+    assert "ours against others A step ≥ 30 21 (20 – 22) 2 562 things missed" in found.text
+    assert "growth of ours A step ≤ 1.1 1.05 642 to 163 842 things met" in found.text
+    assert "Not measured: ours against somebody else (A query)." in found.text
+    report.goals = []
+    assert "oals of speed" not in Parsed(page(report)).text
+
+
 def test_a_timing_with_a_history_has_its_trend_and_its_steps(report, trend):
     found = Parsed(page(report))
     assert found.broken == found.stack == []

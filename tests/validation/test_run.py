@@ -266,7 +266,7 @@ def cut(lanes, jobs, started):
     ("timings", "more", "part"),
     [
         ("os.kill(os.getpid(), signal.SIGINT)", "", "the timings"),
-        ("([], 'none here')", "run.run_tasks = cut", "the films, at one"),
+        ("([], [], 'none here')", "run.run_tasks = cut", "the films, at one"),
     ],
 )
 def test_ctrl_c_in_timings_and_films_keeps_all_verdicts(place, timings, more, part):
