@@ -38,6 +38,16 @@ def ask_box(search: Search, lane: int, low: Vec, high: Vec, tree: BVH) -> None:
 
 
 @jit_lean
+def ask_ray(search: Search, lane: int, p: Vec, axis: int, goes_up: bool, tree: BVH) -> None:
+    """Let one of the eight boxes be a ray from `p` [m] along an axis; nowhere, as with `ask_box`."""
+    ask_box(search, lane, p, p, tree)
+    if goes_up:
+        search.asked[3 + axis, lane] = np.inf
+    else:
+        search.asked[axis, lane] = -np.inf
+
+
+@jit_lean
 def ask_leaf(search: Search, leaf: int, tree: BVH, vertices: np.ndarray, margin: float) -> None:
     """Let the eight boxes be those around the triangles of a leaf, and a `margin` [m]; `vertices` (n, 3) [m]."""
     ask_nothing(search)

@@ -5,11 +5,13 @@ What is met in the boxes that the tree lists is decided from the corners of the 
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from softbody.geometry.aabb import box_around
+from softbody.geometry.aabb import AABB, box_around
 from softbody.geometry.bvh import BVH, Search
-from softbody.geometry.bvh_boxes import ask_box, ask_nothing, list_near
+from softbody.geometry.bvh_boxes import ask_box, ask_nothing, ask_ray, list_near
 from softbody.geometry.polyhedron import UNCERTAIN, ray_hits_triangle, ray_hits_triangle_filtered
 from softbody.geometry.segments import bits_not_beside, bits_not_past, end_of, start_of
 from softbody.geometry.triangle import area_vector
@@ -20,24 +22,53 @@ from softbody.vec import Vec, cross, dot, load, sub
 NEVER = np.inf  # where a segment meets nothing
 
 
-@jit_lean
-def point_in_bvh(p: Vec, tree: BVH, vertices: np.ndarray, search: Search) -> bool:
-    """Tell whether `p` [m] is inside a closed mesh: as `point_in_polyhedron`; paper §4.6.
+class Heading(NamedTuple):
+    """Along which axis rays go, by the coordinates of a world that is turned, and may be mirrored, so that they go up.
 
-    The tree must have been fitted to `vertices` (n, 3) [m].
+    Which way a triangle faces is nothing to a ray.
     """
-    inside = False
+
+    x: int  # which coordinate is x there
+    y: int
+    z: int
+    sign: float  # of z there: −1 where the rays go down
+
+
+@jit_lean
+def shortest_way_out(p: Vec, bounds: AABB) -> Heading:
+    """Return along which axis a ray from `p` [m] is soonest out of some bounds; of two as soon, z before y before x."""
+    best, sign, least = 2, 1.0, np.inf
+    for axis in (2, 1, 0):
+        ahead, behind = bounds[1][axis] - p[axis], p[axis] - bounds[0][axis]
+        if ahead < least:
+            best, sign, least = axis, 1.0, ahead
+        if behind < least:
+            best, sign, least = axis, -1.0, behind
+    one, other = (best + 1) % 3, (best + 2) % 3
+    return Heading(one, other, best, sign)
+
+
+@jit_lean
+def point_in_bvh(
+    point: int, points: np.ndarray, tree: BVH, vertices: np.ndarray, search: Search, heading: Heading
+) -> bool:
+    """Tell whether a point, a row of `points` (m, 3) [m], is inside a closed mesh; paper §4.6.
+
+    As `point_in_polyhedron`, but on the surface itself, where it depends on the heading which of the two it is. The
+    tree must have been fitted to `vertices` (n, 3) [m].
+    """
+    inside, p = False, _turned(points, point, heading)
     ask_nothing(search)
-    ask_box(search, 0, p, (p[0], p[1], np.inf), tree)
+    ask_ray(search, 0, load(points, point), heading.z, heading.sign > 0.0, tree)
     for k in range(list_near(tree, search)):
-        a, b, c = _corners(tree, vertices, search.listed[k])
+        a, b, c = _turned_corners(tree, vertices, search.listed[k], heading)
         inside ^= ray_hits_triangle(p, a, b, c)
     return inside
 
 
 @jit_lean
 def points_in_bvh_filtered(
-    points: np.ndarray, asked: np.ndarray, tree: BVH, vertices: np.ndarray, search: Search
+    asked: np.ndarray, points: np.ndarray, tree: BVH, vertices: np.ndarray, search: Search, heading: Heading
 ) -> tuple[int, int]:
     """Return bits: which of `points` are inside, and of which that is in doubt; `asked` (≤ 8,) are their numbers.
 
@@ -46,18 +77,30 @@ def points_in_bvh_filtered(
     inside = in_doubt = 0
     ask_nothing(search)
     for lane in range(asked.shape[0]):
-        p = load(points, asked[lane])
-        ask_box(search, lane, p, (p[0], p[1], np.inf), tree)
+        ask_ray(search, lane, load(points, asked[lane]), heading.z, heading.sign > 0.0, tree)
     for k in range(list_near(tree, search)):
-        a, b, c = _corners(tree, vertices, search.listed[k])
+        a, b, c = _turned_corners(tree, vertices, search.listed[k], heading)
         meets = search.meets[k]
         while meets != 0:
             lane = lowest_bit(meets)
             meets &= meets - 1
-            hit = ray_hits_triangle_filtered(load(points, asked[lane]), a, b, c)
+            hit = ray_hits_triangle_filtered(_turned(points, asked[lane], heading), a, b, c)
             inside ^= (hit & 1) << lane
             in_doubt |= (hit == UNCERTAIN) << lane
     return inside & ~in_doubt, in_doubt
+
+
+@jit_lean
+def _turned(rows: np.ndarray, i: int, heading: Heading) -> Vec:
+    """Return row `i` of `rows` (n, 3) [m] in the world where rays go up; nothing is rounded."""
+    return rows[i, heading.x], rows[i, heading.y], heading.sign * rows[i, heading.z]
+
+
+@jit_lean
+def _turned_corners(tree: BVH, vertices: np.ndarray, t: int, heading: Heading) -> tuple[Vec, Vec, Vec]:
+    """Return the corners [m] of a triangle in the world where rays go up."""
+    i, j, k = tree.triangles[t, 0], tree.triangles[t, 1], tree.triangles[t, 2]
+    return _turned(vertices, i, heading), _turned(vertices, j, heading), _turned(vertices, k, heading)
 
 
 @jit_lean

@@ -11,7 +11,7 @@ import numpy as np
 
 from softbody.geometry.aabb import AABB, bounding_box, boxes_meet
 from softbody.geometry.bvh import BVH, Search, closest_in_bvh
-from softbody.geometry.bvh_rays import point_in_bvh, points_in_bvh_filtered
+from softbody.geometry.bvh_rays import Heading, point_in_bvh, points_in_bvh_filtered, shortest_way_out
 from softbody.geometry.closest_point import closest_triangle
 from softbody.geometry.polyhedron import point_in_polyhedron
 from softbody.jit import jit, jit_lean
@@ -98,7 +98,17 @@ def find_outcodes(points: Points, mesh: Points, outcode: np.ndarray) -> int:
 
 
 @jit_lean
-def _find_inside(points: Points, mesh: Points, tree: BVH, search: Search, outcode: np.ndarray) -> tuple[int, int]:
+def _middle_of_both(a: AABB, b: AABB) -> Vec:
+    """Return the middle of what two boxes that meet have in common."""
+    low = max(a[0][0], b[0][0]), max(a[0][1], b[0][1]), max(a[0][2], b[0][2])
+    high = min(a[1][0], b[1][0]), min(a[1][1], b[1][1]), min(a[1][2], b[1][2])
+    return scale(0.5, add(low, high))
+
+
+@jit_lean
+def _find_inside(
+    points: Points, mesh: Points, tree: BVH, search: Search, outcode: np.ndarray, heading: Heading
+) -> tuple[int, int]:
     """Tell which points of outcode 0 are INSIDE, by a filter in floats; return how many, and how many UNDECIDED.
 
     Eight at a time walk down the tree.
@@ -109,7 +119,7 @@ def _find_inside(points: Points, mesh: Points, tree: BVH, search: Search, outcod
         waiting += outcode[i] == 0
         if waiting == LANES or (i == points.position.shape[0] - 1 and waiting > 0):
             asked = search.point[:waiting]
-            are_inside, in_doubt = points_in_bvh_filtered(points.position, asked, tree, mesh.position, search)
+            are_inside, in_doubt = points_in_bvh_filtered(asked, points.position, tree, mesh.position, search, heading)
             for lane in range(waiting):
                 if (are_inside >> lane) & 1:
                     outcode[asked[lane]] = INSIDE
@@ -122,12 +132,14 @@ def _find_inside(points: Points, mesh: Points, tree: BVH, search: Search, outcod
 
 
 @jit
-def _decide_exactly(points: Points, mesh: Points, tree: BVH, search: Search, outcode: np.ndarray) -> int:
+def _decide_exactly(
+    points: Points, mesh: Points, tree: BVH, search: Search, outcode: np.ndarray, heading: Heading
+) -> int:
     """Decide by exact arithmetic which of the UNDECIDED are INSIDE; return how many are."""
     inside = 0
     for i in range(points.position.shape[0]):
         if outcode[i] == UNDECIDED:
-            is_inside = point_in_bvh(load(points.position, i), tree, mesh.position, search)
+            is_inside = point_in_bvh(i, points.position, tree, mesh.position, search, heading)
             outcode[i] = INSIDE if is_inside else 0
             inside += is_inside
     return inside
@@ -157,9 +169,10 @@ def find_penetrations(points: Points, mesh: Points, tree: BVH, search: Search, f
         return 0
     if find_outcodes(points, mesh, found.outcode) == 0:
         return 0
-    inside, undecided = _find_inside(points, mesh, tree, search, found.outcode)
+    heading = shortest_way_out(_middle_of_both(points.bounds, mesh.bounds), mesh.bounds)
+    inside, undecided = _find_inside(points, mesh, tree, search, found.outcode, heading)
     if undecided > 0:
-        inside += _decide_exactly(points, mesh, tree, search, found.outcode)
+        inside += _decide_exactly(points, mesh, tree, search, found.outcode, heading)
     if inside > 0:
         _find_closest(points, mesh, tree, search, found)
     return inside

@@ -14,6 +14,7 @@ from softbody.geometry import (
     bounding_sphere,
     build_bvh,
     bvh_boxes,
+    bvh_rays,
     find_penetrations,
     find_penetrations_exhaustively,
     penetration,
@@ -84,6 +85,12 @@ def rows(points: np.ndarray, mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
             "return bits_ & x_ & y_",
             "return bits_ & x_ & y_ & 127",
         ),
+        Fault(
+            "rays that go down, seen as if up",
+            bvh_rays._turned,
+            "heading_.sign * rows_[i_, heading_.z]",
+            "rows_[i_, heading_.z]",
+        ),
     ),
 )
 def accelerated_is_exhaustive(run: Run) -> Comparison:
@@ -128,6 +135,13 @@ def accelerated_is_exhaustive(run: Run) -> Comparison:
             "reach_ += ROUNDING * norm(axis_) * size_",
             "reach_ -= 0.1 * norm(axis_)",
         ),
+        Fault("boxes asked above rays that go down", bvh_boxes.ask_ray, "goes_up", "True"),
+        Fault(
+            "rays along another axis than seen",
+            bvh_rays.shortest_way_out,
+            "Heading(one_, other_, best_, sign_)",
+            "Heading(0, 1, best_, sign_)",
+        ),
     ),
 )
 def inside_as_libigl_has_it(run: Run) -> Comparison:
@@ -167,9 +181,9 @@ def inside_as_libigl_has_it(run: Run) -> Comparison:
         Fault(
             "outcodes found ten thousand times over",
             penetration.find_penetrations,
-            "inside_, undecided_ = _find_inside(points_, mesh_, tree_, search_, code_)",
+            "inside_, undecided_ = _find_inside(points_, mesh_, tree_, search_, code_, way_)",
             "for _ in range(10_000):\n    find_outcodes(points_, mesh_, code_)\n"
-            "inside_, undecided_ = _find_inside(points_, mesh_, tree_, search_, code_)",
+            "inside_, undecided_ = _find_inside(points_, mesh_, tree_, search_, code_, way_)",
         ),
     ),
 )

@@ -7,12 +7,22 @@ from hypothesis import strategies as st
 
 import softbody
 from softbody.geometry.bvh import build_bvh, search_space
-from softbody.geometry.bvh_rays import point_in_bvh, points_in_bvh_filtered, segment_hits
+from softbody.geometry.bvh_rays import (
+    Heading,
+    point_in_bvh,
+    points_in_bvh_filtered,
+    segment_hits,
+    shortest_way_out,
+)
 from softbody.geometry.segments import put_segment
 
 CUBE = softbody.box((2.0, 2.0, 2.0))
 TREE = build_bvh(CUBE.vertices, CUBE.triangles)
 SEARCH = search_space(TREE)
+
+UP = Heading(0, 1, 2, 1.0)
+HEADINGS = [UP, Heading(1, 2, 0, 1.0), Heading(2, 0, 1, 1.0)]
+HEADINGS += [Heading(x, y, z, -1.0) for x, y, z, _ in HEADINGS]
 
 numbers = st.floats(-2.0, 2.0).map(lambda x: round(x, 3) + 0.0003)
 points = st.tuples(numbers, numbers, numbers)
@@ -65,21 +75,43 @@ def test_what_goes_through_an_edge_to_the_last_bit_goes_in_as_often_as_out(p, q,
         assert len(hits_of(p, q, CUBE.vertices[order], np.array(turned))) % 2 == inside % 2
 
 
-@given(points)
-def test_points_in_a_tree_are_those_in_the_mesh(p):
-    assert point_in_bvh(p, TREE, CUBE.vertices, SEARCH) == (np.abs(p) < 1.0).all()
+@given(points, st.sampled_from(HEADINGS))
+def test_points_in_a_tree_are_those_in_the_mesh(p, heading):
+    assert point_in_bvh(0, np.array([p]), TREE, CUBE.vertices, SEARCH, heading) == (np.abs(p) < 1.0).all()
 
 
-@given(st.lists(points, min_size=1, max_size=8))
-def test_of_eight_points_each_has_its_own_answer(some):
+@given(st.lists(points, min_size=1, max_size=8), st.sampled_from(HEADINGS))
+def test_of_eight_points_each_has_its_own_answer(some, heading):
     rows = np.array([(np.nan,) * 3, *some])
     asked = np.arange(1, len(rows))[::-1].copy()
-    inside, in_doubt = points_in_bvh_filtered(rows, asked, TREE, CUBE.vertices, SEARCH)
+    inside, in_doubt = points_in_bvh_filtered(asked, rows, TREE, CUBE.vertices, SEARCH, heading)
     for lane, i in enumerate(asked):
         assert (in_doubt >> lane) & 1 or (inside >> lane) & 1 == (np.abs(rows[i]) < 1.0).all()
-    assert points_in_bvh_filtered(rows, np.zeros(1, np.int64), TREE, CUBE.vertices, SEARCH) == (0, 0)
+    assert points_in_bvh_filtered(np.zeros(1, np.int64), rows, TREE, CUBE.vertices, SEARCH, heading) == (0, 0)
 
 
 def test_a_point_under_an_edge_is_in_doubt_and_its_neighbours_are_not():
     rows = np.array([(0.0, 0.0, 0.0), (0.3, 0.2, 0.0), (3.0, 3.0, 0.0)])
-    assert points_in_bvh_filtered(rows, np.arange(3), TREE, CUBE.vertices, SEARCH) == (0b010, 0b001)
+    assert points_in_bvh_filtered(np.arange(3), rows, TREE, CUBE.vertices, SEARCH, UP) == (0b010, 0b001)
+
+
+@given(points, st.sampled_from(HEADINGS))
+def test_a_ray_meets_what_is_ahead_of_it_and_asks_for_no_more(p, heading):
+    """Of a tree of small boxes only those that the ray passes are listed."""
+    mesh = softbody.icosphere(3, 1.9)
+    tree = build_bvh(mesh.vertices, mesh.triangles)
+    search = search_space(tree)
+    point_in_bvh(0, np.array([p]), tree, mesh.vertices, search, heading)
+    asked = search.asked[:, 0]
+    ahead = 3 + heading.z if heading.sign > 0.0 else heading.z
+    assert asked[ahead] == (np.inf if heading.sign > 0.0 else -np.inf)
+    assert np.isfinite(np.delete(asked, ahead)).all()
+
+
+def test_the_shortest_way_out_of_a_box_is_through_its_nearest_side():
+    bounds = (0.0, 0.0, 0.0), (10.0, 10.0, 10.0)
+    ways = {(5, 5, 8): (2, 1.0), (5, 5, 2): (2, -1.0), (5, 8, 6): (1, 1.0), (5, 2, 6): (1, -1.0), (8, 5, 6): (0, 1.0)}
+    for p, way in ({**ways, (2, 5, 6): (0, -1.0), (5, 5, 5): (2, 1.0)}).items():
+        found = shortest_way_out(tuple(map(float, p)), bounds)
+        assert (found.z, found.sign) == way
+        assert found in HEADINGS
