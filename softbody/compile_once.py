@@ -139,10 +139,21 @@ _HASH_OF_FLAGS = hash(Flags())  # of any: Numba hashes the names of the options
 
 
 class _QuickCompiler(_FunctionCompiler):
-    """Numba's compiler of one function, with the quick flags."""
+    """Numba's compiler of one function, with the quick flags; what it makes besides are parts of a kernel, too.
+
+    Those are Numba's own functions, and for each `prange` one that threads run, and two around it.
+    """
 
     def _customize_flags(self, flags: Flags) -> Flags:
         return _Flags(flags)
+
+    def _compile_core(self, args: Any, return_type: Any) -> Any:
+        codegen = self.targetdescr.target_context.codegen()
+        before, codegen._library_class = codegen._library_class, _PartLibrary
+        try:
+            return super()._compile_core(args, return_type)
+        finally:
+            codegen._library_class = before
 
 
 class _Dispatcher(CPUDispatcher):

@@ -11,10 +11,12 @@ from typing import NamedTuple
 import numba
 import numpy as np
 import pytest
+from numba import prange
+from numba.core.codegen import JITCPUCodegen
 from numba.core.errors import NumbaError
 
 import softbody
-from softbody.jit import _knows_numba, jit, jit_lean
+from softbody.jit import _knows_numba, jit, jit_lean, jit_threaded
 from softbody.vec import norm
 
 CORE = Path(softbody.__file__).parent
@@ -227,6 +229,26 @@ def test_a_lean_kernel_may_call_one_that_makes_an_array_for_itself_and_write_to_
     assert lean_of_number(rows) == 4.0
     lean_view(rows)
     assert rows.tolist() == [1.0, 7.0, 1.0]
+
+
+@jit_threaded
+def threaded_sums(rows, threads):
+    sums = np.zeros(threads)
+    for share in prange(threads):
+        sums[share] = sum_of_squares(rows[share::threads])
+    return sums
+
+
+@guarded
+def test_machine_code_is_made_once_of_a_kernel_and_all_that_it_calls_on_threads_too(monkeypatch):
+    """What threads run would else be optimised before it is known who calls it: in more time, to less speed."""
+    made, add = [], JITCPUCodegen._add_module
+    monkeypatch.setattr(JITCPUCodegen, "_add_module", lambda self, module: made.append(module) or add(self, module))
+    assert threaded_sums(np.arange(5.0), 2).tolist() == [20.0, 10.0]
+    assert len(made) == 1
+    # Others' kernels are made as ever, and may call what was part of ours.
+    assert numba.njit(lambda rows: np.zeros(2).sum() + sum_of_squares(rows))(np.arange(5.0)) == 30.0
+    assert len(made) > 1
 
 
 def test_dividing_by_zero_gives_infinity_as_in_numpy():
