@@ -284,6 +284,7 @@ class Figure:
     name: str
     value: float
     unit: str
+    most: float | None = None  # a goal: no more than that
 
 
 @dataclass

@@ -154,12 +154,13 @@ def test_a_table_says_how_our_cost_grows(report, parsed):
 def test_precision_stands_beside_its_cost_and_figures_below(report):
     for timing in report.timings:
         timing.error = 0.0123
-    report.figures = [Figure("first step", 0.45, "s")]
+    report.figures = [Figure("first step", 0.45, "s"), Figure("memory", 554.0, "bytes each", 500.0)]
     found = Parsed(page(report))
     assert found.broken == found.stack == []
     assert "0.0123" in found.text
     assert "The whole cost grows" not in found.text
     assert re.search(r"first step\s*0\.45\s+s", found.text)
+    assert re.search(r"memory\s*554\s+bytes each goal ≤ 500: missed", found.text)
 
 
 def test_what_is_timed_by_the_second_of_motion_has_a_real_time_factor(parsed):
