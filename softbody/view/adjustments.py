@@ -59,6 +59,11 @@ def set_restitution(world: World, start: World, value: float) -> None:
     world.model = world.model._replace(ground_restitution=value)
 
 
+def set_substeps(world: World, start: World, value: float) -> None:
+    """Let contacts be found and resolved once for so many steps of springs and gas."""
+    world.substeps = round(value)
+
+
 def _all(world: World) -> list[SoftBody | Box]:
     return [*world.soft_bodies, *world.boxes]
 
@@ -69,6 +74,7 @@ SLIDERS = {
     "gravity": Slider("gravity [m/s²]", 0.0, 20.0, 0.01, set_gravity),
     "friction": Slider("friction", 0.0, 1.5, 0.05, set_friction),
     "restitution": Slider("restitution", 0.0, 1.0, 0.05, set_restitution),
+    "substeps": Slider("steps of springs to one of contacts", 1.0, 8.0, 1.0, set_substeps),
 }
 
 
@@ -81,6 +87,7 @@ def shown_at_start(world: World) -> dict[str, float]:
         "gravity": float(np.linalg.norm(world.gravity)),
         "friction": float(np.mean([body.friction for body in bodies])) if bodies else 0.0,
         "restitution": float(np.mean([body.restitution for body in bodies])) if bodies else 0.0,
+        "substeps": float(world.substeps),
     }
 
 

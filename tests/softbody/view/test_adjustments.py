@@ -54,9 +54,18 @@ def test_friction_and_restitution_are_the_same_for_everything(both, name):
         np.testing.assert_array_equal(getattr(model, f"{kind}_{name}"), 0.75)
 
 
+def test_steps_in_parts_are_as_many_as_the_slider_says_and_so_much_longer(both):
+    before = both[0].stable_time_step()
+    Adjustments(*both).set_slider("substeps", 4.0)
+    assert both[0].substeps == 4
+    assert both[0].stable_time_step() == pytest.approx(4.0 * before)
+
+
 def test_a_slider_shows_what_is(both):
+    both[0].substeps = 3
     shown = shown_at_start(both[0])
-    assert shown == pytest.approx({"stiffness": 0.0, "gas": 0.0, "gravity": 5.0, "friction": 0.3, "restitution": 0.2})
+    as_set = {"stiffness": 0.0, "gas": 0.0, "gravity": 5.0, "friction": 0.3, "restitution": 0.2, "substeps": 3.0}
+    assert shown == pytest.approx(as_set)
     assert shown.keys() == SLIDERS.keys()
     assert shown_at_start(softbody.World())["friction"] == 0.0
 
