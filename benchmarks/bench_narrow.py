@@ -15,6 +15,7 @@ from trimesh.ray.ray_pyembree import RayMeshIntersector as Embree
 import softbody
 from benchmarks.open3d_peer import open3d, open3d_scene
 from softbody.collision.sat_boxes import PlacedBoxes, box_pairs_overlap
+from softbody.compiler.jit import jit
 from softbody.geometry import (
     BVH,
     Penetrations,
@@ -26,7 +27,6 @@ from softbody.geometry import (
     room_for_penetrations,
     search_space,
 )
-from softbody.jit import jit
 
 SUBDIVISIONS = {"quick": (3,), "standard": (3, 4, 5), "full": (3, 4, 5, 6)}  # 642 … 40 962 particles a body
 

@@ -27,8 +27,8 @@ from softbody.collision.soft_contacts import find_soft_contacts
 from softbody.collision.soft_response import Bodies, resolve_contacts
 from softbody.collision.substeps import spheres_of_bodies
 from softbody.collision.surface import Surfaces, build_surfaces
+from softbody.compiler.jit import jit
 from softbody.dynamics.soft_bodies import motion_of, move_soft_bodies
-from softbody.jit import jit
 from softbody.scenes import boxes_on_torus, rolling_torus, sphere_on_torus, torus_stack, tray
 from softbody.settings import Settings
 from softbody.snapshot import Snapshot

@@ -16,7 +16,7 @@ import numpy as np
 
 import softbody
 from softbody import World
-from softbody.interrupts import SILENT, listening
+from softbody.compiler.interrupts import SILENT, listening
 
 ROUND = 0.01  # [s] of the processor's time that a side steps in a round, about: others who use it too are not counted
 MOST_STEPS = 20_000

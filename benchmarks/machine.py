@@ -12,7 +12,7 @@ from pytest_benchmark.plugin import pytest_benchmark_generate_machine_info
 
 def circumstances(level: str) -> dict[str, Any]:
     """Return versions, the digest of the core, flags, and how busy the machine is now."""
-    from softbody.core_digest import CORE_DIGEST, FLAGS
+    from softbody.compiler.core_digest import CORE_DIGEST, FLAGS
 
     return {
         "core": CORE_DIGEST[:16],

@@ -126,11 +126,11 @@ class Serving:
 
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
         """Say which benchmarks there are; then open one after another as told, in place of running them all."""
-        from softbody import core_digest
+        import softbody
 
         pipe, cores = self.server.pipe, cores_here()
         items = {short_name(item.nodeid): item for item in session.items}
-        pipe.send({"benchmarks": list(items), "broken": self.server.broken, "core": core_digest.__file__})
+        pipe.send({"benchmarks": list(items), "broken": self.server.broken, "core": softbody.__file__})
         while (asked := pipe.recv()) is not None:
             name, self.server.core, seed = asked
             on_cores(cores)  # while it is made ready

@@ -7,8 +7,8 @@ from contextlib import nullcontext
 from importlib import import_module
 from typing import Any
 
+from softbody.compiler.interrupts import later
 from softbody.errors import MissingPackageError
-from softbody.interrupts import later
 
 
 def library(name: str, package: str, extra: str, purpose: str) -> Any:

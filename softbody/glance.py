@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softbody.jit import jit_lean
+from softbody.compiler.jit import jit_lean
 from softbody.state import Controls, State
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from softbody.collision.contact import NOBODY
 from softbody.collision.surface_point import WHOLE, SurfacePoint, value_at
-from softbody.jit import jit, jit_lean
+from softbody.compiler.jit import jit, jit_lean
 from softbody.quaternion import load_quaternion, rotate, rotation_matrix
 from softbody.settings import RK4, Settings
 from softbody.state import Controls, Joints, Model, State

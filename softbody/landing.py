@@ -10,7 +10,7 @@ from math import sqrt
 
 import numpy as np
 
-from softbody.jit import jit, jit_lean
+from softbody.compiler.jit import jit, jit_lean
 from softbody.law import Material, combined, material_of_ground, material_of_soft, sliding_kept, speed_after
 from softbody.rest import Rest, sleeps
 from softbody.state import Model, State

@@ -8,8 +8,8 @@ from __future__ import annotations
 from math import sqrt
 from typing import NamedTuple
 
-from softbody.jit import jit, jit_lean
-from softbody.lanes import Lanes, square_root, where_less
+from softbody.compiler.jit import jit, jit_lean
+from softbody.compiler.simd import Lanes, square_root, where_less
 from softbody.state import Model
 
 

@@ -8,8 +8,8 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
+from softbody.compiler.interrupts import later
 from softbody.errors import MeshError, MissingPackageError
-from softbody.interrupts import later
 
 
 def read_triangles(path: str | os.PathLike[str]) -> tuple[ArrayLike, ArrayLike]:

@@ -13,8 +13,8 @@ from softbody.collision.sequential_impulses import hold_pushed_boxes, solve_posi
 from softbody.collision.single_contact import paper_contact
 from softbody.collision.solver_row import prepare_contacts
 from softbody.collision.warm_start import warm_start
+from softbody.compiler.jit import jit
 from softbody.dynamics.rigid_boxes import accelerate_boxes, advance_boxes, shift_boxes
-from softbody.jit import jit
 from softbody.law import combined, material_of_box
 from softbody.settings import Settings
 from softbody.state import Controls, Model, RigidBodies, State, boxes_of

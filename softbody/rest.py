@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softbody.jit import jit_lean
+from softbody.compiler.jit import jit_lean
 
 
 class Rest(NamedTuple):

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from softbody.bodies import BodyProperty, SleepyBody
+from softbody.compiler.interrupts import assign_together
 from softbody.errors import ParameterError
-from softbody.interrupts import assign_together
 from softbody.parameters import check_range, unit_quaternion, vector
 from softbody.quaternion import rotation_between
 

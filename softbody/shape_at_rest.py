@@ -7,10 +7,10 @@ from math import inf
 import numpy as np
 
 from softbody.builder import Parts, soft_body_alone
+from softbody.compiler.interrupts import listening
 from softbody.dynamics.equilibrium import glide_from_rest, relax
 from softbody.dynamics.soft_bodies import Motion, motion_of
 from softbody.dynamics.stability import highest_frequency
-from softbody.interrupts import listening
 from softbody.state import Controls, Model, SoftBodies, soft_bodies_of
 
 ROUND = 500  # steps of relaxation between two looks at what is left and at the stable step

@@ -15,12 +15,12 @@ import numpy as np
 
 from softbody.collision.broad_phase import near_pairs
 from softbody.collision.contact import NOBODY
+from softbody.compiler.jit import jit, jit_lean
 from softbody.dynamics.rigid_boxes import stirs
 from softbody.geometry.aabb import bounding_box
 from softbody.geometry.box import box_corners
 from softbody.geometry.sphere import bounding_spheres
 from softbody.glance import MASK, fingerprint
-from softbody.jit import jit, jit_lean
 from softbody.quaternion import load_quaternion, rotate_inverse
 from softbody.rest import Rest, is_settled
 from softbody.settings import Settings

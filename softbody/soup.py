@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from softbody.compiler.jit import jit
+from softbody.compiler.simd import lowest_bit
 from softbody.errors import MeshError
 from softbody.geometry.bvh import BVH, WIDTH, Search, build_bvh, search_space
 from softbody.geometry.bvh_boxes import ask_leaf, list_near
 from softbody.geometry.connected import join, root_of
 from softbody.geometry.triangle_list import checked_triangles
-from softbody.jit import jit
-from softbody.lanes import lowest_bit
 from softbody.vec import load, norm, sub
 
 

@@ -6,7 +6,7 @@ from math import sqrt
 
 import numpy as np
 
-from softbody.jit import jit, jit_lean
+from softbody.compiler.jit import jit, jit_lean
 
 Vec = tuple[float, float, float]
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from softbody.jit import jit_lean
-from softbody.lanes import Lanes, gather_lanes, load_lanes, scatter_lanes, store_lanes
+from softbody.compiler.jit import jit_lean
+from softbody.compiler.simd import Lanes, gather_lanes, load_lanes, scatter_lanes, store_lanes
 
 VecLanes = tuple[Lanes, Lanes, Lanes]
 

@@ -28,6 +28,8 @@ from softbody.builder import (
 from softbody.collision.contact import Contacts, new_contacts, remembered, remembering, without_box
 from softbody.collision.manifold import new_manifold
 from softbody.collision.surface import Surfaces, build_surfaces
+from softbody.compiler.interrupts import SILENT, Bell, assign_together, listening, set_together
+from softbody.compiler.threads import Team, team_of
 from softbody.contact_points import ContactPoints, contact_points
 from softbody.dynamics.energy import (
     Energies,
@@ -53,7 +55,6 @@ from softbody.guards import (
     warn_of_mass_ratios,
     warn_of_overlap,
 )
-from softbody.interrupts import SILENT, Bell, assign_together, listening, set_together
 from softbody.joint import End, Joint, ends_of
 from softbody.joint_forces import joint_energy, joint_memory
 from softbody.mesh import Mesh
@@ -82,7 +83,6 @@ from softbody.soft_body import SoftBody
 from softbody.state import Controls, Model, State, VertexRings
 from softbody.step import NO_ROOM, UNSEEN, Clock, Work, run_alone_by_clock, run_by_clock
 from softbody.strict_names import StrictNames
-from softbody.threads import Team, team_of
 from softbody.world_file import MOST_BYTES, read, write
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import click
 
-from softbody.compile_once import FIRST, LAST
+from softbody.compiler.compile_once import FIRST, LAST
 from tests.readme_example import readme_example
 
 ROOT = Path(__file__).parents[1]

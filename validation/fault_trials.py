@@ -18,7 +18,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from softbody.core_digest import core_digest
+from softbody.compiler.core_digest import core_digest
 from validation.bench import ASLEEP, GREEN, MEASURED, Bench, Seen
 from validation.check import all_checks
 from validation.damaged_core import copy_core

@@ -43,7 +43,7 @@ class CannotRunHereError(Exception):
 
 def identity(level: str, seed: int, subject: str | None = None) -> dict[str, Any]:
     """Return all that decides the records of a run."""
-    from softbody.core_digest import CORE_DIGEST
+    from softbody.compiler.core_digest import CORE_DIGEST
     from validation.engines import versions
 
     return {

@@ -74,7 +74,7 @@ def main(
     """
     from rich.console import Console
 
-    from softbody.core_digest import core_digest
+    from softbody.compiler.core_digest import core_digest
     from validation.check import all_checks
     from validation.mutation.explained import EXPLAINED
     from validation.mutation.results import Ledger, counted, share_seen, survivors_of, write_summary

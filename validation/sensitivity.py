@@ -9,7 +9,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from softbody.core_digest import core_digest
+from softbody.compiler.core_digest import core_digest
 from validation.record import PlantedFault, Sensitivity
 
 FAULTS, MUTANTS = "faults.json", "mutants.json"

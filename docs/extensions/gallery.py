@@ -20,7 +20,7 @@ from sphinx.util.display import status_iterator
 from sphinx.util.docutils import SphinxDirective
 
 import softbody
-from softbody.core_digest import CORE_DIGEST
+from softbody.compiler.core_digest import CORE_DIGEST
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))

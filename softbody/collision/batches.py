@@ -12,8 +12,8 @@ import numpy as np
 
 from softbody.collision.contact import SOLVER_ROW, Contacts
 from softbody.collision.solver_row import INVERSE_A, INVERSE_B, MASS, NORMAL_IMPULSE, TANGENT_MASS
-from softbody.jit import jit, jit_lean
-from softbody.lanes import LANES
+from softbody.compiler.jit import jit, jit_lean
+from softbody.compiler.simd import LANES
 
 MOTION = 6  # numbers of a body: v and ω
 FRICTION = SOLVER_ROW  # column of the coefficient, after those of `solver_row`

@@ -13,8 +13,8 @@ from softbody.collision.contact import GROUND, Contacts, Touch, add_contact, box
 from softbody.collision.manifold import Manifold, stopped_manifold, swept_manifold
 from softbody.collision.sat_boxes import BoxFrames, Limits, PlacedBoxes, bounds_apart, frames_of
 from softbody.collision.swept_boxes import STILL, Sweep
+from softbody.compiler.jit import jit, jit_lean
 from softbody.geometry.box import box_corner
-from softbody.jit import jit, jit_lean
 from softbody.law import combined, material_of_box, material_of_ground
 from softbody.quaternion import load_quaternion
 from softbody.settings import Settings

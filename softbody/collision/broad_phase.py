@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softbody.jit import jit, jit_lean
+from softbody.compiler.jit import jit, jit_lean
 
 # Cells are this much wider than the spheres in them: else two that just touch could, by rounding, lie two cells apart.
 WIDER = 1.0 + 1e-6

@@ -9,7 +9,7 @@ from math import sqrt
 
 import numpy as np
 
-from softbody.jit import jit_lean
+from softbody.compiler.jit import jit_lean
 
 
 @jit_lean

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from softbody.collision.surface_point import WHOLE, SurfacePoint
-from softbody.jit import jit, jit_inlined, jit_lean
+from softbody.compiler.jit import jit, jit_inlined, jit_lean
 from softbody.law import Material
 from softbody.vec import Vec, load, store
 

@@ -6,7 +6,7 @@ The paper tests vertices only, so that a soft body sags over an edge of a box un
 from __future__ import annotations
 
 from softbody.collision.edge_edge import PARALLEL_SINE
-from softbody.jit import jit_lean
+from softbody.compiler.jit import jit_lean
 from softbody.quaternion import Quaternion, rotate, rotate_inverse
 from softbody.vec import Vec, cross, dot, norm, scale, sub
 

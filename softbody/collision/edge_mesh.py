@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from softbody.collision.edge_edge import PARALLEL_SINE
+from softbody.compiler.jit import jit_lean
+from softbody.compiler.simd import bits_at_most, square_root
 from softbody.geometry.segments import starts_of, ways_of
-from softbody.jit import jit_lean
-from softbody.lanes import bits_at_most, square_root
 from softbody.vec import Vec, cross, dot, norm, scale, sub
 
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from softbody.collision.contact import NOBODY
 from softbody.collision.impulse import apply_friction, apply_impulse, inverse_effective_mass_at, velocity_of_point
+from softbody.compiler.jit import jit
 from softbody.geometry.box import box_corner
-from softbody.jit import jit
 from softbody.law import (
     Material,
     combined,

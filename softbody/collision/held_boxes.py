@@ -15,7 +15,7 @@ from softbody.collision.contact import Contacts
 from softbody.collision.impulse import inverse_effective_mass
 from softbody.collision.solver_row import NORMAL_IMPULSE, TARGET
 from softbody.collision.sweep_order import sweep_order
-from softbody.jit import jit, jit_lean
+from softbody.compiler.jit import jit, jit_lean
 from softbody.quaternion import load_quaternion, rotate_diagonal
 from softbody.state import RigidBodies
 from softbody.vec import Vec, add, cross, dot, load, scale, sub

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from softbody.collision.contact import NOBODY
-from softbody.jit import jit_lean
+from softbody.compiler.jit import jit_lean
 from softbody.law import Material, friction_impulse, normal_impulse
 from softbody.quaternion import Quaternion, load_quaternion, rotate_diagonal
 from softbody.state import RigidBodies

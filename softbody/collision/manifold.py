@@ -41,7 +41,7 @@ from softbody.collision.swept_boxes import (
     rests_on_face,
     write_normal,
 )
-from softbody.jit import jit, jit_lean
+from softbody.compiler.jit import jit, jit_lean
 from softbody.vec import Vec, add, cross, dot, load, norm, scale, store, sub
 
 MOST_POINTS = 8  # of two rectangles' intersection

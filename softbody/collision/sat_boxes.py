@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from softbody.collision.edge_edge import PARALLEL_SINE
-from softbody.jit import jit, jit_lean
+from softbody.compiler.jit import jit, jit_lean
 from softbody.quaternion import Quaternion, load_quaternion, rotate
 from softbody.vec import Vec, cross, dot, load, norm, scale, store, sub
 

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from softbody.collision.edge_edge import PARALLEL_SINE
+from softbody.compiler.jit import jit
 from softbody.errors import MeshError
 from softbody.geometry.triangle_list import checked_triangles
-from softbody.jit import jit
 from softbody.quaternion import Quaternion, load_quaternion, rotate
 from softbody.vec import Vec, cross, dot, load, norm, scale, store, sub
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from softbody.compiler.jit import jit_lean
 from softbody.geometry.triangle import area_vector
-from softbody.jit import jit_lean
 from softbody.vec import Vec, dot, load, sub
 
 

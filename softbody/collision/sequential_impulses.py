@@ -43,8 +43,8 @@ from softbody.collision.solver_row import (
 )
 from softbody.collision.support_trees import solve_trees
 from softbody.collision.sweep_order import sweep_order
-from softbody.jit import jit, jit_lean
-from softbody.lanes import Lanes, least_lane, load_lanes, spread, store_lanes, where_less
+from softbody.compiler.jit import jit, jit_lean
+from softbody.compiler.simd import Lanes, least_lane, load_lanes, spread, store_lanes, where_less
 from softbody.law import speed_after, within_friction_cones
 from softbody.state import RigidBodies
 from softbody.vec import Vec, add, dot, load, scale, store, sub

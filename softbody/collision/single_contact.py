@@ -6,8 +6,8 @@ import numpy as np
 
 from softbody.collision.edge_edge import midpoint_of_lines
 from softbody.collision.sat_boxes import PlacedBox, box_box_separation
+from softbody.compiler.jit import jit
 from softbody.geometry.box import box_corner
-from softbody.jit import jit
 from softbody.quaternion import rotate, rotate_inverse
 from softbody.vec import Vec, add, dot, multiply, scale, sub
 

@@ -19,12 +19,12 @@ from softbody.collision.soft_box import find_contacts_in_box, find_corner_contac
 from softbody.collision.soft_soft import find_soft_soft_contacts
 from softbody.collision.substeps import spheres_of_boxes
 from softbody.collision.surface import Desks, Memory, Shapes, Solid, Surfaces, memory_at, surface_of, tree_at
+from softbody.compiler.jit import jit, jit_lean, jit_threaded
 from softbody.geometry.aabb import bounding_box, boxes_meet
 from softbody.geometry.box import box_corner, point_in_box
 from softbody.geometry.bvh import refit_bvh
 from softbody.geometry.penetration import Points
 from softbody.geometry.sphere import radius_about
-from softbody.jit import jit, jit_lean, jit_threaded
 from softbody.law import combined, material_of_box, material_of_soft
 from softbody.quaternion import load_quaternion
 from softbody.rest import Rest, is_settled, sleeps

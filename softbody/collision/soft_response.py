@@ -27,8 +27,8 @@ from softbody.collision.impulse import (
     velocity_of_point,
 )
 from softbody.collision.surface_point import SurfacePoint, add_at, at_particle, inverse_mass_at, value_at
+from softbody.compiler.jit import jit, jit_lean, jit_threaded
 from softbody.geometry.triangle import area_vector
-from softbody.jit import jit, jit_lean, jit_threaded
 from softbody.law import friction_impulse
 from softbody.state import Particles, RigidBodies
 from softbody.vec import Vec, accumulate, add, cross, dot, load, norm, scale, store, sub

@@ -9,14 +9,14 @@ from softbody.collision.edge_mesh import Crossing, Ridge, bits_across, edge_acro
 from softbody.collision.point_mesh import way_out
 from softbody.collision.surface import Eight, Memory, Solid, Surface
 from softbody.collision.surface_point import SurfacePoint, at_particle, on_edge
+from softbody.compiler.jit import jit_lean
+from softbody.compiler.simd import LANES, lowest_bit
 from softbody.geometry.aabb import box_around, boxes_meet
 from softbody.geometry.bvh import Search
 from softbody.geometry.bvh_boxes import ask_box, ask_nothing, list_near, sort_listed
 from softbody.geometry.bvh_rays import segment_hits
 from softbody.geometry.penetration import INSIDE, find_penetrations
 from softbody.geometry.segments import end_of, put_segment, start_of
-from softbody.jit import jit_lean
-from softbody.lanes import LANES, lowest_bit
 from softbody.law import Material
 from softbody.vec import Vec, add, dot, load, norm, scale, store, sub
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from softbody.collision.contact import NOBODY, Contacts
-from softbody.jit import jit, jit_lean
+from softbody.compiler.jit import jit, jit_lean
 from softbody.quaternion import load_quaternion, rotate_diagonal
 from softbody.state import RigidBodies
 from softbody.vec import Vec, cross, dot, load, normalize, sub

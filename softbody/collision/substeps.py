@@ -11,8 +11,8 @@ from math import ceil, sqrt
 import numpy as np
 
 from softbody.collision.broad_phase import near_pairs
+from softbody.compiler.jit import jit, jit_lean
 from softbody.geometry.sphere import bounding_spheres
-from softbody.jit import jit, jit_lean
 from softbody.rest import Rest, sleeps
 from softbody.state import Model, State
 from softbody.vec import add, dot, load, norm, scale, store, sub

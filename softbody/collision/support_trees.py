@@ -33,7 +33,7 @@ from softbody.collision.solver_row import (
     speed_along,
 )
 from softbody.collision.sweep_order import SweepOrder
-from softbody.jit import jit, jit_lean
+from softbody.compiler.jit import jit, jit_lean
 from softbody.law import within_friction_cone
 from softbody.quaternion import load_quaternion, rotate_diagonal
 from softbody.state import RigidBodies

@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from softbody.compiler.jit import jit_inlined
+from softbody.compiler.simd import LANES
 from softbody.geometry.bvh import BVH, Search, build_bvh, search_space
 from softbody.geometry.penetration import Penetrations, Points, room_for_penetrations
 from softbody.geometry.segments import ROWS
-from softbody.jit import jit_inlined
-from softbody.lanes import LANES
 from softbody.mesh import unique_edges
 from softbody.state import Model, State
 from softbody.vec import load

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softbody.jit import jit_lean
+from softbody.compiler.jit import jit_lean
 from softbody.vec import Vec, accumulate, add, load, scale
 
 Corners = tuple[int, int, int]

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from softbody.collision.contact import Contacts
-from softbody.jit import jit
+from softbody.compiler.jit import jit
 from softbody.state import RigidBodies
 
 

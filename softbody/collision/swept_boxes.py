@@ -27,7 +27,7 @@ from softbody.collision.sat_boxes import (
     placed_box,
     rounding_of,
 )
-from softbody.jit import jit_lean
+from softbody.compiler.jit import jit_lean
 from softbody.quaternion import from_rotation_vector, normalize_quaternion, product
 from softbody.vec import Vec, add, cross, dot, norm, scale, sub
 

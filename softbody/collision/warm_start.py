@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from softbody.collision.contact import Contacts, ImpulseCache
-from softbody.jit import jit, jit_lean
+from softbody.compiler.jit import jit, jit_lean
 from softbody.vec import load, store
 
 

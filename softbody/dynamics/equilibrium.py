@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from softbody.compiler.jit import jit
 from softbody.dynamics.soft_bodies import Motion, ring_accelerations
-from softbody.jit import jit
 from softbody.state import SoftBodies
 
 # Bitzek, Koskinen, Gähler, Moseler and Gumbsch 2006 ("FIRE"), with the parameters of their paper.

@@ -15,6 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import prange
 
+from softbody.compiler.jit import jit_lean, jit_threaded
+from softbody.compiler.simd import LANES, Lanes, load_lanes, store_lanes, where_less
 from softbody.dynamics.pressure import gas_pressure
 from softbody.dynamics.ring_forces import (
     AREA,
@@ -30,9 +32,7 @@ from softbody.dynamics.ring_forces import (
     add_load,
     ring_forces,
 )
-from softbody.jit import jit_lean, jit_threaded
 from softbody.landing import land
-from softbody.lanes import LANES, Lanes, load_lanes, store_lanes, where_less
 from softbody.law import Material
 from softbody.settings import RK4, RK4_VELOCITY, SYMPLECTIC_EULER
 from softbody.state import END, FIRST, SoftBodies, VertexRings

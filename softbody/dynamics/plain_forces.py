@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from softbody.compiler.jit import jit
 from softbody.dynamics.pressure import gas_pressure
 from softbody.geometry.polyhedron import signed_volume
 from softbody.geometry.triangle import area_vector
-from softbody.jit import jit
 from softbody.state import Controls, Model
 from softbody.vec import accumulate, load, norm, scale, sub
 

@@ -6,8 +6,8 @@ from math import log
 
 import numpy as np
 
+from softbody.compiler.jit import jit
 from softbody.geometry.polyhedron import signed_volume
-from softbody.jit import jit
 from softbody.state import Model
 
 

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softbody.jit import jit_lean
-from softbody.lanes import (
+from softbody.compiler.jit import jit_lean
+from softbody.compiler.simd import (
     LANES,
     Lanes,
     first_lanes,

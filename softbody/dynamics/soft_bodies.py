@@ -11,6 +11,19 @@ from typing import NamedTuple
 import numpy as np
 from numba import prange
 
+from softbody.compiler.jit import jit, jit_lean, jit_threaded
+from softbody.compiler.simd import (
+    LANES,
+    first_lanes,
+    gather_lanes,
+    in_double,
+    least_lane,
+    load_lanes,
+    spread,
+    store_lanes,
+    sum_of_lanes,
+    where_less,
+)
 from softbody.dynamics.integrators import Stretch, advance_body, advance_body_on_threads
 from softbody.dynamics.pressure import gas_pressure
 from softbody.dynamics.ring_forces import (
@@ -25,19 +38,6 @@ from softbody.dynamics.ring_forces import (
     Springs,
     add_load,
     ring_forces,
-)
-from softbody.jit import jit, jit_lean, jit_threaded
-from softbody.lanes import (
-    LANES,
-    first_lanes,
-    gather_lanes,
-    in_double,
-    least_lane,
-    load_lanes,
-    spread,
-    store_lanes,
-    sum_of_lanes,
-    where_less,
 )
 from softbody.law import Material
 from softbody.settings import Settings

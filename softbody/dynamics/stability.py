@@ -6,8 +6,8 @@ from math import sqrt
 
 import numpy as np
 
+from softbody.compiler.jit import jit
 from softbody.dynamics.pressure import soft_volume
-from softbody.jit import jit
 from softbody.state import Controls, Model
 from softbody.vec import add, cross, dot, load, norm, scale, sub
 

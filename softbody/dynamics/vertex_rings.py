@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from softbody.jit import jit
-from softbody.lanes import LANES
+from softbody.compiler.jit import jit
+from softbody.compiler.simd import LANES
 from softbody.state import DEGREE, END, ENTRY, FIRST, STIFFNESS, VertexRings
 
 # Particles whose neighbours are grouped by degree together: 2 048 of them and all that their step needs are some

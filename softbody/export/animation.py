@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from softbody.compiler.interrupts import later
 from softbody.errors import ParameterError
 from softbody.export.looks import Looks
 from softbody.export.meshes import as_scene, check_pose
-from softbody.interrupts import later
 from softbody.shapes import Pose, Shapes
 
 MOST_FRAMES = 1000  # the table of weights has as many squared

@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
+from softbody.compiler.interrupts import later
 from softbody.errors import OutputError, ParameterError
 from softbody.export import usd
 from softbody.export.animation import film_bytes
 from softbody.export.looks import Looks
 from softbody.export.meshes import as_scene, check_pose, in_world, trimesh
-from softbody.interrupts import later
 from softbody.parameters import shown
 from softbody.shapes import Pose, Shapes
 from softbody.whole_file import path_of, whole_file

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softbody.jit import jit, jit_lean
+from softbody.compiler.jit import jit, jit_lean
 from softbody.quaternion import Quaternion, rotate, rotate_inverse
 from softbody.vec import Vec, add, multiply, scale, sub
 

@@ -14,12 +14,21 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from softbody.compiler.jit import jit, jit_inlined, jit_lean
+from softbody.compiler.simd import (
+    Lanes,
+    bits_at_most,
+    in_double,
+    in_single,
+    load_lanes,
+    lowest_bit,
+    store_lanes,
+    where_less,
+)
 from softbody.geometry.aabb import bounding_box
 from softbody.geometry.closest_point import Closest, with_weights, write_answer
 from softbody.geometry.triangle import squared_distance_to_triangle, squared_distances_to_triangles
 from softbody.geometry.triangle_list import checked_triangles
-from softbody.jit import jit, jit_inlined, jit_lean
-from softbody.lanes import Lanes, bits_at_most, in_double, in_single, load_lanes, lowest_bit, store_lanes, where_less
 from softbody.vec import Vec, load, scale, sub
 from softbody.vec_lanes import gather_vec, load_vec_lanes, store_vec_lanes
 

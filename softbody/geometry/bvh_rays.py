@@ -9,14 +9,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from softbody.compiler.jit import jit_lean
+from softbody.compiler.simd import lowest_bit
 from softbody.geometry.aabb import AABB, box_around
 from softbody.geometry.bvh import BVH, Search
 from softbody.geometry.bvh_boxes import ask_box, ask_nothing, ask_ray, list_near
 from softbody.geometry.polyhedron import UNCERTAIN, ray_hits_triangle, ray_hits_triangle_filtered
 from softbody.geometry.segments import bits_not_beside, bits_not_past, end_of, start_of
 from softbody.geometry.triangle import area_vector
-from softbody.jit import jit_lean
-from softbody.lanes import lowest_bit
 from softbody.vec import Vec, cross, dot, load, sub
 
 NEVER = np.inf  # where a segment meets nothing

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from softbody.compiler.jit import jit, jit_lean
 from softbody.geometry.triangle import closest_weights_on_triangle, squared_distance_to_triangle, weighted_point
-from softbody.jit import jit, jit_lean
 from softbody.vec import Vec, load, store
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softbody.jit import jit, jit_lean
+from softbody.compiler.jit import jit, jit_lean
 
 
 @jit_lean

@@ -17,10 +17,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from softbody.compiler.jit import jit, jit_lean
 from softbody.geometry.aabb import bounding_box
 from softbody.geometry.polyhedron import ray_hits_triangle
 from softbody.geometry.triangle_list import checked_triangles, edges_meet_evenly
-from softbody.jit import jit, jit_lean
 from softbody.vec import Vec, load
 
 # Of a column: one bit each of a 64-bit word. Triangles and points keep to 1 … 62; 0 lies below the mesh, 63 above it.

@@ -9,13 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from softbody.compiler.jit import jit, jit_lean
+from softbody.compiler.simd import LANES
 from softbody.geometry.aabb import AABB, bounding_box, boxes_meet
 from softbody.geometry.bvh import BVH, Search, closest_in_bvh
 from softbody.geometry.bvh_rays import Heading, point_in_bvh, points_in_bvh_filtered, shortest_way_out
 from softbody.geometry.closest_point import closest_triangle
 from softbody.geometry.polyhedron import point_in_polyhedron
-from softbody.jit import jit, jit_lean
-from softbody.lanes import LANES
 from softbody.vec import Vec, add, dot, load, norm, scale, store, sub
 
 # Some ten roundings of 1e-16, of a product of two lengths, and more.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from softbody.jit import jit_lean
-from softbody.lanes import LANES, bits_at_most
+from softbody.compiler.jit import jit_lean
+from softbody.compiler.simd import LANES, bits_at_most
 from softbody.vec import Vec, cross, dot, sub
 from softbody.vec_lanes import VecLanes, load_vec_lanes
 

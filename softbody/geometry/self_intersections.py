@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from softbody.compiler.jit import jit
+from softbody.compiler.simd import lowest_bit
 from softbody.geometry.bvh import BVH, WIDTH, Search, build_bvh, search_space
 from softbody.geometry.bvh_boxes import ask_leaf, list_near
 from softbody.geometry.predicates import orient2d, orient3d
-from softbody.jit import jit
-from softbody.lanes import lowest_bit
 from softbody.vec import Vec, load
 
 APART, MEET, COINCIDE = 0, 1, 2

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softbody.jit import jit
+from softbody.compiler.jit import jit
 from softbody.vec import Vec, cross, dot, load, sub
 
 

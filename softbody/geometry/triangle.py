@@ -6,8 +6,8 @@ from math import inf
 
 import numpy as np
 
-from softbody.jit import jit, jit_inlined, jit_lean
-from softbody.lanes import Lanes, where_less
+from softbody.compiler.jit import jit, jit_inlined, jit_lean
+from softbody.compiler.simd import Lanes, where_less
 from softbody.vec import Vec, add, cross, dot, load, norm, scale, store, sub
 from softbody.vec_lanes import VecLanes
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from softbody.jit import jit_lean
+from softbody.compiler.jit import jit_lean
 
 
 @jit_lean

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softbody.jit import jit, jit_lean
+from softbody.compiler.jit import jit, jit_lean
 from softbody.render.camera import Camera
 from softbody.render.coverage import faces_up, span, weights_at
 from softbody.render.shadow import LIGHT, light_at, shadow_of

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softbody.jit import jit_lean
+from softbody.compiler.jit import jit_lean
 from softbody.render.coverage import faces_up, span, weights_at
 
 TEXELS = 512  # of the shadow map, each way: about as fine as the pixels of a scene that fills the picture

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from softbody.compiler.interrupts import assign_together
 from softbody.errors import ParameterError, TrajectoryError
-from softbody.interrupts import assign_together
 from softbody.parameters import check_whole, shown
 from softbody.shapes import Pose, shapes_of, unlabelled
 from softbody.snapshot import digest, named_arrays

@@ -48,7 +48,8 @@ def repository(tmp_path_factory):
     for file in ("__init__.py", "conftest.py", "race.py", "serving.py", "machine.py"):
         shutil.copy(ROOT / "benchmarks" / file, root / "benchmarks")
     (root / "benchmarks" / "bench_tiny.py").write_text(BENCHMARKS)
-    (root / "softbody" / "core_digest.py").write_text("CORE_DIGEST, FLAGS = '', ()\n")
+    (root / "softbody" / "compiler").mkdir()
+    (root / "softbody" / "compiler" / "core_digest.py").write_text("CORE_DIGEST, FLAGS = '', ()\n")
     (root / "pyproject.toml").write_text((ROOT / "pyproject.toml").read_text())
     who = {"GIT_AUTHOR_NAME": "x", "GIT_AUTHOR_EMAIL": "x", "GIT_COMMITTER_NAME": "x", "GIT_COMMITTER_EMAIL": "x"}
 

@@ -23,7 +23,7 @@ class FakeWorker:
         self.side = Side(name, name, Path(name))
         self.seconds, self.why, self.fails = seconds, why, fails
         self.answers = [[np.array(first)], [np.array(first if last is None else last)]]
-        self.replies = [{"benchmarks": list(has), "broken": {}, "core": core or f"{name}/softbody/core_digest.py"}]
+        self.replies = [{"benchmarks": list(has), "broken": {}, "core": core or f"{name}/softbody/__init__.py"}]
 
     def tell(self, message):
         if isinstance(message, tuple):  # open

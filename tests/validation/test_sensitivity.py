@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from softbody.core_digest import core_digest
+from softbody.compiler.core_digest import core_digest
 from validation.mutation.explained import Reason
 from validation.mutation.results import HUNG, KILLED, Ledger, write_summary
 from validation.mutation.sites import Mutant

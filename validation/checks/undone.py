@@ -12,9 +12,10 @@ from types import FrameType
 import numpy as np
 
 import softbody
-from softbody import SimulationError, World, interrupts, step, world
+from softbody import SimulationError, World, step, world
+from softbody.compiler import interrupts
+from softbody.compiler.interrupts import Bell
 from softbody.dynamics import integrators, soft_bodies
-from softbody.interrupts import Bell
 from softbody.step import run_by_clock
 from validation.cases import edge_lengths
 from validation.check import DISAGREEMENTS, Comparison, Run, check

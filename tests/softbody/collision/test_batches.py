@@ -31,7 +31,7 @@ from softbody.collision.solver_row import (
     speed_along,
 )
 from softbody.collision.sweep_order import sweep_order
-from softbody.lanes import LANES
+from softbody.compiler.simd import LANES
 from softbody.law import within_friction_cone
 from softbody.state import boxes_of
 from softbody.vec import add, scale, sub

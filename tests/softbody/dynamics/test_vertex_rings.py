@@ -5,10 +5,10 @@ import pytest
 
 import softbody
 from softbody import Mesh, World
+from softbody.compiler.simd import LANES
 from softbody.dynamics.plain_forces import plain_accelerations
 from softbody.dynamics.soft_bodies import motion_of, ring_accelerations
 from softbody.dynamics.vertex_rings import WINDOW, build_rings, one_rings, with_springs
-from softbody.lanes import LANES
 from softbody.state import soft_bodies_of
 
 

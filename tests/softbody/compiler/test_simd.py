@@ -8,8 +8,8 @@ import numba
 import numpy as np
 import pytest
 
-from softbody.jit import jit, jit_lean
-from softbody.lanes import (
+from softbody.compiler.jit import jit, jit_lean
+from softbody.compiler.simd import (
     LANES,
     bits_at_most,
     first_lanes,
@@ -202,7 +202,7 @@ def test_lanes_of_two_precisions_are_not_mixed():
 
 OUTSIDE = """
 import numba, numpy as np
-from softbody.lanes import gather_lanes, load_lanes, scatter_lanes, store_lanes, sum_of_lanes
+from softbody.compiler.simd import gather_lanes, load_lanes, scatter_lanes, store_lanes, sum_of_lanes
 
 @numba.njit(nogil=True)
 def load(x, i): return sum_of_lanes(load_lanes(x, i))

@@ -6,9 +6,9 @@ import numba
 import pytest
 
 import softbody
+from softbody.compiler.threads import WAITING, Team, team_of
 from softbody.geometry import MeshQuery
 from softbody.scenes import tray
-from softbody.threads import WAITING, Team, team_of
 
 several = pytest.mark.skipif(
     numba.config.DISABLE_JIT or numba.config.NUMBA_NUM_THREADS < 2, reason="there is one thread here"

@@ -2,8 +2,8 @@
 
 Lanes are added, subtracted, multiplied and divided one by one, with each other or with one real of their precision:
 strict IEEE, the same bits on every processor, compiled or interpreted. Interpreted they are NumPy arrays of eight, and
-this is what the functions mean; `softbody.compiled_lanes` makes the same of them in registers. (Write a = a + b: what
-a += b changes is, interpreted, every name that the lanes have.)
+this is what the functions mean; `softbody.compiler.simd_types` makes the same of them in registers. (Write a = a + b:
+what a += b changes is, interpreted, every name that the lanes have.)
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
         return ((a + b) + (c + d)) + ((e + f) + (g + h))
 
 else:
-    from softbody.compiled_lanes import (  # type: ignore[assignment]  # noqa: F401
+    from softbody.compiler.simd_types import (  # type: ignore[assignment]  # noqa: F401
         bits_at_most,
         first_lanes,
         gather_lanes,

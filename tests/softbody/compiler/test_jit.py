@@ -16,7 +16,7 @@ from numba.core.codegen import JITCPUCodegen
 from numba.core.errors import NumbaError
 
 import softbody
-from softbody.jit import _knows_numba, jit, jit_lean, jit_threaded
+from softbody.compiler.jit import _knows_numba, jit, jit_lean, jit_threaded
 from softbody.vec import norm
 
 CORE = Path(softbody.__file__).parent
@@ -126,7 +126,7 @@ def test_kernels_run_without_the_compiler_to_the_same_bits():
 PLAIN = """
 import numpy as np, softbody
 from softbody.geometry import MeshQuery
-print(softbody.jit._knows_numba())
+print(softbody.compiler.jit._knows_numba())
 world = softbody.World()
 ball = world.add_soft_body(softbody.icosphere(2, 0.5), 1.0, 50.0, 5.0, (0.1, 0.2, 0.3), (0.5, 0.0, -1.0), drag=0.1)
 query, points = MeshQuery(ball.positions, ball.triangles), np.random.default_rng(1).uniform(-1.0, 1.0, (2_000, 3))

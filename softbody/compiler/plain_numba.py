@@ -11,8 +11,8 @@ from typing import Any
 
 import numba
 
-from softbody.cache_warning import warn_not_kept
-from softbody.core_digest import CORE_DIGEST
+from softbody.compiler.cache_warning import warn_not_kept
+from softbody.compiler.core_digest import CORE_DIGEST
 
 
 def compiled_plainly(function: Any, options: dict[str, Any]) -> Any:

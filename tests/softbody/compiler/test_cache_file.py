@@ -9,11 +9,13 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("softbody.compile_once", reason="Numba's internals are not as expected", exc_type=ImportError)
+pytest.importorskip(
+    "softbody.compiler.compile_once", reason="Numba's internals are not as expected", exc_type=ImportError
+)
 
 import softbody
-from softbody.cache_file import DAY, CacheFile
-from softbody.core_digest import core_digest
+from softbody.compiler.cache_file import DAY, CacheFile
+from softbody.compiler.core_digest import core_digest
 
 KEY, OTHER_KEY, DATA = ("kernel", "signature"), ("kernel", "another one"), ("machine", "code")
 
@@ -142,7 +144,7 @@ def test_an_editors_lock_is_no_part_of_the_core(tmp_path):
     shutil.copytree(Path(softbody.__file__).parent, core, ignore=shutil.ignore_patterns("__pycache__"))
     (core / ".#world.py").symlink_to("somebody@somewhere.1234")
     (core / ".world.py.swp.py").write_text("not Python")
-    program = "from softbody.core_digest import core_digest; print(core_digest())"
+    program = "from softbody.compiler.core_digest import core_digest; print(core_digest())"
     run = subprocess.run(
         [sys.executable, "-c", program],
         cwd=tmp_path,

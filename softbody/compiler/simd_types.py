@@ -1,4 +1,4 @@
-"""Eight reals as one Numba value: a vector of LLVM's. What each function means is said in `softbody.lanes`."""
+"""Eight reals as one Numba value: a vector of LLVM's. What each function means is said in `softbody.compiler.simd`."""
 
 # ruff: noqa: D103 (a second docstring would have to be kept the same)
 

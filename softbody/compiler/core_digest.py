@@ -12,7 +12,7 @@ FLAGS = ("NUMBA_BOUNDSCHECK", "NUMBA_OPT", "NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES
 def core_digest() -> str:
     """Return the hash, in hexadecimal."""
     digest = hashlib.sha256()
-    root = Path(__file__).parent
+    root = Path(__file__).parents[1]
     # (An editor's lock is a link to nothing, or a hidden file.)
     for path in sorted(each for each in root.rglob("*.py") if each.is_file() and not each.name.startswith(".")):
         digest.update(path.relative_to(root).as_posix().encode())

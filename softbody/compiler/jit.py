@@ -54,7 +54,7 @@ def _knows_numba() -> bool:
     if os.environ.get("SOFTBODY_PLAIN_NUMBA") == "1":
         return False
     try:
-        from softbody.compile_once import FIRST, LAST
+        from softbody.compiler.compile_once import FIRST, LAST
     except (ImportError, AttributeError):  # what it takes from Numba is not there
         return False
     version = tuple(int(part) for part in re.findall(r"\d+", numba.__version__)[:2])
@@ -67,13 +67,13 @@ if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
         return function
 
 elif _knows_numba():
-    from softbody.compile_once import compiled_once
+    from softbody.compiler.compile_once import compiled_once
 
     def _compiled(function: Any, **options: Any) -> Any:
         return compiled_once(function, options)
 
 else:
-    from softbody.plain_numba import compiled_plainly
+    from softbody.compiler.plain_numba import compiled_plainly
 
     def _compiled(function: Any, **options: Any) -> Any:
         return compiled_plainly(function, options)

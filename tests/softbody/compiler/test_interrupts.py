@@ -13,8 +13,8 @@ import pytest
 
 import softbody
 from softbody import BusyError, Trajectory, TrajectoryWriter, World
+from softbody.compiler.interrupts import SILENT, assign_together, later, listening, set_together
 from softbody.dynamics.vertex_rings import one_rings
-from softbody.interrupts import SILENT, assign_together, later, listening, set_together
 
 compiled = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="Python handles signals anywhere in its own code")
 posix = pytest.mark.skipif(os.name != "posix", reason="signals and timers are those of POSIX")

@@ -1,8 +1,8 @@
 """Numba's internals: every kernel is compiled once, with its caller, and kept on disk under the digest of the core.
 
 All that leans on private parts of Numba stands here, and in `cache_file`. It is known to work from FIRST to LAST; with
-any other Numba, or with SOFTBODY_PLAIN_NUMBA=1, `softbody.jit` takes Numba's public decorator instead: the same bits,
-after a longer wait.
+any other Numba, or with SOFTBODY_PLAIN_NUMBA=1, `softbody.compiler.jit` takes Numba's public decorator instead: the
+same bits, after a longer wait.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from numba.core.errors import NumbaTypeError
 from numba.core.registry import CPUDispatcher
 from numba.core.targetconfig import ConfigStack
 
-from softbody.cache_file import CacheFile
-from softbody.cache_warning import warn_not_kept
-from softbody.core_digest import CORE_DIGEST
+from softbody.compiler.cache_file import CacheFile
+from softbody.compiler.cache_warning import warn_not_kept
+from softbody.compiler.core_digest import CORE_DIGEST
 
 FIRST, LAST = (0, 60), (0, 68)  # Numba's versions that `make matrix` has seen this work with
 
