@@ -13,8 +13,8 @@ from softbody.collision.contact import NOBODY
 from softbody.errors import ParameterError
 from softbody.geometry import MeshQuery
 from softbody.joint_forces import joint_ends
+from softbody.linalg.quaternion import rotation_matrix
 from softbody.parameters import check_range, check_whole, shown, vector
-from softbody.quaternion import rotation_matrix
 from softbody.rigid_box import Box
 from softbody.soft_body import SoftBody
 from softbody.state import Joints

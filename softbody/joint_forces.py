@@ -13,10 +13,10 @@ import numpy as np
 from softbody.collision.contact import NOBODY
 from softbody.collision.surface_point import WHOLE, SurfacePoint, value_at
 from softbody.compiler.jit import jit, jit_lean
-from softbody.quaternion import load_quaternion, rotate, rotation_matrix
+from softbody.linalg.quaternion import load_quaternion, rotate, rotation_matrix
+from softbody.linalg.vec import Vec, accumulate, add, cross, dot, load, norm, scale, sub
 from softbody.settings import RK4, Settings
 from softbody.state import Controls, Joints, Model, State
-from softbody.vec import Vec, accumulate, add, cross, dot, load, norm, scale, sub
 
 
 @jit

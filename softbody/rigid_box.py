@@ -8,8 +8,8 @@ from numpy.typing import ArrayLike
 from softbody.bodies import BodyProperty, SleepyBody
 from softbody.compiler.interrupts import assign_together
 from softbody.errors import ParameterError
+from softbody.linalg.quaternion import rotation_between
 from softbody.parameters import check_range, unit_quaternion, vector
-from softbody.quaternion import rotation_between
 
 
 class Box(SleepyBody):

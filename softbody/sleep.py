@@ -21,11 +21,11 @@ from softbody.geometry.aabb import bounding_box
 from softbody.geometry.box import box_corners
 from softbody.geometry.sphere import bounding_spheres
 from softbody.glance import MASK, fingerprint
-from softbody.quaternion import load_quaternion, rotate_inverse
+from softbody.linalg.quaternion import load_quaternion, rotate_inverse
+from softbody.linalg.vec import dot, load, norm, store
 from softbody.rest import Rest, is_settled
 from softbody.settings import Settings
 from softbody.state import Controls, Joints, Model, State, copy_boxes, copy_particles
-from softbody.vec import dot, load, norm, store
 
 STILL = (0.0, 0.0, 0.0)
 

@@ -12,7 +12,7 @@ from softbody.geometry.bvh import BVH, WIDTH, Search, build_bvh, search_space
 from softbody.geometry.bvh_boxes import ask_leaf, list_near
 from softbody.geometry.connected import join, root_of
 from softbody.geometry.triangle_list import checked_triangles
-from softbody.vec import load, norm, sub
+from softbody.linalg.vec import load, norm, sub
 
 
 def merged(vertices: ArrayLike, triangles: ArrayLike | None, tolerance: float) -> tuple[np.ndarray, np.ndarray]:

@@ -14,7 +14,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from softbody.compiler.jit import jit, jit_lean
-from softbody.vec import load, store
+from softbody.linalg.vec import load, store
 
 
 class Rows(NamedTuple):

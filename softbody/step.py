@@ -22,6 +22,7 @@ from softbody.dynamics.soft_bodies import BARE, DIVERGED, Motion, move_in_place,
 from softbody.glance import begins_finite, fingerprint
 from softbody.joint_forces import with_joints
 from softbody.landing import material_on_ground, resolve_ground
+from softbody.linalg.vec import load, sub
 from softbody.move_boxes import hold_boxes, move_boxes, move_boxes_singly
 from softbody.rest import Rest
 from softbody.settings import Settings
@@ -37,7 +38,6 @@ from softbody.state import (
     particles_of,
     soft_bodies_of,
 )
-from softbody.vec import load, sub
 
 # Faults beside DIVERGED and COLLAPSED, of runs that begin or end before a step is taken.
 NO_ROOM = 3  # there are more contacts than rows for them

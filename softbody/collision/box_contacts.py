@@ -16,10 +16,10 @@ from softbody.collision.swept_boxes import STILL, Sweep
 from softbody.compiler.jit import jit, jit_lean
 from softbody.geometry.box import box_corner
 from softbody.law import combined, material_of_box, material_of_ground
-from softbody.quaternion import load_quaternion
+from softbody.linalg.quaternion import load_quaternion
+from softbody.linalg.vec import Vec, add, load, norm, scale, sub
 from softbody.settings import Settings
 from softbody.state import Controls, Model, State
-from softbody.vec import Vec, add, load, norm, scale, sub
 
 
 @jit_lean

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from softbody.collision.edge_edge import PARALLEL_SINE
 from softbody.compiler.jit import jit_lean
-from softbody.quaternion import Quaternion, rotate, rotate_inverse
-from softbody.vec import Vec, cross, dot, norm, scale, sub
+from softbody.linalg.quaternion import Quaternion, rotate, rotate_inverse
+from softbody.linalg.vec import Vec, cross, dot, norm, scale, sub
 
 
 @jit_lean

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from softbody.compiler.jit import jit, jit_lean
-from softbody.vec import Vec, add, cross, dot, scale, sub
+from softbody.linalg.vec import Vec, add, cross, dot, scale, sub
 
 # Sine of the angle between two edges, of boxes or meshes, below which they count as parallel: below √ε the direction of
 # their cross product is rounding noise.

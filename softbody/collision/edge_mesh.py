@@ -14,7 +14,7 @@ from softbody.collision.edge_edge import PARALLEL_SINE
 from softbody.compiler.jit import jit_lean
 from softbody.compiler.simd import bits_at_most, square_root
 from softbody.geometry.segments import starts_of, ways_of
-from softbody.vec import Vec, cross, dot, norm, scale, sub
+from softbody.linalg.vec import Vec, cross, dot, norm, scale, sub
 
 
 class Ridge(NamedTuple):

@@ -18,9 +18,9 @@ from softbody.law import (
     material_of_ground,
     speed_after,
 )
-from softbody.quaternion import load_quaternion
+from softbody.linalg.quaternion import load_quaternion
+from softbody.linalg.vec import Vec, load
 from softbody.state import Model, RigidBodies, State
-from softbody.vec import Vec, load
 
 UP = (0.0, 0.0, 1.0)
 

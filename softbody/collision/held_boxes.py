@@ -16,9 +16,9 @@ from softbody.collision.impulse import inverse_effective_mass
 from softbody.collision.solver_row import NORMAL_IMPULSE, TARGET
 from softbody.collision.sweep_order import sweep_order
 from softbody.compiler.jit import jit, jit_lean
-from softbody.quaternion import load_quaternion, rotate_diagonal
+from softbody.linalg.quaternion import load_quaternion, rotate_diagonal
+from softbody.linalg.vec import Vec, add, cross, dot, load, scale, sub
 from softbody.state import RigidBodies
-from softbody.vec import Vec, add, cross, dot, load, scale, sub
 
 # Sweeps over the supports of one box at most, and the part of the largest correction that is not worth another one.
 SWEEPS, CLOSE = 200, 1e-12

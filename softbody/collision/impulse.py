@@ -5,9 +5,9 @@ from __future__ import annotations
 from softbody.collision.contact import NOBODY
 from softbody.compiler.jit import jit_lean
 from softbody.law import Material, friction_impulse, normal_impulse
-from softbody.quaternion import Quaternion, load_quaternion, rotate_diagonal
+from softbody.linalg.quaternion import Quaternion, load_quaternion, rotate_diagonal
+from softbody.linalg.vec import Vec, accumulate, add, cross, dot, load, norm, scale, sub
 from softbody.state import RigidBodies
-from softbody.vec import Vec, accumulate, add, cross, dot, load, norm, scale, sub
 
 Pair = tuple[int, int]  # a and b; either may be NOBODY
 

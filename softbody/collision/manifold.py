@@ -42,7 +42,7 @@ from softbody.collision.swept_boxes import (
     write_normal,
 )
 from softbody.compiler.jit import jit, jit_lean
-from softbody.vec import Vec, add, cross, dot, load, norm, scale, store, sub
+from softbody.linalg.vec import Vec, add, cross, dot, load, norm, scale, store, sub
 
 MOST_POINTS = 8  # of two rectangles' intersection
 ALL_BUT_FLAT = 0.999  # cosine of 2.5°, between the normal of two edges and that of a face

@@ -13,8 +13,8 @@ from softbody.collision.soft_response import Bodies, height
 from softbody.collision.surface_point import SurfacePoint, add_at, inverse_mass_at, value_at
 from softbody.compiler.jit import jit_lean
 from softbody.law import friction_impulse, normal_impulse
+from softbody.linalg.vec import Vec, accumulate, add, dot, load, norm, scale, store, sub
 from softbody.state import Particles
-from softbody.vec import Vec, accumulate, add, dot, load, norm, scale, store, sub
 
 
 @jit_lean

@@ -15,8 +15,8 @@ import numpy as np
 
 from softbody.collision.edge_edge import PARALLEL_SINE
 from softbody.compiler.jit import jit, jit_lean
-from softbody.quaternion import Quaternion, load_quaternion, rotate
-from softbody.vec import Vec, cross, dot, load, norm, scale, store, sub
+from softbody.linalg.quaternion import Quaternion, load_quaternion, rotate
+from softbody.linalg.vec import Vec, cross, dot, load, norm, scale, store, sub
 
 # An edge–edge axis replaces a face axis only if its overlap is smaller by this part of it: equal overlaps,
 # decided by rounding, would make the contact jump between a face and an edge from step to step.

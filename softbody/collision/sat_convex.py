@@ -11,8 +11,8 @@ from softbody.collision.edge_edge import PARALLEL_SINE
 from softbody.compiler.jit import jit
 from softbody.errors import MeshError
 from softbody.geometry.triangle_list import checked_triangles
-from softbody.quaternion import Quaternion, load_quaternion, rotate
-from softbody.vec import Vec, cross, dot, load, norm, scale, store, sub
+from softbody.linalg.quaternion import Quaternion, load_quaternion, rotate
+from softbody.linalg.vec import Vec, cross, dot, load, norm, scale, store, sub
 
 # Directions whose angle has a smaller sine count as one: to leave one out then moves the end of a projection by less
 # than the rounding of its corners. (Triangles of one flat face, the edges of a box.)

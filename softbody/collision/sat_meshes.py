@@ -10,7 +10,7 @@ import numpy as np
 
 from softbody.compiler.jit import jit_lean
 from softbody.geometry.triangle import area_vector
-from softbody.vec import Vec, dot, load, sub
+from softbody.linalg.vec import Vec, dot, load, sub
 
 
 @jit_lean

@@ -8,8 +8,8 @@ from softbody.collision.edge_edge import midpoint_of_lines
 from softbody.collision.sat_boxes import PlacedBox, box_box_separation
 from softbody.compiler.jit import jit
 from softbody.geometry.box import box_corner
-from softbody.quaternion import rotate, rotate_inverse
-from softbody.vec import Vec, add, dot, multiply, scale, sub
+from softbody.linalg.quaternion import rotate, rotate_inverse
+from softbody.linalg.vec import Vec, add, dot, multiply, scale, sub
 
 # Corners that lie less deep than the deepest one by up to this part of the box's size count as equally deep:
 # rounding separates the corners of a face that rests flat.

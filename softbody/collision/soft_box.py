@@ -13,8 +13,8 @@ from softbody.compiler.jit import jit_lean
 from softbody.geometry.box import point_in_box
 from softbody.geometry.penetration import INSIDE, Points, find_penetrations
 from softbody.law import Material
-from softbody.quaternion import rotate_inverse
-from softbody.vec import load, scale, sub
+from softbody.linalg.quaternion import rotate_inverse
+from softbody.linalg.vec import load, scale, sub
 
 
 @jit_lean

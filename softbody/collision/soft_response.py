@@ -30,8 +30,8 @@ from softbody.collision.surface_point import SurfacePoint, add_at, at_particle, 
 from softbody.compiler.jit import jit, jit_lean, jit_threaded
 from softbody.geometry.triangle import area_vector
 from softbody.law import friction_impulse
+from softbody.linalg.vec import Vec, accumulate, add, cross, dot, load, norm, scale, store, sub
 from softbody.state import Particles, RigidBodies
-from softbody.vec import Vec, accumulate, add, cross, dot, load, norm, scale, store, sub
 
 # Cosine between an impulse and the normal of a triangle below which it is all but along the triangle.
 ALONG_SURFACE = 0.05

@@ -18,7 +18,7 @@ from softbody.geometry.bvh_rays import segment_hits
 from softbody.geometry.penetration import INSIDE, find_penetrations
 from softbody.geometry.segments import end_of, put_segment, start_of
 from softbody.law import Material
-from softbody.vec import Vec, add, dot, load, norm, scale, store, sub
+from softbody.linalg.vec import Vec, add, dot, load, norm, scale, store, sub
 
 # How deep a ridge is that an edge goes through, at most, as a part of the edge's way inside: for one of 28° and more.
 REACH = 4.0

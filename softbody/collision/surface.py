@@ -11,9 +11,9 @@ from softbody.compiler.simd import LANES
 from softbody.geometry.bvh import BVH, Search, build_bvh, search_space
 from softbody.geometry.penetration import Penetrations, Points, room_for_penetrations
 from softbody.geometry.segments import ROWS
+from softbody.linalg.vec import load
 from softbody.mesh import unique_edges
 from softbody.state import Model, State
-from softbody.vec import load
 
 
 class Surface(NamedTuple):

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from softbody.compiler.jit import jit_lean
-from softbody.vec import Vec, accumulate, add, load, scale
+from softbody.linalg.vec import Vec, accumulate, add, load, scale
 
 Corners = tuple[int, int, int]
 

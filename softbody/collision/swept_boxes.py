@@ -28,8 +28,8 @@ from softbody.collision.sat_boxes import (
     rounding_of,
 )
 from softbody.compiler.jit import jit_lean
-from softbody.quaternion import from_rotation_vector, normalize_quaternion, product
-from softbody.vec import Vec, add, cross, dot, norm, scale, sub
+from softbody.linalg.quaternion import from_rotation_vector, normalize_quaternion, product
+from softbody.linalg.vec import Vec, add, cross, dot, norm, scale, sub
 
 GRAZE = 2.0  # slops of overlap up to which boxes only graze each other, as boxes at rest do
 SLIDE = 0.01  # of the slop: a way in a step that is none of the solver's noise

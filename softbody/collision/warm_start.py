@@ -6,7 +6,7 @@ import numpy as np
 
 from softbody.collision.contact import Contacts, ImpulseCache
 from softbody.compiler.jit import jit, jit_lean
-from softbody.vec import load, store
+from softbody.linalg.vec import load, store
 
 
 @jit_lean

@@ -12,8 +12,8 @@ from softbody.compiler.jit import jit
 from softbody.dynamics.pressure import gas_pressure
 from softbody.geometry.polyhedron import signed_volume
 from softbody.geometry.triangle import area_vector
+from softbody.linalg.vec import accumulate, load, norm, scale, sub
 from softbody.state import Controls, Model
-from softbody.vec import accumulate, load, norm, scale, sub
 
 
 @jit

@@ -7,7 +7,7 @@ from math import sqrt
 import numpy as np
 
 from softbody.compiler.jit import jit, jit_lean
-from softbody.quaternion import (
+from softbody.linalg.quaternion import (
     Quaternion,
     from_rotation_vector,
     load_quaternion,
@@ -15,9 +15,9 @@ from softbody.quaternion import (
     product,
     rotate_diagonal,
 )
+from softbody.linalg.vec import Vec, accumulate, load, norm, scale, store
 from softbody.settings import Settings
 from softbody.state import Controls, Model, State
-from softbody.vec import Vec, accumulate, load, norm, scale, store
 
 
 @jit_lean

@@ -23,9 +23,9 @@ from softbody.compiler.simd import (
     square_root,
     sum_of_lanes,
 )
+from softbody.linalg.vec import add, cross, dot, scale, sub
+from softbody.linalg.vec_lanes import VecLanes, load_vec_lanes, store_vec_lanes
 from softbody.state import DEGREE, END, ENTRY, FIRST, NEXT, NUMBER, STIFFNESS, VertexRings
-from softbody.vec import add, cross, dot, scale, sub
-from softbody.vec_lanes import VecLanes, load_vec_lanes, store_vec_lanes
 
 # Rows of the work array in which one body moves, by index: three each for x, y and z.
 POSITION = 0  # [m]; velocities follow positions

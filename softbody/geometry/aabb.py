@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from softbody.compiler.jit import jit_lean
-from softbody.vec import Vec, load
+from softbody.linalg.vec import Vec, load
 
 AABB = tuple[Vec, Vec]  # low and high corner [m]
 

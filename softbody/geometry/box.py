@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from softbody.compiler.jit import jit, jit_lean
-from softbody.quaternion import Quaternion, rotate, rotate_inverse
-from softbody.vec import Vec, add, multiply, scale, sub
+from softbody.linalg.quaternion import Quaternion, rotate, rotate_inverse
+from softbody.linalg.vec import Vec, add, multiply, scale, sub
 
 
 @jit

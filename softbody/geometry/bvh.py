@@ -29,8 +29,8 @@ from softbody.geometry.aabb import bounding_box
 from softbody.geometry.closest_point import Closest, with_weights, write_answer
 from softbody.geometry.triangle import squared_distance_to_triangle, squared_distances_to_triangles
 from softbody.geometry.triangle_list import checked_triangles
-from softbody.vec import Vec, load, scale, sub
-from softbody.vec_lanes import gather_vec, load_vec_lanes, store_vec_lanes
+from softbody.linalg.vec import Vec, load, scale, sub
+from softbody.linalg.vec_lanes import gather_vec, load_vec_lanes, store_vec_lanes
 
 WIDTH = 8  # children of a node: what a processor with 256-bit registers compares at once in float32
 

@@ -14,7 +14,7 @@ from softbody.compiler.jit import jit_lean
 from softbody.compiler.simd import Lanes, bits_at_most, least_lane, load_lanes, lowest_bit
 from softbody.geometry.aabb import box_around
 from softbody.geometry.bvh import BVH, LEVEL_SHIFT, WIDTH, Search, Vec32, in_half_sizes
-from softbody.vec import Vec, load
+from softbody.linalg.vec import Vec, load
 
 NOWHERE = np.float32(np.inf)
 

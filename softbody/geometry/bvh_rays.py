@@ -17,7 +17,7 @@ from softbody.geometry.bvh_boxes import ask_box, ask_nothing, ask_ray, list_near
 from softbody.geometry.polyhedron import UNCERTAIN, ray_hits_triangle, ray_hits_triangle_filtered
 from softbody.geometry.segments import bits_not_beside, bits_not_past, end_of, start_of
 from softbody.geometry.triangle import area_vector
-from softbody.vec import Vec, cross, dot, load, sub
+from softbody.linalg.vec import Vec, cross, dot, load, sub
 
 NEVER = np.inf  # where a segment meets nothing
 

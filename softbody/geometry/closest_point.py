@@ -9,7 +9,7 @@ import numpy as np
 
 from softbody.compiler.jit import jit, jit_lean
 from softbody.geometry.triangle import closest_weights_on_triangle, squared_distance_to_triangle, weighted_point
-from softbody.vec import Vec, load, store
+from softbody.linalg.vec import Vec, load, store
 
 
 class Closest(NamedTuple):

@@ -21,7 +21,7 @@ from softbody.compiler.jit import jit, jit_lean
 from softbody.geometry.aabb import bounding_box
 from softbody.geometry.polyhedron import ray_hits_triangle
 from softbody.geometry.triangle_list import checked_triangles, edges_meet_evenly
-from softbody.vec import Vec, load
+from softbody.linalg.vec import Vec, load
 
 # Of a column: one bit each of a 64-bit word. Triangles and points keep to 1 … 62; 0 lies below the mesh, 63 above it.
 LEVELS = 64

@@ -16,7 +16,7 @@ from softbody.geometry.bvh import BVH, Search, closest_in_bvh
 from softbody.geometry.bvh_rays import Heading, point_in_bvh, points_in_bvh_filtered, shortest_way_out
 from softbody.geometry.closest_point import closest_triangle
 from softbody.geometry.polyhedron import point_in_polyhedron
-from softbody.vec import Vec, add, dot, load, norm, scale, store, sub
+from softbody.linalg.vec import Vec, add, dot, load, norm, scale, store, sub
 
 # Some ten roundings of 1e-16, of a product of two lengths, and more.
 ROUNDING = 1e-14

@@ -9,7 +9,7 @@ import numpy as np
 from softbody.compiler.jit import jit, jit_lean
 from softbody.geometry.predicates import LINE_ROUNDING, orient2d, orient3d, orient3d_filtered
 from softbody.geometry.triangle import area_vector, triangle_area
-from softbody.vec import Vec, add, cross, dot, load, norm, scale, sub
+from softbody.linalg.vec import Vec, add, cross, dot, load, norm, scale, sub
 
 UNCERTAIN = 2  # the answer of a floating-point filter that fails, besides yes and no
 

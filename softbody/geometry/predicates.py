@@ -13,7 +13,7 @@ from math import isnan
 import numpy as np
 
 from softbody.compiler.jit import jit, jit_lean
-from softbody.vec import Vec, sub
+from softbody.linalg.vec import Vec, sub
 
 HALF_ULP = 2.0**-53
 

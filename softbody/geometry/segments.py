@@ -6,8 +6,8 @@ import numpy as np
 
 from softbody.compiler.jit import jit_lean
 from softbody.compiler.simd import LANES, bits_at_most
-from softbody.vec import Vec, cross, dot, sub
-from softbody.vec_lanes import VecLanes, load_vec_lanes
+from softbody.linalg.vec import Vec, cross, dot, sub
+from softbody.linalg.vec_lanes import VecLanes, load_vec_lanes
 
 ROWS = 9
 LEAST = 5e-324  # above zero

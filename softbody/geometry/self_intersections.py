@@ -14,7 +14,7 @@ from softbody.compiler.simd import lowest_bit
 from softbody.geometry.bvh import BVH, WIDTH, Search, build_bvh, search_space
 from softbody.geometry.bvh_boxes import ask_leaf, list_near
 from softbody.geometry.predicates import orient2d, orient3d
-from softbody.vec import Vec, load
+from softbody.linalg.vec import Vec, load
 
 APART, MEET, COINCIDE = 0, 1, 2
 

@@ -7,7 +7,7 @@ from math import sqrt
 import numpy as np
 
 from softbody.compiler.jit import jit, jit_lean
-from softbody.vec import Vec, add, dot, load, scale, store, sub
+from softbody.linalg.vec import Vec, add, dot, load, scale, store, sub
 
 # A computed distance may be too short by this part (five roundings, halved by the root): the radius is lengthened by
 # it.

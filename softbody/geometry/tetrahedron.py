@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from softbody.compiler.jit import jit
-from softbody.vec import Vec, cross, dot, load, sub
+from softbody.linalg.vec import Vec, cross, dot, load, sub
 
 
 @jit

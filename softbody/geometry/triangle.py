@@ -8,8 +8,8 @@ import numpy as np
 
 from softbody.compiler.jit import jit, jit_inlined, jit_lean
 from softbody.compiler.simd import Lanes, where_less
-from softbody.vec import Vec, add, cross, dot, load, norm, scale, store, sub
-from softbody.vec_lanes import VecLanes
+from softbody.linalg.vec import Vec, add, cross, dot, load, norm, scale, store, sub
+from softbody.linalg.vec_lanes import VecLanes
 
 
 @jit

@@ -15,10 +15,10 @@ import numpy as np
 from softbody import mesh as meshes
 from softbody.errors import MissingPackageError, ParameterError, SceneError, SoftbodyError
 from softbody.extras import library
+from softbody.linalg.quaternion import rotation_matrix
 from softbody.mesh import Mesh
 from softbody.names import names_listed
 from softbody.parameters import check_range, shown, vector
-from softbody.quaternion import rotation_matrix
 from softbody.rigid_box import Box
 from softbody.scenes.scene_keys import (
     BOX,

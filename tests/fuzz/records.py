@@ -57,7 +57,9 @@ def record() -> dict[str, Any]:
     for claim in report.claims:
         claim.faults = ["a sign", "a factor"]
     ids = [claim.id for claim in report.claims]
-    report.sensitivity = Sensitivity([PlantedFault("a sign", "softbody.vec.dot", ids, "caught")], None, 110, 97, 10)
+    report.sensitivity = Sensitivity(
+        [PlantedFault("a sign", "softbody.linalg.vec.dot", ids, "caught")], None, 110, 97, 10
+    )
     report.open_errata = [OpenErratum("E4", "divides", "does not", "both are the same")]
     report.unnamed = ["softbody.World.run"]
     report.unjudged = {"softbody.World.view": "a page in a browser"}

@@ -17,8 +17,8 @@ def tried(report):
     report.sensitivity = Sensitivity(
         [
             PlantedFault("a sign <turned>", "softbody.law.sliding_kept", [first, second], "caught", {measured: 40.0}),
-            PlantedFault("a factor of two", "softbody.vec.dot", [second], "escaped", {measured: 9.0}),
-            PlantedFault("of a claim that is gone", "softbody.vec.dot", ["nobody.knows"], "caught"),
+            PlantedFault("a factor of two", "softbody.linalg.vec.dot", [second], "escaped", {measured: 9.0}),
+            PlantedFault("of a claim that is gone", "softbody.linalg.vec.dot", ["nobody.knows"], "caught"),
         ],
         mutants=110,
         killed=90,

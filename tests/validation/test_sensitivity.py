@@ -10,7 +10,13 @@ from validation.mutation.results import HUNG, KILLED, Ledger, write_summary
 from validation.mutation.sites import Mutant
 from validation.sensitivity import sensitivity
 
-FAULT = {"name": "a sign", "place": "softbody.vec.dot", "claims": ["a.b"], "verdict": "caught", "off": {"a.b": 3.0}}
+FAULT = {
+    "name": "a sign",
+    "place": "softbody.linalg.vec.dot",
+    "claims": ["a.b"],
+    "verdict": "caught",
+    "off": {"a.b": 3.0},
+}
 
 
 @pytest.fixture

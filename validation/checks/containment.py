@@ -23,7 +23,7 @@ from softbody.geometry import (
     tetrahedron,
     triangle,
 )
-from softbody.vec import load
+from softbody.linalg.vec import load
 from validation.arbitration import US, arbitrate
 from validation.cases import (
     BOX_TRIANGLES,

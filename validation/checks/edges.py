@@ -11,8 +11,8 @@ from softbody.collision import edge_box, edge_mesh, soft_response, soft_soft
 from softbody.collision.contact import Listing, new_contacts
 from softbody.collision.edge_mesh import Ridge, bits_across, edge_across_edge
 from softbody.geometry.segments import put_segment
+from softbody.linalg.vec import Vec
 from softbody.state import Particles
-from softbody.vec import Vec
 from validation.cases import ROOF, ROOF_FACES, random_orientations
 from validation.check import Comparison, Run, check
 from validation.fault import Fault

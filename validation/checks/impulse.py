@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from softbody import law, quaternion
+from softbody import law
 from softbody.collision import impulse
 from softbody.geometry import box
 from softbody.geometry.box import box_inertia
 from softbody.law import Material
+from softbody.linalg import quaternion
 from softbody.state import RigidBodies
 from validation.arbitration import US, arbitrate
 from validation.cases import BoxPairs, box_separations, random_box_pairs, rotation_matrix
@@ -282,7 +283,7 @@ def denominator(run: Run) -> Comparison:
     family=FAMILY,
     claim="The inertia turns with the box: boxes of sides 1 : 3 : 10, turned anyhow, that fly and spin.",
     section="3, 4.4",
-    piece="softbody.quaternion.rotate_diagonal",
+    piece="softbody.linalg.quaternion.rotate_diagonal",
     reference="closed form",
     unit="of the speed",
     kind="closed form",

@@ -6,9 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softbody import World, icosphere, quaternion, rigid_box
+from softbody import World, icosphere, rigid_box
 from softbody.collision import box_contacts, impulse, sequential_impulses, soft_response, solver_row
 from softbody.dynamics import rigid_boxes
+from softbody.linalg import quaternion
 from validation.cases import random_orientations
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
@@ -302,7 +303,7 @@ def plates_by_rapier(run: Run) -> Comparison:
     claim="`move_to` leads a box evenly on SciPy's way from pose to pose, also along or about one axis only, is there"
     " on time, and stays.",
     section="5.2",
-    piece="softbody.Box.move_to, softbody.quaternion.rotation_between",
+    piece="softbody.Box.move_to, softbody.linalg.quaternion.rotation_between",
     reference="SciPy's Slerp; straight lines",
     engines=("scipy",),
     unit="m; components of a rotation matrix",

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from softbody import World, quaternion
+from softbody import World
 from softbody.dynamics import rigid_boxes
+from softbody.linalg import quaternion
 from validation.cases import random_orientations, rotation_matrix
 from validation.check import Comparison, Misprint, Run, check
 from validation.fault import Fault

@@ -129,4 +129,4 @@ def _imports(tree: ast.Module) -> Iterator[str]:
     yield "from softbody.switch import noted_awake"
     for name in ("add", "sub"):
         if f"mutant_{name}" in used:
-            yield f"from softbody.vec import {name} as mutant_{name}"
+            yield f"from softbody.linalg.vec import {name} as mutant_{name}"

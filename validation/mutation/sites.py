@@ -74,7 +74,7 @@ COMPARISONS: dict[type[ast.cmpop], type[ast.cmpop]] = {
     ast.NotIn: ast.In,
 }
 TWINS = {"min": "max", "max": "min", "minimum": "maximum", "maximum": "minimum", "any": "all", "all": "any"}
-VECTORS = {"add": "mutant_sub", "sub": "mutant_add"}  # of softbody.vec: sums of 3-vectors are calls
+VECTORS = {"add": "mutant_sub", "sub": "mutant_add"}  # of softbody.linalg.vec: sums of 3-vectors are calls
 SYMMETRIC = {"add", "dot", "multiply", "min", "max", "combined"}  # swapped arguments change no bit
 ALIKE = {"float", "int", "Vec", "Quaternion"}  # types of which two arguments or answers may change places
 
@@ -241,7 +241,7 @@ class _Sites:
             yield "min, max", node, _with(node, func=func)
         called = self._names.get(name) if isinstance(node.func, ast.Name) else None
         function = getattr(called, "py_func", called)
-        if name in VECTORS and getattr(function, "__module__", "") == "softbody.vec":
+        if name in VECTORS and getattr(function, "__module__", "") == "softbody.linalg.vec":
             yield "arithmetic", node, _with(node, func=ast.Name(VECTORS[name], ast.Load()))
         if name not in SYMMETRIC and inspect.isfunction(function) and not node.keywords:
             kinds = [one.annotation for one in inspect.signature(function).parameters.values()]

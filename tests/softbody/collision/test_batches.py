@@ -33,8 +33,8 @@ from softbody.collision.solver_row import (
 from softbody.collision.sweep_order import sweep_order
 from softbody.compiler.simd import LANES
 from softbody.law import within_friction_cone
+from softbody.linalg.vec import add, scale, sub
 from softbody.state import boxes_of
-from softbody.vec import add, scale, sub
 
 
 def heap(seed, count=24):

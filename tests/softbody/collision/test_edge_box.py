@@ -64,7 +64,7 @@ def test_the_depth_says_whether_any_point_is_inside_and_the_way_out_parts_them(p
 
 @given(points, points, st.tuples(numbers, numbers, numbers, numbers).filter(lambda q: np.linalg.norm(q) > 0.1), points)
 def test_the_answer_turns_and_moves_with_both(p, q, turn, shift):
-    from softbody.quaternion import rotate
+    from softbody.linalg.quaternion import rotate
 
     unit = tuple(np.array(turn) / np.linalg.norm(turn))
     depth = edge_in_box(p, q, SIZE, HERE, UPRIGHT)[0]

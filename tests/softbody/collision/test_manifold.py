@@ -19,7 +19,7 @@ from softbody.collision.sat_boxes import (
     box_box_separation,
     frames_of,
 )
-from softbody.quaternion import rotate_inverse
+from softbody.linalg.quaternion import rotate_inverse
 
 REST = (1.0, 0.0, 0.0, 0.0)
 ORIGIN = (0.0, 0.0, 0.0)

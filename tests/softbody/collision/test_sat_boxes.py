@@ -14,8 +14,8 @@ from softbody.collision.sat_boxes import (
     box_pairs_overlap,
     box_pairs_separation,
 )
-from softbody.quaternion import product, rotate
-from softbody.vec import add, dot, norm, scale
+from softbody.linalg.quaternion import product, rotate
+from softbody.linalg.vec import add, dot, norm, scale
 
 REST = (1.0, 0.0, 0.0, 0.0)
 ORIGIN = (0.0, 0.0, 0.0)

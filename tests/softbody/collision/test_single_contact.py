@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from softbody.collision.sat_boxes import PlacedBox, box_box_separation
 from softbody.collision.single_contact import box_box_contact, paper_contact
-from softbody.quaternion import product, rotate, rotate_inverse
-from softbody.vec import add, scale, sub
+from softbody.linalg.quaternion import product, rotate, rotate_inverse
+from softbody.linalg.vec import add, scale, sub
 
 REST = (1.0, 0.0, 0.0, 0.0)
 ORIGIN = (0.0, 0.0, 0.0)

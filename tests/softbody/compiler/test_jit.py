@@ -17,7 +17,7 @@ from numba.core.errors import NumbaError
 
 import softbody
 from softbody.compiler.jit import _knows_numba, jit, jit_lean, jit_threaded
-from softbody.vec import norm
+from softbody.linalg.vec import norm
 
 CORE = Path(softbody.__file__).parent
 
@@ -60,7 +60,7 @@ def test_an_edit_in_another_file_of_the_core_is_not_hidden_by_the_cache(copy):
 
 BEYOND = """
 import numpy as np
-from softbody.vec import load
+from softbody.linalg.vec import load
 try:
     load(np.zeros((2, 3)), 2)
     print("unchecked", sum(load.stats.cache_hits.values()))
@@ -78,7 +78,7 @@ def test_code_without_bounds_checks_is_not_used_where_they_are_asked_for(copy):
 
 NESTED = """
 import numba, numpy as np
-from softbody.vec import load, norm, sub
+from softbody.linalg.vec import load, norm, sub
 
 @numba.njit
 def distance(rows, i, j):

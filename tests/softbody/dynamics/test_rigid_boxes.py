@@ -7,7 +7,7 @@ import pytest
 
 import softbody
 from softbody.dynamics.rigid_boxes import accelerate_boxes, advance_boxes, nearest_right_angles
-from softbody.quaternion import product
+from softbody.linalg.quaternion import product
 
 
 def fly(world, h):

@@ -8,7 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from softbody.geometry.tetrahedron import barycentric_in_tetrahedron, point_in_tetrahedron, tetrahedron_volume
-from softbody.vec import scale
+from softbody.linalg.vec import scale
 
 ORIGIN, X, Y, Z = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 

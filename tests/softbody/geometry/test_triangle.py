@@ -6,8 +6,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from softbody.geometry.triangle import area_vector, point_in_triangle, triangle_area
-from softbody.quaternion import from_rotation_vector, rotate
-from softbody.vec import add, norm, scale, sub
+from softbody.linalg.quaternion import from_rotation_vector, rotate
+from softbody.linalg.vec import add, norm, scale, sub
 
 A, B, C = (0.0, 0.0, 0.0), (4.0, 0.0, 0.0), (0.0, 4.0, 0.0)
 

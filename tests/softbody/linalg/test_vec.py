@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from softbody import vec
+from softbody.linalg import vec
 
 coordinate = st.floats(-1e3, 1e3)
 vectors = st.tuples(coordinate, coordinate, coordinate)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from softbody.quaternion import (
+from softbody.linalg.quaternion import (
     from_rotation_vector,
     load_quaternion,
     normalize_quaternion,

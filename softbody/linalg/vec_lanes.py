@@ -1,4 +1,4 @@
-"""Eight 3-vectors side by side: tuples of lanes, for which the arithmetic of `softbody.vec` does as it is."""
+"""Eight 3-vectors side by side: tuples of lanes, for which the arithmetic of `softbody.linalg.vec` does as it is."""
 
 from __future__ import annotations
 

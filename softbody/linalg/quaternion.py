@@ -7,7 +7,7 @@ from math import atan2, cos, sin, sqrt
 import numpy as np
 
 from softbody.compiler.jit import jit, jit_lean
-from softbody.vec import Vec, add, cross, multiply, norm, scale
+from softbody.linalg.vec import Vec, add, cross, multiply, norm, scale
 
 Quaternion = tuple[float, float, float, float]
 

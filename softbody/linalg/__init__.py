@@ -1,0 +1,1 @@
+"""Vectors, quaternions, and vectors in lanes."""
