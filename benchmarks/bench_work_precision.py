@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 import softbody
 from benchmarks.race import Peer
 from references import ground, scipy
-from softbody.settings import INTEGRATORS
+from softbody.model.settings import INTEGRATORS
 
 RADIUS, GAS = 0.5, 30.0  # [m], [J]
 STIFFNESS, SECONDS = 200.0, 0.5  # of the sphere that shakes [N/m], [s]

@@ -31,9 +31,9 @@ from softbody.ground import Ground
 from softbody.joint import Joint
 from softbody.mesh import Mesh, box, icosahedron, icosphere, octahedron, tetrahedron, torus
 from softbody.mesh_findings import Finding
+from softbody.model.arrays import Controls, Model, State
 from softbody.rigid_box import Box
 from softbody.soft_body import SoftBody
-from softbody.state import Controls, Model, State
 from softbody.trajectory import Frame, Trajectory, TrajectoryWriter
 from softbody.version import __version__ as __version__
 from softbody.world import World

@@ -11,14 +11,14 @@ from typing import Any
 
 from softbody import __version__, scenes
 from softbody.errors import ParameterError, SoftbodyError
-from softbody.parameters import check_range
+from softbody.model.settings import INTEGRATORS
+from softbody.model.validation import check_range
 from softbody.progress import telling
 from softbody.render import Recorder
 from softbody.render.films import picture_path
 from softbody.render.quantities import UNITS
 from softbody.run_folder import TRAJECTORY, run_scene
 from softbody.scenes.scene_file import read_scene
-from softbody.settings import INTEGRATORS
 from softbody.trajectory import Trajectory
 from softbody.warmup import warm_up
 from softbody.world import World

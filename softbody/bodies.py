@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, overload
 
 from softbody.builder import checked_property
 from softbody.errors import ParameterError
+from softbody.model.validation import check_whole
 from softbody.names import GONE, Who
-from softbody.parameters import check_whole
 from softbody.strict_names import StrictNames
 
 if TYPE_CHECKING:

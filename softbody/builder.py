@@ -1,6 +1,6 @@
 """The only maker of Models, Controls, States and VertexRings: empty ones, one more body, one body alone.
 
-What an array of a kind looks like, and which numbers a user may give each body, is said in softbody/state.py, where the
+What an array of a kind looks like, and which numbers a user may give each body, is said in softbody/model/arrays.py, where the
 field is; here is how rows are checked, added and taken apart, for all fields alike.
 """
 
@@ -21,8 +21,15 @@ from softbody.geometry.box import box_inertia
 from softbody.geometry.polyhedron import surface_area
 from softbody.joint_forces import no_joints
 from softbody.mesh import LARGEST, SMALLEST, Mesh
-from softbody.parameters import check_range, fixed_particles_of, rest_length_of, stiffness_of, unit_quaternion, vector
-from softbody.state import ENTRY, NEXT, STIFFNESS, Controls, Joints, Model, Property, Rows, State, VertexRings
+from softbody.model.arrays import ENTRY, NEXT, STIFFNESS, Controls, Joints, Model, Property, Rows, State, VertexRings
+from softbody.model.validation import (
+    check_range,
+    fixed_particles_of,
+    rest_length_of,
+    stiffness_of,
+    unit_quaternion,
+    vector,
+)
 
 Part = TypeVar("Part", Model, Controls, State, Joints)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from softbody.bodies import Body
 from softbody.collision.contact import NOBODY, Contacts
-from softbody.state import Model
+from softbody.model.arrays import Model
 
 GROUND = -1
 

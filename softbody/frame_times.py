@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from softbody.parameters import check_range
+from softbody.model.validation import check_range
 
 if TYPE_CHECKING:
     from softbody.world import World

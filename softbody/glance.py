@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from softbody.compiler.jit import jit_lean
-from softbody.state import Controls, State
+from softbody.model.arrays import Controls, State
 
 
 @jit_lean

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from softbody.errors import ParameterError
-from softbody.parameters import check_range
+from softbody.model.validation import check_range
 from softbody.strict_names import StrictNames
 
 if TYPE_CHECKING:

@@ -16,9 +16,9 @@ from softbody.dynamics.soft_bodies import COLLAPSED
 from softbody.dynamics.stability import longest_stable_step, shortest_stable_step
 from softbody.errors import MassRatioWarning, OverlapWarning, ParameterError, SimulationError
 from softbody.joint_forces import joint_rates
+from softbody.model.arrays import Controls, Joints, Model, State
+from softbody.model.settings import Settings, integrator_name
 from softbody.names import Names, Who
-from softbody.settings import Settings, integrator_name
-from softbody.state import Controls, Joints, Model, State
 
 STABLE_FOR = 100  # steps for which an estimate of the stable step is trusted; making one costs about a step
 MOST_CARRIED = {"soft body": 1e4, "box": 1e6}  # times its own mass by a box; with more, it may be pressed through

@@ -14,10 +14,10 @@ from softbody.errors import ParameterError
 from softbody.geometry import MeshQuery
 from softbody.joint_forces import joint_ends
 from softbody.linalg.quaternion import rotation_matrix
-from softbody.parameters import check_range, check_whole, shown, vector
+from softbody.model.arrays import Joints
+from softbody.model.validation import check_range, check_whole, shown, vector
 from softbody.rigid_box import Box
 from softbody.soft_body import SoftBody
-from softbody.state import Joints
 
 if TYPE_CHECKING:
     from softbody.world import World

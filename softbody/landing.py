@@ -11,10 +11,10 @@ from math import sqrt
 import numpy as np
 
 from softbody.compiler.jit import jit, jit_lean
-from softbody.law import Material, combined, material_of_ground, material_of_soft, sliding_kept, speed_after
 from softbody.linalg.vec import load, scale, store, sub
-from softbody.rest import Rest, sleeps
-from softbody.state import Model, State
+from softbody.model.arrays import Model, State
+from softbody.model.material import Material, combined, material_of_ground, material_of_soft, sliding_kept, speed_after
+from softbody.model.sleep_state import Rest, sleeps
 
 
 @jit_lean

@@ -14,7 +14,7 @@ from softbody.errors import MeshError, ParameterError
 from softbody.geometry.polyhedron import signed_volume
 from softbody.mesh_file import read_triangles, triangles_of
 from softbody.mesh_findings import Finding, findings
-from softbody.parameters import NO_NUMBERS, check_range, check_whole, check_yes_or_no, doubles, shown, vector
+from softbody.model.validation import NO_NUMBERS, check_range, check_whole, check_yes_or_no, doubles, shown, vector
 from softbody.shells import enclosing, shells_of, volume_of_rounding
 from softbody.soup import first_at_place, merged
 

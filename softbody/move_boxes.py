@@ -15,10 +15,10 @@ from softbody.collision.solver_row import prepare_contacts
 from softbody.collision.warm_start import warm_start
 from softbody.compiler.jit import jit
 from softbody.dynamics.rigid_boxes import accelerate_boxes, advance_boxes, shift_boxes
-from softbody.law import combined, material_of_box
 from softbody.linalg.vec import Vec, accumulate, scale
-from softbody.settings import Settings
-from softbody.state import Controls, Model, RigidBodies, State, boxes_of
+from softbody.model.arrays import Controls, Model, RigidBodies, State, boxes_of
+from softbody.model.material import combined, material_of_box
+from softbody.model.settings import Settings
 
 # The part of the speed that gravity gives in a step below which a correction by the contact solver is not worth another
 # sweep. Without gravity all sweeps are made.

@@ -8,7 +8,7 @@ from difflib import get_close_matches
 import numpy as np
 
 from softbody.errors import ParameterError
-from softbody.parameters import shown
+from softbody.model.validation import shown
 
 Who = tuple[str, int]  # "soft", "box" or "joint", and its number among those of its kind
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import ceil
 
 from softbody.errors import ParameterError
-from softbody.parameters import check_yes_or_no, shown
+from softbody.model.validation import check_yes_or_no, shown
 
 WHOLE = 1e-12  # of their number: so far from a whole number of steps is rounding
 OF_STABLE = 0.8  # of the stable step, where a World chooses: it shrinks when bodies are stretched within a frame

@@ -9,7 +9,7 @@ from softbody.bodies import BodyProperty, SleepyBody
 from softbody.compiler.interrupts import assign_together
 from softbody.errors import ParameterError
 from softbody.linalg.quaternion import rotation_between
-from softbody.parameters import check_range, unit_quaternion, vector
+from softbody.model.validation import check_range, unit_quaternion, vector
 
 
 class Box(SleepyBody):

@@ -11,7 +11,7 @@ from softbody.compiler.interrupts import listening
 from softbody.dynamics.equilibrium import glide_from_rest, relax
 from softbody.dynamics.soft_bodies import Motion, motion_of
 from softbody.dynamics.stability import highest_frequency
-from softbody.state import Controls, Model, SoftBodies, soft_bodies_of
+from softbody.model.arrays import Controls, Model, SoftBodies, soft_bodies_of
 
 ROUND = 500  # steps of relaxation between two looks at what is left and at the stable step
 

@@ -23,9 +23,9 @@ from softbody.geometry.sphere import bounding_spheres
 from softbody.glance import MASK, fingerprint
 from softbody.linalg.quaternion import load_quaternion, rotate_inverse
 from softbody.linalg.vec import dot, load, norm, store
-from softbody.rest import Rest, is_settled
-from softbody.settings import Settings
-from softbody.state import Controls, Joints, Model, State, copy_boxes, copy_particles
+from softbody.model.arrays import Controls, Joints, Model, State, copy_boxes, copy_particles
+from softbody.model.settings import Settings
+from softbody.model.sleep_state import Rest, is_settled
 
 STILL = (0.0, 0.0, 0.0)
 

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softbody.builder import Parts
-from softbody.rest import Rest
+from softbody.model.arrays import Joints, Model
+from softbody.model.sleep_state import Rest
 from softbody.sleep import Rested, mark_sleepers, wake_changed
-from softbody.state import Joints, Model
 
 if TYPE_CHECKING:
     from softbody.contact_points import ContactPoints

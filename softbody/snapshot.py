@@ -17,12 +17,12 @@ from softbody.collision.contact import NOBODY, ImpulseCache
 from softbody.errors import MeshError, ParameterError, SnapshotError
 from softbody.joint_forces import no_joints
 from softbody.mesh import check_surface, unique_edges
+from softbody.model.arrays import Controls, Joints, Model, Property, Rows, State
+from softbody.model.settings import PRECISIONS, Settings, check_name, check_settings
+from softbody.model.validation import QUATERNION_TOLERANCE
 from softbody.names import Names, names_of
-from softbody.parameters import QUATERNION_TOLERANCE
-from softbody.settings import PRECISIONS, Settings, check_name, check_settings
 from softbody.sleep import Rested, not_rested
 from softbody.snapshot_entries import Entries, Snapshot
-from softbody.state import Controls, Joints, Model, Property, Rows, State
 
 # Of snapshots and files. Format 1 has no number, and holds the vertex rings, too; before 3 there are no joints,
 # before 4 no times left, before 5 no names, and before 6 nobody sleeps.
@@ -161,7 +161,7 @@ def _part(entries: Entries, name: str, kind: Any, counts: dict[str, int], known:
 
 @cache
 def _rows_of(kind: Any) -> dict[str, Rows]:
-    """Return what the rows of each array of a Model, Controls or State are; see softbody/state.py."""
+    """Return what the rows of each array of a Model, Controls or State are; see softbody/model/arrays.py."""
     found = {}
     for field, hint in get_type_hints(kind, include_extras=True).items():
         note = getattr(hint, "__metadata__", (None,))[0]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from softbody.errors import SnapshotError
-from softbody.state import Rows
+from softbody.model.arrays import Rows
 
 Snapshot = dict[str, np.ndarray]
 

@@ -9,7 +9,7 @@ from softbody.bodies import BodyProperty, SleepyBody, set_row
 from softbody.dynamics.pressure import gas_pressure, soft_volume
 from softbody.dynamics.vertex_rings import with_springs
 from softbody.errors import ParameterError
-from softbody.parameters import (
+from softbody.model.validation import (
     NO_NUMBERS,
     check_range,
     doubles,

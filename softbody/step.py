@@ -23,11 +23,7 @@ from softbody.glance import begins_finite, fingerprint
 from softbody.joint_forces import with_joints
 from softbody.landing import material_on_ground, resolve_ground
 from softbody.linalg.vec import load, sub
-from softbody.move_boxes import hold_boxes, move_boxes, move_boxes_singly
-from softbody.rest import Rest
-from softbody.settings import Settings
-from softbody.sleep import begin_step, let_sleep, mark_sleepers, note_rest, wake_changed
-from softbody.state import (
+from softbody.model.arrays import (
     Controls,
     Joints,
     Model,
@@ -38,6 +34,10 @@ from softbody.state import (
     particles_of,
     soft_bodies_of,
 )
+from softbody.model.settings import Settings
+from softbody.model.sleep_state import Rest
+from softbody.move_boxes import hold_boxes, move_boxes, move_boxes_singly
+from softbody.sleep import begin_step, let_sleep, mark_sleepers, note_rest, wake_changed
 
 # Faults beside DIVERGED and COLLAPSED, of runs that begin or end before a step is taken.
 NO_ROOM = 3  # there are more contacts than rows for them

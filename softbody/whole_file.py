@@ -11,7 +11,7 @@ from io import BufferedWriter
 from pathlib import Path
 
 from softbody.errors import OutputError, ParameterError
-from softbody.parameters import shown
+from softbody.model.validation import shown
 
 try:
     import fcntl

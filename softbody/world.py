@@ -58,11 +58,8 @@ from softbody.guards import (
 from softbody.joint import End, Joint, ends_of
 from softbody.joint_forces import joint_energy, joint_memory
 from softbody.mesh import Mesh
-from softbody.names import GONE, Names
-from softbody.pace import BOX_STEP, OF_STABLE, Remainder, check_own_steps, whole_steps
-from softbody.parameters import check_range, check_whole, check_yes_or_no, shown, vector
-from softbody.rigid_box import Box
-from softbody.settings import (
+from softbody.model.arrays import Controls, Model, State, VertexRings
+from softbody.model.settings import (
     INTEGRATORS,
     PAPER,
     PRECISIONS,
@@ -73,14 +70,17 @@ from softbody.settings import (
     integrator_name,
     settings_of,
 )
+from softbody.model.shapes import labels_of, pose_of, shapes_of
+from softbody.model.validation import check_range, check_whole, check_yes_or_no, shown, vector
+from softbody.names import GONE, Names
+from softbody.pace import BOX_STEP, OF_STABLE, Remainder, check_own_steps, whole_steps
+from softbody.rigid_box import Box
 from softbody.shape_at_rest import shape_at_rest
-from softbody.shapes import labels_of, pose_of, shapes_of
 from softbody.sleep import not_rested
 from softbody.sleepers import Sleepers
 from softbody.snapshot import Snapped, checked, digest, named_arrays, snapshot_of
 from softbody.snapshot_entries import Snapshot
 from softbody.soft_body import SoftBody
-from softbody.state import Controls, Model, State, VertexRings
 from softbody.step import NO_ROOM, UNSEEN, Clock, Work, run_alone_by_clock, run_by_clock
 from softbody.strict_names import StrictNames
 from softbody.world_file import MOST_BYTES, read, write

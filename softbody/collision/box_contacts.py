@@ -15,11 +15,11 @@ from softbody.collision.sat_boxes import BoxFrames, Limits, PlacedBoxes, bounds_
 from softbody.collision.swept_boxes import STILL, Sweep
 from softbody.compiler.jit import jit, jit_lean
 from softbody.geometry.box import box_corner
-from softbody.law import combined, material_of_box, material_of_ground
 from softbody.linalg.quaternion import load_quaternion
 from softbody.linalg.vec import Vec, add, load, norm, scale, sub
-from softbody.settings import Settings
-from softbody.state import Controls, Model, State
+from softbody.model.arrays import Controls, Model, State
+from softbody.model.material import combined, material_of_box, material_of_ground
+from softbody.model.settings import Settings
 
 
 @jit_lean

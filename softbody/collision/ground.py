@@ -11,16 +11,16 @@ from softbody.collision.contact import NOBODY
 from softbody.collision.impulse import apply_friction, apply_impulse, inverse_effective_mass_at, velocity_of_point
 from softbody.compiler.jit import jit
 from softbody.geometry.box import box_corner
-from softbody.law import (
+from softbody.linalg.quaternion import load_quaternion
+from softbody.linalg.vec import Vec, load
+from softbody.model.arrays import Model, RigidBodies, State
+from softbody.model.material import (
     Material,
     combined,
     material_of_box,
     material_of_ground,
     speed_after,
 )
-from softbody.linalg.quaternion import load_quaternion
-from softbody.linalg.vec import Vec, load
-from softbody.state import Model, RigidBodies, State
 
 UP = (0.0, 0.0, 1.0)
 

@@ -18,7 +18,7 @@ from softbody.collision.sweep_order import sweep_order
 from softbody.compiler.jit import jit, jit_lean
 from softbody.linalg.quaternion import load_quaternion, rotate_diagonal
 from softbody.linalg.vec import Vec, add, cross, dot, load, scale, sub
-from softbody.state import RigidBodies
+from softbody.model.arrays import RigidBodies
 
 # Sweeps over the supports of one box at most, and the part of the largest correction that is not worth another one.
 SWEEPS, CLOSE = 200, 1e-12

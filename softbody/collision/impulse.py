@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from softbody.collision.contact import NOBODY
 from softbody.compiler.jit import jit_lean
-from softbody.law import Material, friction_impulse, normal_impulse
 from softbody.linalg.quaternion import Quaternion, load_quaternion, rotate_diagonal
 from softbody.linalg.vec import Vec, accumulate, add, cross, dot, load, norm, scale, sub
-from softbody.state import RigidBodies
+from softbody.model.arrays import RigidBodies
+from softbody.model.material import Material, friction_impulse, normal_impulse
 
 Pair = tuple[int, int]  # a and b; either may be NOBODY
 

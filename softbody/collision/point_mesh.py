@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from softbody.collision.surface import Surface
-from softbody.collision.surface_point import SurfacePoint
 from softbody.compiler.jit import jit_lean
 from softbody.geometry.triangle import area_vector, weighted_point
 from softbody.linalg.vec import Vec, dot, load, norm, scale, sub
+from softbody.model.surface_point import SurfacePoint
 
 # A way shorter than this part of a triangle's size is rounding, and has no direction.
 NO_WAY = 1e-9

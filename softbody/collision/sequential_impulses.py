@@ -45,10 +45,10 @@ from softbody.collision.support_trees import solve_trees
 from softbody.collision.sweep_order import sweep_order
 from softbody.compiler.jit import jit, jit_lean
 from softbody.compiler.simd import Lanes, least_lane, load_lanes, spread, store_lanes, where_less
-from softbody.law import speed_after, within_friction_cones
 from softbody.linalg.vec import Vec, add, dot, load, scale, store, sub
 from softbody.linalg.vec_lanes import VecLanes, gather_vec, scatter_vec
-from softbody.state import RigidBodies
+from softbody.model.arrays import RigidBodies
+from softbody.model.material import speed_after, within_friction_cones
 
 # The part of a depth that one step undoes. All at once would let a pile that is not solved to the end jump.
 BAUMGARTE = 0.2

@@ -8,13 +8,13 @@ from softbody.collision.point_mesh import way_out
 from softbody.collision.sat_boxes import PlacedBox
 from softbody.collision.soft_soft import candidate_edges, half_way, point_between
 from softbody.collision.surface import Memory, Solid, Surface
-from softbody.collision.surface_point import at_particle, on_edge
 from softbody.compiler.jit import jit_lean
 from softbody.geometry.box import point_in_box
 from softbody.geometry.penetration import INSIDE, Points, find_penetrations
-from softbody.law import Material
 from softbody.linalg.quaternion import rotate_inverse
 from softbody.linalg.vec import load, scale, sub
+from softbody.model.material import Material
+from softbody.model.surface_point import at_particle, on_edge
 
 
 @jit_lean

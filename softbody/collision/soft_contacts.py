@@ -25,12 +25,12 @@ from softbody.geometry.box import box_corner, point_in_box
 from softbody.geometry.bvh import refit_bvh
 from softbody.geometry.penetration import Points
 from softbody.geometry.sphere import radius_about
-from softbody.law import combined, material_of_box, material_of_soft
 from softbody.linalg.quaternion import load_quaternion
 from softbody.linalg.vec import Vec, add, load, scale, store
-from softbody.rest import Rest, is_settled, sleeps
-from softbody.settings import Settings
-from softbody.state import Model, State
+from softbody.model.arrays import Model, State
+from softbody.model.material import combined, material_of_box, material_of_soft
+from softbody.model.settings import Settings
+from softbody.model.sleep_state import Rest, is_settled, sleeps
 
 # Edges are asked of surfaces whose own are not longer: as a part of their mean length, below which they are not.
 COARSE = 0.9

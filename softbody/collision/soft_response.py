@@ -26,12 +26,12 @@ from softbody.collision.impulse import (
     velocity_change_at,
     velocity_of_point,
 )
-from softbody.collision.surface_point import SurfacePoint, add_at, at_particle, inverse_mass_at, value_at
 from softbody.compiler.jit import jit, jit_lean, jit_threaded
 from softbody.geometry.triangle import area_vector
-from softbody.law import friction_impulse
 from softbody.linalg.vec import Vec, accumulate, add, cross, dot, load, norm, scale, store, sub
-from softbody.state import Particles, RigidBodies
+from softbody.model.arrays import Particles, RigidBodies
+from softbody.model.material import friction_impulse
+from softbody.model.surface_point import SurfacePoint, add_at, at_particle, inverse_mass_at, value_at
 
 # Cosine between an impulse and the normal of a triangle below which it is all but along the triangle.
 ALONG_SURFACE = 0.05

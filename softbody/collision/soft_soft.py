@@ -8,7 +8,6 @@ from softbody.collision.contact import Listing, Touch, add_contact, soft_side
 from softbody.collision.edge_mesh import Crossing, Ridge, bits_across, edge_across_edge
 from softbody.collision.point_mesh import way_out
 from softbody.collision.surface import Eight, Memory, Solid, Surface
-from softbody.collision.surface_point import SurfacePoint, at_particle, on_edge
 from softbody.compiler.jit import jit_lean
 from softbody.compiler.simd import LANES, lowest_bit
 from softbody.geometry.aabb import box_around, boxes_meet
@@ -17,8 +16,9 @@ from softbody.geometry.bvh_boxes import ask_box, ask_nothing, list_near, sort_li
 from softbody.geometry.bvh_rays import segment_hits
 from softbody.geometry.penetration import INSIDE, find_penetrations
 from softbody.geometry.segments import end_of, put_segment, start_of
-from softbody.law import Material
 from softbody.linalg.vec import Vec, add, dot, load, norm, scale, store, sub
+from softbody.model.material import Material
+from softbody.model.surface_point import SurfacePoint, at_particle, on_edge
 
 # How deep a ridge is that an edge goes through, at most, as a part of the edge's way inside: for one of 28° and more.
 REACH = 4.0

@@ -14,8 +14,8 @@ from softbody.collision.broad_phase import near_pairs
 from softbody.compiler.jit import jit, jit_lean
 from softbody.geometry.sphere import bounding_spheres
 from softbody.linalg.vec import add, dot, load, norm, scale, store, sub
-from softbody.rest import Rest, sleeps
-from softbody.state import Model, State
+from softbody.model.arrays import Model, State
+from softbody.model.sleep_state import Rest, sleeps
 
 SHARE = 0.25  # of the thinner body's thickness, which two bodies may move against each other in one part
 MOST_PARTS = 1_000

@@ -34,10 +34,10 @@ from softbody.collision.solver_row import (
 )
 from softbody.collision.sweep_order import SweepOrder
 from softbody.compiler.jit import jit, jit_lean
-from softbody.law import within_friction_cone
 from softbody.linalg.quaternion import load_quaternion, rotate_diagonal
 from softbody.linalg.vec import Vec, add, cross, load, scale, sub
-from softbody.state import RigidBodies
+from softbody.model.arrays import RigidBodies
+from softbody.model.material import within_friction_cone
 
 # A contact yields by this part of what it would take for nothing: with 1 the equations were a step of Jacobi's method,
 # with 0 they had no unique solution wherever more contacts hold a box than it needs. The slowest bend of fifty boxes is

@@ -13,7 +13,7 @@ from softbody.geometry.penetration import Penetrations, Points, room_for_penetra
 from softbody.geometry.segments import ROWS
 from softbody.linalg.vec import load
 from softbody.mesh import unique_edges
-from softbody.state import Model, State
+from softbody.model.arrays import Model, State
 
 
 class Surface(NamedTuple):

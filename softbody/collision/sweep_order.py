@@ -8,7 +8,7 @@ import numpy as np
 
 from softbody.collision.contact import Contacts
 from softbody.compiler.jit import jit
-from softbody.state import RigidBodies
+from softbody.model.arrays import RigidBodies
 
 
 class SweepOrder(NamedTuple):

@@ -9,7 +9,7 @@ from softbody.dynamics.plain_forces import spring_energy
 from softbody.dynamics.pressure import gas_energy, soft_volume
 from softbody.linalg.quaternion import load_quaternion, rotate_diagonal
 from softbody.linalg.vec import Vec, add, cross, dot, load, scale
-from softbody.state import Controls, Model, State
+from softbody.model.arrays import Controls, Model, State
 
 
 class Energies(NamedTuple):

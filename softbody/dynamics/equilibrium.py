@@ -9,7 +9,7 @@ import numpy as np
 
 from softbody.compiler.jit import jit
 from softbody.dynamics.soft_bodies import Motion, ring_accelerations
-from softbody.state import SoftBodies
+from softbody.model.arrays import SoftBodies
 
 # Bitzek, Koskinen, Gähler, Moseler and Gumbsch 2006 ("FIRE"), with the parameters of their paper.
 PATIENCE = 5

@@ -33,9 +33,9 @@ from softbody.dynamics.ring_forces import (
     ring_forces,
 )
 from softbody.landing import land
-from softbody.law import Material
-from softbody.settings import RK4, RK4_VELOCITY, SYMPLECTIC_EULER
-from softbody.state import END, FIRST, SoftBodies, VertexRings
+from softbody.model.arrays import END, FIRST, SoftBodies, VertexRings
+from softbody.model.material import Material
+from softbody.model.settings import RK4, RK4_VELOCITY, SYMPLECTIC_EULER
 
 STAGES = (4, 4, 1)  # forces a step, by the number of the integrator
 STABILITY_LIMIT = (2.0, 2.0 * 2.0**0.5, 2.0)  # ω h, likewise

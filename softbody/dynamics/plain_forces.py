@@ -13,7 +13,7 @@ from softbody.dynamics.pressure import gas_pressure
 from softbody.geometry.polyhedron import signed_volume
 from softbody.geometry.triangle import area_vector
 from softbody.linalg.vec import accumulate, load, norm, scale, sub
-from softbody.state import Controls, Model
+from softbody.model.arrays import Controls, Model
 
 
 @jit

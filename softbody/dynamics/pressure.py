@@ -8,7 +8,7 @@ import numpy as np
 
 from softbody.compiler.jit import jit
 from softbody.geometry.polyhedron import signed_volume
-from softbody.state import Model
+from softbody.model.arrays import Model
 
 
 @jit

@@ -16,8 +16,8 @@ from softbody.linalg.quaternion import (
     rotate_diagonal,
 )
 from softbody.linalg.vec import Vec, accumulate, load, norm, scale, store
-from softbody.settings import Settings
-from softbody.state import Controls, Model, State
+from softbody.model.arrays import Controls, Model, State
+from softbody.model.settings import Settings
 
 
 @jit_lean

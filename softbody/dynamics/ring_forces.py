@@ -25,7 +25,7 @@ from softbody.compiler.simd import (
 )
 from softbody.linalg.vec import add, cross, dot, scale, sub
 from softbody.linalg.vec_lanes import VecLanes, load_vec_lanes, store_vec_lanes
-from softbody.state import DEGREE, END, ENTRY, FIRST, NEXT, NUMBER, STIFFNESS, VertexRings
+from softbody.model.arrays import DEGREE, END, ENTRY, FIRST, NEXT, NUMBER, STIFFNESS, VertexRings
 
 # Rows of the work array in which one body moves, by index: three each for x, y and z.
 POSITION = 0  # [m]; velocities follow positions

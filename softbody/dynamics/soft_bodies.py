@@ -39,11 +39,11 @@ from softbody.dynamics.ring_forces import (
     add_load,
     ring_forces,
 )
-from softbody.law import Material
 from softbody.linalg.vec import load, store
 from softbody.linalg.vec_lanes import gather_vec, load_vec_lanes, scatter_vec, store_vec_lanes
-from softbody.settings import Settings
-from softbody.state import END, FIRST, NUMBER, SoftBodies, VertexRings
+from softbody.model.arrays import END, FIRST, NUMBER, SoftBodies, VertexRings
+from softbody.model.material import Material
+from softbody.model.settings import Settings
 
 # What is said of the soft body that stopped a run.
 DIVERGED = 1

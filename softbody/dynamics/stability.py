@@ -9,7 +9,7 @@ import numpy as np
 from softbody.compiler.jit import jit
 from softbody.dynamics.pressure import soft_volume
 from softbody.linalg.vec import add, cross, dot, load, norm, scale, sub
-from softbody.state import Controls, Model
+from softbody.model.arrays import Controls, Model
 
 
 @jit

@@ -9,7 +9,7 @@ import numpy as np
 
 from softbody.compiler.jit import jit
 from softbody.compiler.simd import LANES
-from softbody.state import DEGREE, END, ENTRY, FIRST, STIFFNESS, VertexRings
+from softbody.model.arrays import DEGREE, END, ENTRY, FIRST, STIFFNESS, VertexRings
 
 # Particles whose neighbours are grouped by degree together: 2 048 of them and all that their step needs are some
 # 0.4 MB, which stays in a core's second-level cache from the force to the update.

@@ -16,7 +16,7 @@ from softbody.compiler.interrupts import later
 from softbody.errors import ParameterError
 from softbody.export.looks import Looks
 from softbody.export.meshes import as_scene, check_pose
-from softbody.shapes import Pose, Shapes
+from softbody.model.shapes import Pose, Shapes
 
 MOST_FRAMES = 1000  # the table of weights has as many squared
 FLOAT = 5126  # glTF's number for a float of four bytes

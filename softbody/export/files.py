@@ -16,8 +16,8 @@ from softbody.export import usd
 from softbody.export.animation import film_bytes
 from softbody.export.looks import Looks
 from softbody.export.meshes import as_scene, check_pose, in_world, trimesh
-from softbody.parameters import shown
-from softbody.shapes import Pose, Shapes
+from softbody.model.shapes import Pose, Shapes
+from softbody.model.validation import shown
 from softbody.whole_file import path_of, whole_file
 
 HEADER = "softbody: metres, z is up"

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softbody.colours import STATIC, Colour, colour_of
-from softbody.shapes import Labels
+from softbody.model.colours import STATIC, Colour, colour_of
+from softbody.model.shapes import Labels
 
 GAMMA = 2.2  # files have shares of light, pictures what a screen is told
 

@@ -12,7 +12,7 @@ from softbody.export.looks import Look, Looks
 from softbody.extras import library
 from softbody.linalg.quaternion import rotation_matrix
 from softbody.mesh import Mesh, box
-from softbody.shapes import Pose, Shapes
+from softbody.model.shapes import Pose, Shapes
 
 Corners = tuple[np.ndarray, np.ndarray]  # vertices (n, 3) [m] and triangles (t, 3)
 

@@ -15,7 +15,7 @@ import numpy as np
 from softbody.export.looks import Look, Looks
 from softbody.export.meshes import Corners, box_mesh, check_pose, soft_mesh
 from softbody.extras import library
-from softbody.shapes import Pose, Shapes
+from softbody.model.shapes import Pose, Shapes
 
 KINDS = ("usd", "usda", "usdc")  # binary or text as OpenUSD chooses; text; binary
 ROOT = "/World"

@@ -22,7 +22,7 @@ from softbody.geometry.parity_grid import (
     rebuild_parity_grid,
 )
 from softbody.geometry.triangle_list import checked_points, checked_triangles, finite_points, odd_edge
-from softbody.parameters import check_range, check_whole
+from softbody.model.validation import check_range, check_whole
 
 MOST_THREADS = max(64, 4 * (os.cpu_count() or 1))  # that share points; more than there are processors wait in turn
 

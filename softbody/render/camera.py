@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from softbody.errors import ParameterError
-from softbody.parameters import check_range, vector
+from softbody.model.validation import check_range, vector
 
 FROM = np.array([0.46, -0.77, 0.44])  # where the camera that is chosen for a scene stands, seen from its middle
 MARGIN = 1.08  # of the distance at which everything just fits in

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softbody.settings import check_name
+from softbody.model.settings import check_name
 
 # Seventeen colours of each, evenly spaced: viridis (van der Walt and Smith 2015) for what grows from nothing, coolwarm
 # (Moreland 2009) for what has a middle. Between them it is linear, which is off by 3 % at most.

@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softbody.colours import STATIC, Colour, colour_of
 from softbody.errors import ParameterError
 from softbody.joint_forces import joint_ends
 from softbody.mesh import Mesh
 from softbody.mesh import box as box_mesh
-from softbody.parameters import check_range, check_yes_or_no, shown
+from softbody.model.colours import STATIC, Colour, colour_of
+from softbody.model.settings import check_name
+from softbody.model.validation import check_range, check_yes_or_no, shown
 from softbody.render.camera import Camera, framing
 from softbody.render.colour_map import palette_of
 from softbody.render.quantities import QUANTITIES
 from softbody.render.rasteriser import Thing
 from softbody.render.shadow import SLANT
 from softbody.rigid_box import Box
-from softbody.settings import check_name
 from softbody.soft_body import SoftBody
 
 if TYPE_CHECKING:

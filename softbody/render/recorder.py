@@ -11,8 +11,8 @@ import numpy as np
 
 from softbody.errors import ParameterError
 from softbody.frame_times import frames_by_steps
+from softbody.model.validation import check_range, check_whole, shown
 from softbody.pace import check_own_steps
-from softbody.parameters import check_range, check_whole, shown
 from softbody.render.camera import Camera
 from softbody.render.drawing import Drawing, framed, ground_of
 from softbody.render.films import film_at, picture_path, refused, save_picture

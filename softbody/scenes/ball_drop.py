@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from softbody.errors import ParameterError
 from softbody.mesh import icosphere
-from softbody.parameters import NO_NUMBERS, check_range, doubles, shown
+from softbody.model.validation import NO_NUMBERS, check_range, doubles, shown
 from softbody.world import World, world_to_fill
 
 

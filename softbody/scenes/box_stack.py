@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from softbody.parameters import check_range, check_whole
+from softbody.model.validation import check_range, check_whole
 from softbody.world import World, world_to_fill
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from softbody.mesh import torus
-from softbody.parameters import check_whole
+from softbody.model.validation import check_whole
 from softbody.world import World, world_to_fill
 
 LARGEST, SMALLER = 1.0, 0.75  # [m] side of the lowest cube, and that of each other one, of the one below

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from softbody.mesh import Mesh, torus
-from softbody.parameters import check_range
+from softbody.model.validation import check_range
 from softbody.world import World, world_to_fill
 
 

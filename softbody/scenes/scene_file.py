@@ -17,8 +17,8 @@ from softbody.errors import MissingPackageError, ParameterError, SceneError, Sof
 from softbody.extras import library
 from softbody.linalg.quaternion import rotation_matrix
 from softbody.mesh import Mesh
+from softbody.model.validation import check_range, shown, vector
 from softbody.names import names_listed
-from softbody.parameters import check_range, shown, vector
 from softbody.rigid_box import Box
 from softbody.scenes.scene_keys import (
     BOX,

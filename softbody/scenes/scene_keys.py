@@ -11,8 +11,8 @@ import numpy as np
 
 from softbody.builder import checked_property, known_properties
 from softbody.errors import ParameterError
-from softbody.names import checked_name
-from softbody.parameters import (
+from softbody.model.settings import PRECISIONS, Choices, check_name, settings_of
+from softbody.model.validation import (
     NO_NUMBERS,
     check_range,
     check_whole,
@@ -22,7 +22,7 @@ from softbody.parameters import (
     unit_quaternion,
     vector,
 )
-from softbody.settings import PRECISIONS, Choices, check_name, settings_of
+from softbody.names import checked_name
 
 Check = Callable[[Any, str], Any]  # of a value and what it is called: returns it, or raises ParameterError
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from softbody.mesh import torus
-from softbody.parameters import check_whole
+from softbody.model.validation import check_whole
 from softbody.world import World, world_to_fill
 
 DRAG = 2.0  # [1/s] so that the bounce of the stack, which springs and gas alone would keep up for minutes, ends in 4 s

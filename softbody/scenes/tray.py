@@ -7,7 +7,7 @@ from math import ceil, sqrt
 import numpy as np
 
 from softbody.mesh import icosphere
-from softbody.parameters import check_whole
+from softbody.model.validation import check_whole
 from softbody.world import World, world_to_fill
 
 RADIUS = 0.5  # [m] of each ball

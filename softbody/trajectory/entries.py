@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from softbody.errors import SnapshotError, TrajectoryError
-from softbody.parameters import QUATERNION_TOLERANCE
-from softbody.shapes import Shapes
+from softbody.model.arrays import Rows, State
+from softbody.model.shapes import Shapes
+from softbody.model.validation import QUATERNION_TOLERANCE
 from softbody.snapshot_entries import Entries, Snapshot
-from softbody.state import Rows, State
 from softbody.world_file import Kind, read
 
 BODIES = "bodies.npz"

@@ -11,8 +11,8 @@ import numpy as np
 
 from softbody.compiler.interrupts import assign_together
 from softbody.errors import ParameterError, TrajectoryError
-from softbody.parameters import check_whole, shown
-from softbody.shapes import Pose, shapes_of, unlabelled
+from softbody.model.shapes import Pose, shapes_of, unlabelled
+from softbody.model.validation import check_whole, shown
 from softbody.snapshot import digest, named_arrays
 from softbody.snapshot_entries import Snapshot
 from softbody.trajectory.entries import BODIES, read_chunk, read_shapes

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from softbody.settings import INTEGRATORS, check_name
+from softbody.model.settings import INTEGRATORS, check_name
 
 if TYPE_CHECKING:
     from softbody.rigid_box import Box

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from softbody.colours import STATIC, colour_of
+from softbody.model.colours import STATIC, colour_of
+from softbody.model.settings import INTEGRATORS
 from softbody.render.camera import VIEW
 from softbody.render.colour_map import SHADES, palette_of
 from softbody.render.drawing import Drawing, framed
 from softbody.render.lines import COLOUR as LINE
 from softbody.render.quantities import QUANTITIES, UNITS
-from softbody.settings import INTEGRATORS
 from softbody.soft_body import SoftBody
 from softbody.view.adjustments import SLIDERS, shown_at_start
 from softbody.view.bands import LEVELS, bands_of

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from softbody.errors import ViewError
 from softbody.extras import library
-from softbody.parameters import check_whole
+from softbody.model.validation import check_whole
 from softbody.view.page import Page
 from softbody.view.session import Session
 

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softbody.errors import ParameterError, SimulationError
+from softbody.model.settings import check_name
 from softbody.pace import BOX_STEP, OF_STABLE
 from softbody.render.quantities import QUANTITIES
 from softbody.rigid_box import Box
-from softbody.settings import check_name
 from softbody.soft_body import SoftBody
 from softbody.view.adjustments import Adjustments
 from softbody.view.frame import Frame, frame_of

@@ -16,7 +16,9 @@ def tried(report):
     measured = next(claim.id for claim in report.claims if ratios(claim) is not None)
     report.sensitivity = Sensitivity(
         [
-            PlantedFault("a sign <turned>", "softbody.law.sliding_kept", [first, second], "caught", {measured: 40.0}),
+            PlantedFault(
+                "a sign <turned>", "softbody.model.material.sliding_kept", [first, second], "caught", {measured: 40.0}
+            ),
             PlantedFault("a factor of two", "softbody.linalg.vec.dot", [second], "escaped", {measured: 9.0}),
             PlantedFault("of a claim that is gone", "softbody.linalg.vec.dot", ["nobody.knows"], "caught"),
         ],
@@ -27,7 +29,7 @@ def tried(report):
         equivalent=10,
         earlier=7,
         seen_at={"quick": 80, "standard": 17},
-        survivors=["softbody/law.py:12 f: a < b -> a <= b"],
+        survivors=["softbody/model/material.py:12 f: a < b -> a <= b"],
     )
     return report
 

@@ -14,7 +14,7 @@ import softbody
 from softbody import ParameterError, World
 from softbody.builder import Parts, appended, default_damping, properties_of, soft_body_alone
 from softbody.joint_forces import no_joints
-from softbody.state import Model, Property
+from softbody.model.arrays import Model, Property
 
 G = 9.81
 BALL = softbody.icosphere(1)

@@ -9,7 +9,7 @@ import pytest
 import softbody
 from softbody import MassRatioWarning, OverlapWarning, ParameterError, SimulationError, World
 from softbody.guards import STABLE_FOR
-from softbody.settings import INTEGRATORS
+from softbody.model.settings import INTEGRATORS
 
 BALL = softbody.icosphere(1)
 SOLID = softbody.octahedron()

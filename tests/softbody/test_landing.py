@@ -5,7 +5,7 @@ import pytest
 
 import softbody
 from softbody.landing import bounce_particle, resolve_ground
-from softbody.law import Material
+from softbody.model.material import Material
 
 
 @pytest.mark.parametrize(

@@ -3,8 +3,8 @@
 import pytest
 
 from softbody import World
+from softbody.model.arrays import boxes_of
 from softbody.move_boxes import collide_boxes, correct_pair
-from softbody.state import boxes_of
 
 
 def boxes(static=False):

@@ -4,7 +4,7 @@ import pytest
 
 import softbody
 from softbody import World
-from softbody.settings import INTEGRATORS
+from softbody.model.settings import INTEGRATORS
 
 BALL = softbody.icosphere(1)
 SOLID = softbody.octahedron()

@@ -5,7 +5,7 @@ import pytest
 
 import softbody
 from softbody import ParameterError, World
-from softbody.settings import INTEGRATORS
+from softbody.model.settings import INTEGRATORS
 
 G = 9.81
 BALL = softbody.icosphere(1)

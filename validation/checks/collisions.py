@@ -8,15 +8,16 @@ from itertools import pairwise
 import numpy as np
 
 import softbody
-from softbody import Mesh, World, law
+from softbody import Mesh, World
 from softbody.collision import edge_mesh, soft_contacts, soft_response
 from softbody.collision.contact import Touch, add_contact, box_side, new_contacts, soft_side
 from softbody.collision.soft_response import Bodies, resolve_contacts
-from softbody.collision.surface_point import SurfacePoint
 from softbody.geometry import bvh_rays
 from softbody.geometry.box import box_inertia
-from softbody.law import Material
-from softbody.state import Particles, RigidBodies
+from softbody.model import material
+from softbody.model.arrays import Particles, RigidBodies
+from softbody.model.material import Material
+from softbody.model.surface_point import SurfacePoint
 from validation import accounts
 from validation.cases import ROOF, ROOF_FACES, random_orientations, rotated, rotation_matrix
 from validation.check import Comparison, Misprint, Run, check
@@ -246,7 +247,7 @@ def _limit(measure: Callable[[float], np.ndarray]) -> tuple[np.ndarray, float]:
     tolerance=0.06,
     because="the surface keeps 1 % ringing; facets of 642 particles turn the normal by 1/20, most if they graze",
     detects="an impulse along another line than that of the centres",
-    faults=(Fault("smooth soft bodies that rub", law.combined, "sqrt(a_.friction * b_.friction)", "0.5"),),
+    faults=(Fault("smooth soft bodies that rub", material.combined, "sqrt(a_.friction * b_.friction)", "0.5"),),
 )
 def off_centre_spheres_deflect(run: Run) -> Comparison:
     rng = run.fresh_rng()

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 import softbody
-from softbody import Mesh, World, builder, settings
+from softbody import Mesh, World, builder
 from softbody.dynamics import integrators, ring_forces
+from softbody.model import settings
 from softbody.scenes import from_file, sphere_on_torus
 from validation.cases import MESH_KINDS, edge_lengths, random_mesh
 from validation.check import Comparison, Run, check

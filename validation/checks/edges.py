@@ -12,7 +12,7 @@ from softbody.collision.contact import Listing, new_contacts
 from softbody.collision.edge_mesh import Ridge, bits_across, edge_across_edge
 from softbody.geometry.segments import put_segment
 from softbody.linalg.vec import Vec
-from softbody.state import Particles
+from softbody.model.arrays import Particles
 from validation.cases import ROOF, ROOF_FACES, random_orientations
 from validation.check import Comparison, Run, check
 from validation.fault import Fault

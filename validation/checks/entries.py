@@ -47,7 +47,7 @@ def only(limits: Limits) -> Limits:
     return Limits((), limits.refused)
 
 
-# What softbody/state.py and World's arguments say of each entry that holds real numbers.
+# What softbody/model/arrays.py and World's arguments say of each entry that holds real numbers.
 NUMBERS: dict[str, Limits] = {
     "model.particle_inverse_mass": NOT_NEGATIVE,
     "model.edge_rest_length": POSITIVE,

@@ -23,7 +23,6 @@ from softbody import (
     builder,
     guards,
     mesh,
-    parameters,
     rigid_box,
     snapshot,
     soft_body,
@@ -33,7 +32,8 @@ from softbody import (
 from softbody.collision import broad_phase
 from softbody.dynamics import integrators, ring_forces, soft_bodies, vertex_rings
 from softbody.geometry import MeshQuery, box, query
-from softbody.shapes import Shapes
+from softbody.model import validation
+from softbody.model.shapes import Shapes
 from softbody.trajectory import writer
 from validation.cases import MESH_KINDS, edge_lengths, random_mesh, random_orientations, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check
@@ -1046,7 +1046,7 @@ def refusals() -> Iterator[tuple[str, Callable[[], object], type[BaseException],
     because="yes or no",
     detects="an error of another kind, or none; a text without the name",
     faults=(
-        Fault("negative masses are taken", parameters.check_range, "least <= value <= most", "value <= most"),
+        Fault("negative masses are taken", validation.check_range, "least <= value <= most", "value <= most"),
         Fault("triangles may be turned round", mesh._check_closed, "forward == 1", "forward >= 0"),
         Fault("nobody warns of overlaps", guards.warn_of_overlap, "depth > d_", "False"),
         Fault("what is light taken for torn apart", guards._unstable, "not isfinite(volume)", "volume != 0.0"),

@@ -13,8 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 import softbody
-from softbody import SoftBody, World, landing, law
+from softbody import SoftBody, World, landing
 from softbody.collision import batches, sequential_impulses, soft_response, solver_row, support_trees
+from softbody.model import material
 from validation.cases import corners_of, random_orientations, rotated, rotation_matrix
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
@@ -37,7 +38,7 @@ LESS = Fault(
 )
 PYRAMID = Fault(
     "a friction pyramid in place of the cone",
-    law.within_friction_cones,
+    material.within_friction_cones,
     "first_ * first_ + second_ * second_",
     "where_less(first_ * first_, second_ * second_, second_ * second_, first_ * first_)",
 )
@@ -60,8 +61,8 @@ DEAF_BELOW = Fault(
     "sub(v_b, scale(share_b, _combined_in_lanes(row, 0, (change, 0.5 * change_1, 0.5 * change_2))))",
 )
 MEAN = "sqrt(a_.friction * b_.friction)"
-LARGER = Fault("the larger friction of two", law.combined, MEAN, "max(a_.friction, b_.friction)")
-SMALLER = Fault("the smaller friction of two", law.combined, MEAN, "min(a_.friction, b_.friction)")
+LARGER = Fault("the larger friction of two", material.combined, MEAN, "max(a_.friction, b_.friction)")
+SMALLER = Fault("the smaller friction of two", material.combined, MEAN, "min(a_.friction, b_.friction)")
 NO_BOUNCE = Fault("no restitution on the ground", landing.bounce_particle, "speed_after(down_, e_)", "0.0")
 GROUND_WITHOUT_MATERIAL = Fault(
     "soft bodies on a ground that counts as they do",
@@ -70,10 +71,13 @@ GROUND_WITHOUT_MATERIAL = Fault(
     "material_of_soft(model_, body)",
 )
 HALF_ON_GROUND = Fault(
-    "half the friction of soft bodies on the ground", law.sliding_kept, "material_.friction", "0.5 * material_.friction"
+    "half the friction of soft bodies on the ground",
+    material.sliding_kept,
+    "material_.friction",
+    "0.5 * material_.friction",
 )
 HALF_OF_SOFT = Fault(
-    "half the friction of soft bodies in contact", law.friction_impulse, "min(limit, s_)", "min(0.5 * limit, s_)"
+    "half the friction of soft bodies in contact", material.friction_impulse, "min(limit, s_)", "min(0.5 * limit, s_)"
 )
 
 

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from softbody import law
 from softbody.collision import impulse
 from softbody.geometry import box
 from softbody.geometry.box import box_inertia
-from softbody.law import Material
 from softbody.linalg import quaternion
-from softbody.state import RigidBodies
+from softbody.model import material as law
+from softbody.model.arrays import RigidBodies
+from softbody.model.material import Material
 from validation.arbitration import US, arbitrate
 from validation.cases import BoxPairs, box_separations, random_box_pairs, rotation_matrix
 from validation.check import Comparison, Misprint, Run, check

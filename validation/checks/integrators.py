@@ -7,7 +7,7 @@ import numpy as np
 import softbody
 from softbody import Mesh, World
 from softbody.dynamics import integrators, pressure, ring_forces, stability, vertex_rings
-from softbody.settings import INTEGRATORS
+from softbody.model.settings import INTEGRATORS
 from validation import accounts
 from validation.cases import lumpy_sphere
 from validation.check import Comparison, Misprint, Run, check

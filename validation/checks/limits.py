@@ -11,18 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import softbody
-from softbody import (
-    Mesh,
-    MeshError,
-    ParameterError,
-    Trajectory,
-    TrajectoryWriter,
-    World,
-    geometry,
-    parameters,
-    settings,
-)
+from softbody import Mesh, MeshError, ParameterError, Trajectory, TrajectoryWriter, World, geometry
 from softbody import mesh as meshes
+from softbody.model import settings, validation
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault
 
@@ -436,10 +427,10 @@ def is_refused_by_name(call: Callable[[Any], Any], value: Any, name: str, told: 
     detects="a limit that is left out, or belongs to the other side; a number that is not looked at; an error that does"
     " not say what is wrong",
     faults=(
-        Fault("nothing is negative enough", parameters.check_range, "least <= value <= most", "value <= most"),
-        Fault("most is too much", parameters.check_range, "least <= value <= most", "least <= value < most"),
-        Fault("turns of any length", parameters.unit_quaternion, "abs(length - 1.0) <= QUATERNION_TOLERANCE", "True"),
-        Fault("the last vertex cannot be fixed", parameters.fixed_particles_of, "array >= count", "array >= count - 1"),
+        Fault("nothing is negative enough", validation.check_range, "least <= value <= most", "value <= most"),
+        Fault("most is too much", validation.check_range, "least <= value <= most", "least <= value < most"),
+        Fault("turns of any length", validation.unit_quaternion, "abs(length - 1.0) <= QUATERNION_TOLERANCE", "True"),
+        Fault("the last vertex cannot be fixed", validation.fixed_particles_of, "array >= count", "array >= count - 1"),
         Fault("a torus that meets itself", meshes.torus, "major_radius > minor_radius", "major_radius >= minor_radius"),
         Fault("no sweep at all", settings.settings_of, "check_whole(value, name, 1)", "check_whole(value, name, 0)"),
     ),

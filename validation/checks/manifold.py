@@ -6,15 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from softbody import World, law
+from softbody import World
 from softbody.collision import edge_edge, manifold, sat_boxes, sequential_impulses
 from softbody.collision.contact import new_contacts
 from softbody.collision.impulse import resolve_contact
 from softbody.collision.sequential_impulses import solve_velocities
 from softbody.collision.solver_row import prepare_contacts
 from softbody.geometry.box import box_inertia
-from softbody.law import Material
-from softbody.state import RigidBodies
+from softbody.model import material
+from softbody.model.arrays import RigidBodies
+from softbody.model.material import Material
 from validation.arbitration import US, arbitrate
 from validation.cases import (
     BoxPairs,
@@ -31,10 +32,12 @@ from validation.fault import Fault
 FAMILY = "contact manifolds"
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 
-RESTITUTION = Fault("restitution off by 1e-9", law.normal_impulse, "1.0 + restitution_", "1.000000001 + restitution_")
+RESTITUTION = Fault(
+    "restitution off by 1e-9", material.normal_impulse, "1.0 + restitution_", "1.000000001 + restitution_"
+)
 RESTITUTION_OF_MANY = Fault(
     "restitution of many contacts off by 1e-8",
-    law.speed_after,
+    material.speed_after,
     "restitution_ * approach_",
     "1.00000001 * restitution_ * approach_",
 )

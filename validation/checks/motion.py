@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from softbody import World, law
+from softbody import World
 from softbody.collision import box_contacts, manifold, sequential_impulses
 from softbody.dynamics import rigid_boxes
 from softbody.geometry.box import box_corners
+from softbody.model import material
 from validation import accounts
 from validation.cases import depths_of_boxes, random_orientations, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Misprint, Run, check
@@ -145,7 +146,7 @@ def free_rotation_keeps(run: Run) -> Comparison:
     faults=(
         Fault(
             "restitution of many contacts off by 0.2 %",
-            law.speed_after,
+            material.speed_after,
             "restitution_ * approach_",
             "1.002 * restitution_ * approach_",
         ),

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import softbody
-from softbody import Mesh, OverlapWarning, World, law, move_boxes, step
+from softbody import Mesh, OverlapWarning, World, move_boxes, step
 from softbody.collision import ground, impulse, paper_response, sat_meshes, single_contact, soft_contacts
 from softbody.collision.sat_boxes import PlacedBox
 from softbody.dynamics import rigid_boxes
+from softbody.model import material
 from validation.cases import corners_of, dented_sphere, random_box_pairs, random_orientations, rotated, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.checks.impulse import OVERLAP, Impacts, mass_ratio, random_impacts
@@ -71,7 +72,7 @@ def _fly_and_strike(impacts: Impacts, i: int, axes: str) -> np.ndarray:
     " at full",
     detects="one percent of one impulse in 10⁹; friction where the paper has none; a one-sided way back",
     faults=(
-        Fault("restitution off by 1e-9", law.normal_impulse, "1.0 + restitution_", "1.000000001 + restitution_"),
+        Fault("restitution off by 1e-9", material.normal_impulse, "1.0 + restitution_", "1.000000001 + restitution_"),
         Fault(
             "one box alone moved back",
             move_boxes.correct_pair,
@@ -192,7 +193,7 @@ def _overlapping(
         ),
         Fault("contacts all at once", step.resolve_soft_contacts, "settings.single_soft_contact", "False"),
         Fault("ceilings only before soft contacts", step.step, "limit_speeds(model, state, settings)", "0.0"),
-        Fault("restitution off by 1e-9", law.normal_impulse, "1.0 + restitution_", "1.000000001 + restitution_"),
+        Fault("restitution off by 1e-9", material.normal_impulse, "1.0 + restitution_", "1.000000001 + restitution_"),
     ),
 )
 def soft_contacts_in_turn(run: Run) -> Comparison:
@@ -751,7 +752,7 @@ def touching_is_not_overlap(run: Run) -> Comparison:
     claim="What the paper does not look for, World.paper() does not see: an edge of a soft body across an edge of a box"
     " or of another soft body, and a ball that leaps over a plate within a step, fly on.",
     section="4.2, 4.3, 6",
-    piece="softbody.settings.PAPER",
+    piece="softbody.model.settings.PAPER",
     reference="closed form: free flight",
     unit="of the speed",
     kind="closed form",

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 import softbody
-from softbody import Box, Mesh, SoftBody, World, landing, law
+from softbody import Box, Mesh, SoftBody, World, landing
 from softbody.collision import soft_contacts, soft_response
+from softbody.model import material
 from softbody.scenes import boxes_on_torus, rolling_torus, sphere_on_torus, torus_stack
 from validation import accounts
 from validation.cases import random_orientations, rotated, rotation_matrix
@@ -251,7 +252,9 @@ def _reaction_of_ground(world: World, weight: float) -> float:
     tolerance=0.2,
     because="a hoop that leans by 0.02 steers by that until it is fast enough; toppling is 1.5 rad",
     detects="friction or contacts that topple it; too weak a push",
-    faults=(Fault("no friction on the ground", law.sliding_kept, "material_.friction", "0.0 * material_.friction"),),
+    faults=(
+        Fault("no friction on the ground", material.sliding_kept, "material_.friction", "0.0 * material_.friction"),
+    ),
 )
 def torus_stays_upright(run: Run) -> Comparison:
     leans, kinds, notes = [], [], []

@@ -8,7 +8,7 @@ import softbody
 from softbody import Mesh, World
 from softbody.dynamics import integrators, plain_forces, ring_forces, soft_bodies
 from softbody.dynamics.soft_bodies import motion_of, ring_accelerations
-from softbody.state import soft_bodies_of
+from softbody.model.arrays import soft_bodies_of
 from validation.cases import MESH_KINDS, edge_lengths, lumpy_sphere, random_mesh, random_orientations, rotation_matrix
 from validation.check import Comparison, Run, check
 from validation.fault import Fault

@@ -11,7 +11,7 @@ from softbody.collision.contact import Contacts, new_contacts
 from softbody.collision.solver_row import NORMAL_IMPULSE, TARGET, prepare_contacts
 from softbody.collision.sweep_order import sweep_order
 from softbody.geometry.box import box_inertia
-from softbody.state import RigidBodies
+from softbody.model.arrays import RigidBodies
 from validation.cases import random_orientations, rotation_matrix
 from validation.check import Comparison, Run, check
 from validation.fault import Fault

@@ -6,7 +6,7 @@ import numpy as np
 
 from softbody import Mesh, World, icosphere, octahedron, tetrahedron
 from softbody.dynamics import integrators, ring_forces, stability, vertex_rings
-from softbody.settings import INTEGRATORS
+from softbody.model.settings import INTEGRATORS
 from validation.cases import MESH_KINDS, edge_lengths, random_mesh, rotated
 from validation.check import Comparison, Run, check
 from validation.fault import Fault

@@ -13,7 +13,7 @@ from softbody.collision import edge_mesh, point_mesh, soft_box
 from softbody.collision.edge_mesh import Ridge, edge_across_edge
 from softbody.collision.point_mesh import way_out
 from softbody.collision.surface import Surface, build_surfaces, surface_of
-from softbody.collision.surface_point import value_at
+from softbody.model.surface_point import value_at
 from validation.cases import random_orientations, rotated, rotation_matrix
 from validation.check import Comparison, Run, check
 from validation.checks.manifold import turned

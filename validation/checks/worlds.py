@@ -8,14 +8,16 @@ from pathlib import Path
 import numpy as np
 
 import softbody
-from softbody import SoftBody, World, law
-from softbody.collision import soft_response, soft_soft, surface_point
+from softbody import SoftBody, World
+from softbody.collision import soft_response, soft_soft
 from softbody.collision.contact import Touch, add_contact, box_side, new_contacts, soft_side
 from softbody.collision.soft_response import Bodies, resolve_contacts
-from softbody.collision.surface_point import SurfacePoint, at_particle
-from softbody.law import Material
+from softbody.model import material as law
+from softbody.model import surface_point
+from softbody.model.arrays import Particles, RigidBodies
+from softbody.model.material import Material
+from softbody.model.surface_point import SurfacePoint, at_particle
 from softbody.scenes import boxes_on_torus, rolling_torus, tray
-from softbody.state import Particles, RigidBodies
 from validation import accounts
 from validation.cases import random_orientations, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Misprint, Run, check

@@ -32,9 +32,9 @@ from softbody.collision.solver_row import (
 )
 from softbody.collision.sweep_order import sweep_order
 from softbody.compiler.simd import LANES
-from softbody.law import within_friction_cone
 from softbody.linalg.vec import add, scale, sub
-from softbody.state import boxes_of
+from softbody.model.arrays import boxes_of
+from softbody.model.material import within_friction_cone
 
 
 def heap(seed, count=24):

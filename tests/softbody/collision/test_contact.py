@@ -19,8 +19,8 @@ from softbody.collision.contact import (
     surface_point,
     with_room,
 )
-from softbody.collision.surface_point import SurfacePoint, at_particle
-from softbody.law import Material
+from softbody.model.material import Material
+from softbody.model.surface_point import SurfacePoint, at_particle
 from softbody.world import FIRST_ROOM
 
 

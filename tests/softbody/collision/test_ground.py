@@ -12,8 +12,8 @@ from softbody.collision.ground import bounce_box, resolve_ground_of_boxes
 from softbody.collision.impulse import velocity_of_point
 from softbody.dynamics.energy import kinetic_energy
 from softbody.geometry.box import box_corners
-from softbody.law import Material
-from softbody.state import boxes_of
+from softbody.model.arrays import boxes_of
+from softbody.model.material import Material
 
 
 def landing(size, height, velocity, angular_velocity=(0.0, 0.0, 0.0), q=(1.0, 0.0, 0.0, 0.0), e=0.0, friction=0.0):

@@ -6,7 +6,7 @@ import pytest
 import softbody
 from softbody import World
 from softbody.collision.held_boxes import looseness_of_boxes
-from softbody.state import boxes_of
+from softbody.model.arrays import boxes_of
 
 DOWN, UP, ASIDE = (0.0, 0.0, -1.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
 

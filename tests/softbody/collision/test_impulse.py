@@ -14,8 +14,8 @@ from softbody.collision.impulse import (
     resolve_contact,
     velocity_of_point,
 )
-from softbody.law import Material
-from softbody.state import RigidBodies
+from softbody.model.arrays import RigidBodies
+from softbody.model.material import Material
 
 REST = (1.0, 0.0, 0.0, 0.0)
 

@@ -6,9 +6,9 @@ import pytest
 import softbody
 from softbody.collision.point_mesh import _across, way_out
 from softbody.collision.surface import Surface, _kind_of
-from softbody.collision.surface_point import value_at
 from softbody.geometry import closest_triangle
 from softbody.geometry.penetration import points_of
+from softbody.model.surface_point import value_at
 
 
 def surface_of(mesh):

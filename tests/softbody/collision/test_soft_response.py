@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from softbody.collision.contact import Touch, add_contact, box_side, new_contacts, soft_side
 from softbody.collision.soft_response import Bodies, resolve_contacts
-from softbody.collision.surface_point import WHOLE, SurfacePoint, at_particle
 from softbody.geometry.box import box_inertia
-from softbody.law import Material
-from softbody.state import Particles, RigidBodies
+from softbody.model.arrays import Particles, RigidBodies
+from softbody.model.material import Material
+from softbody.model.surface_point import WHOLE, SurfacePoint, at_particle
 
 seeds = st.integers(0, 10**6)
 fractions = st.sampled_from([0.0, 0.3, 0.5, 1.0])

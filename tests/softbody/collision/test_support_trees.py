@@ -14,7 +14,7 @@ from softbody.collision.support_trees import solve_trees
 from softbody.collision.sweep_order import sweep_order
 from softbody.collision.warm_start import warm_start
 from softbody.dynamics.rigid_boxes import accelerate_boxes
-from softbody.state import boxes_of
+from softbody.model.arrays import boxes_of
 
 G, H = 9.81, 1.0 / 240.0
 

@@ -5,7 +5,7 @@ import pytest
 
 from softbody import World
 from softbody.collision.sweep_order import sweep_order
-from softbody.state import boxes_of
+from softbody.model.arrays import boxes_of
 
 
 def ordered(world):

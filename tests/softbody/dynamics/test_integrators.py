@@ -11,7 +11,7 @@ import pytest
 
 import softbody
 from softbody.dynamics.integrators import STABILITY_LIMIT
-from softbody.settings import INTEGRATORS
+from softbody.model.settings import INTEGRATORS
 
 SOLIDS = {
     "tetrahedron": softbody.tetrahedron(),

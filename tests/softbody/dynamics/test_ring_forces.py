@@ -12,7 +12,7 @@ from softbody import World
 from softbody.dynamics.ring_forces import Forces, Springs, ring_sums
 from softbody.dynamics.soft_bodies import motion_of, ring_accelerations
 from softbody.dynamics.vertex_rings import build_rings
-from softbody.state import soft_bodies_of
+from softbody.model.arrays import soft_bodies_of
 
 compiled = pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="nothing is compiled")
 

@@ -18,8 +18,8 @@ from softbody.dynamics.soft_bodies import (
     move_soft_bodies,
 )
 from softbody.dynamics.vertex_rings import BLOCK, build_rings
-from softbody.settings import INTEGRATORS
-from softbody.state import soft_bodies_of
+from softbody.model.arrays import soft_bodies_of
+from softbody.model.settings import INTEGRATORS
 from softbody.step import run_alone
 
 SOLID = softbody.octahedron()

@@ -10,7 +10,7 @@ from softbody import SimulationError
 from softbody.dynamics.integrators import STABILITY_LIMIT
 from softbody.dynamics.plain_forces import plain_accelerations
 from softbody.dynamics.stability import highest_frequency, longest_stable_step
-from softbody.settings import INTEGRATORS
+from softbody.model.settings import INTEGRATORS
 
 MESHES = [softbody.tetrahedron(), softbody.octahedron(), softbody.icosahedron(), softbody.box((1.0, 2.0, 3.0))]
 

@@ -9,7 +9,7 @@ from softbody.compiler.simd import LANES
 from softbody.dynamics.plain_forces import plain_accelerations
 from softbody.dynamics.soft_bodies import motion_of, ring_accelerations
 from softbody.dynamics.vertex_rings import WINDOW, build_rings, one_rings, with_springs
-from softbody.state import soft_bodies_of
+from softbody.model.arrays import soft_bodies_of
 
 
 def two_tetrahedra_that_share_a_corner():

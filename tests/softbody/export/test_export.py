@@ -10,7 +10,7 @@ import pytest
 
 import softbody
 from softbody import MissingPackageError, OutputError, ParameterError, Trajectory, TrajectoryWriter, World
-from softbody.colours import STATIC, colour_of
+from softbody.model.colours import STATIC, colour_of
 
 trimesh = pytest.importorskip("trimesh")
 

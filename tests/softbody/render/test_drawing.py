@@ -7,7 +7,7 @@ import pytest
 
 import softbody
 from softbody import ParameterError
-from softbody.colours import STATIC
+from softbody.model.colours import STATIC
 from softbody.render.drawing import STRIPES, Drawing, placed, stripes_of
 
 

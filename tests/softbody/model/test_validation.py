@@ -7,7 +7,7 @@ import pytest
 
 import softbody
 from softbody import ParameterError, World
-from softbody.parameters import check_range, check_whole, doubles, shown
+from softbody.model.validation import check_range, check_whole, doubles, shown
 
 SOLID = softbody.octahedron()
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from softbody import World
-from softbody.state import boxes_of
+from softbody.model.arrays import boxes_of
 
 
 def test_a_copy_of_a_state_shares_no_memory_with_it():

@@ -2,7 +2,7 @@
 
 import pytest
 
-from softbody.law import Material, combined
+from softbody.model.material import Material, combined
 
 
 def both_ways(a, b):

@@ -5,7 +5,7 @@ import pytest
 
 import softbody
 from softbody import ParameterError, World
-from softbody.settings import INTEGRATORS, WORDS, Choices, Settings
+from softbody.model.settings import INTEGRATORS, WORDS, Choices, Settings
 
 BALL = softbody.icosphere(1)
 

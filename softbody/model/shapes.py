@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from softbody.state import Model, State
+from softbody.model.arrays import Model, State
 
 if TYPE_CHECKING:
     from softbody.world import World

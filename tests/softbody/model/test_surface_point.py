@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from softbody.collision.surface_point import SurfacePoint, add_at, at_particle, on_edge, value_at
+from softbody.model.surface_point import SurfacePoint, add_at, at_particle, on_edge, value_at
 
 
 @given(st.integers(0, 10**6))

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, TypedDict
 import numpy as np
 
 from softbody.errors import ParameterError
-from softbody.parameters import check_range, check_whole, check_yes_or_no, shown
+from softbody.model.validation import check_range, check_whole, check_yes_or_no, shown
 
 RK4_VELOCITY, RK4, SYMPLECTIC_EULER = 0, 1, 2
 INTEGRATORS = {"rk4_velocity": RK4_VELOCITY, "rk4": RK4, "symplectic_euler": SYMPLECTIC_EULER}

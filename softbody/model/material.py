@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from softbody.compiler.jit import jit, jit_lean
 from softbody.compiler.simd import Lanes, square_root, where_less
-from softbody.state import Model
+from softbody.model.arrays import Model
 
 
 class Material(NamedTuple):
