@@ -29,8 +29,8 @@ from softbody.errors import (
 )
 from softbody.ground import Ground
 from softbody.joint import Joint
-from softbody.mesh import Mesh, box, icosahedron, icosphere, octahedron, tetrahedron, torus
-from softbody.mesh_findings import Finding
+from softbody.mesh.diagnostics import Finding
+from softbody.mesh.mesh import Mesh, box, icosahedron, icosphere, octahedron, tetrahedron, torus
 from softbody.model.arrays import Controls, Model, State
 from softbody.rigid_box import Box
 from softbody.soft_body import SoftBody

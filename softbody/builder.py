@@ -20,7 +20,7 @@ from softbody.errors import ParameterError
 from softbody.geometry.box import box_inertia
 from softbody.geometry.polyhedron import surface_area
 from softbody.joint_forces import no_joints
-from softbody.mesh import LARGEST, SMALLEST, Mesh
+from softbody.mesh.mesh import LARGEST, SMALLEST, Mesh
 from softbody.model.arrays import ENTRY, NEXT, STIFFNESS, Controls, Joints, Model, Property, Rows, State, VertexRings
 from softbody.model.validation import (
     check_range,

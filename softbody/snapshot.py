@@ -16,7 +16,7 @@ import numpy as np
 from softbody.collision.contact import NOBODY, ImpulseCache
 from softbody.errors import MeshError, ParameterError, SnapshotError
 from softbody.joint_forces import no_joints
-from softbody.mesh import check_surface, unique_edges
+from softbody.mesh.mesh import check_surface, unique_edges
 from softbody.model.arrays import Controls, Joints, Model, Property, Rows, State
 from softbody.model.settings import PRECISIONS, Settings, check_name, check_settings
 from softbody.model.validation import QUATERNION_TOLERANCE

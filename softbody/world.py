@@ -57,7 +57,7 @@ from softbody.guards import (
 )
 from softbody.joint import End, Joint, ends_of
 from softbody.joint_forces import joint_energy, joint_memory
-from softbody.mesh import Mesh
+from softbody.mesh.mesh import Mesh
 from softbody.model.arrays import Controls, Model, State, VertexRings
 from softbody.model.settings import (
     INTEGRATORS,

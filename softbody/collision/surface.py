@@ -12,7 +12,7 @@ from softbody.geometry.bvh import BVH, Search, build_bvh, search_space
 from softbody.geometry.penetration import Penetrations, Points, room_for_penetrations
 from softbody.geometry.segments import ROWS
 from softbody.linalg.vec import load
-from softbody.mesh import unique_edges
+from softbody.mesh.mesh import unique_edges
 from softbody.model.arrays import Model, State
 
 

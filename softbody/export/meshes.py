@@ -11,7 +11,7 @@ from softbody.errors import ParameterError
 from softbody.export.looks import Look, Looks
 from softbody.extras import library
 from softbody.linalg.quaternion import rotation_matrix
-from softbody.mesh import Mesh, box
+from softbody.mesh.mesh import Mesh, box
 from softbody.model.shapes import Pose, Shapes
 
 Corners = tuple[np.ndarray, np.ndarray]  # vertices (n, 3) [m] and triangles (t, 3)

@@ -10,8 +10,8 @@ import numpy as np
 
 from softbody.errors import ParameterError
 from softbody.joint_forces import joint_ends
-from softbody.mesh import Mesh
-from softbody.mesh import box as box_mesh
+from softbody.mesh.mesh import Mesh
+from softbody.mesh.mesh import box as box_mesh
 from softbody.model.colours import STATIC, Colour, colour_of
 from softbody.model.settings import check_name
 from softbody.model.validation import check_range, check_yes_or_no, shown

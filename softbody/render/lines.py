@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softbody.mesh import icosahedron
+from softbody.mesh.mesh import icosahedron
 from softbody.render.camera import Camera
 from softbody.render.rasteriser import Thing
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from softbody.errors import ParameterError
-from softbody.mesh import icosphere
+from softbody.mesh.mesh import icosphere
 from softbody.model.validation import NO_NUMBERS, check_range, doubles, shown
 from softbody.world import World, world_to_fill
 

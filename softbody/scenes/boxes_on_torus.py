@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softbody.mesh import torus
+from softbody.mesh.mesh import torus
 from softbody.model.validation import check_whole
 from softbody.world import World, world_to_fill
 

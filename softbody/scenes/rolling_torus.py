@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softbody.mesh import Mesh, torus
+from softbody.mesh.mesh import Mesh, torus
 from softbody.model.validation import check_range
 from softbody.world import World, world_to_fill
 

@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from softbody import mesh as meshes
 from softbody.errors import MissingPackageError, ParameterError, SceneError, SoftbodyError
 from softbody.extras import library
 from softbody.linalg.quaternion import rotation_matrix
-from softbody.mesh import Mesh
+from softbody.mesh import mesh as meshes
+from softbody.mesh.mesh import Mesh
 from softbody.model.validation import check_range, shown, vector
 from softbody.names import names_listed
 from softbody.rigid_box import Box

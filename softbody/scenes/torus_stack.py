@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from softbody.mesh import torus
+from softbody.mesh.mesh import torus
 from softbody.model.validation import check_whole
 from softbody.world import World, world_to_fill
 

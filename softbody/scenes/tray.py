@@ -6,7 +6,7 @@ from math import ceil, sqrt
 
 import numpy as np
 
-from softbody.mesh import icosphere
+from softbody.mesh.mesh import icosphere
 from softbody.model.validation import check_whole
 from softbody.world import World, world_to_fill
 

@@ -15,23 +15,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import softbody
-from softbody import (
-    Mesh,
-    SnapshotError,
-    SoftBody,
-    World,
-    builder,
-    guards,
-    mesh,
-    rigid_box,
-    snapshot,
-    soft_body,
-    step,
-    world,
-)
+from softbody import Mesh, SnapshotError, SoftBody, World, builder, guards, rigid_box, snapshot, soft_body, step, world
 from softbody.collision import broad_phase
 from softbody.dynamics import integrators, ring_forces, soft_bodies, vertex_rings
 from softbody.geometry import MeshQuery, box, query
+from softbody.mesh import mesh
 from softbody.model import validation
 from softbody.model.shapes import Shapes
 from softbody.trajectory import writer

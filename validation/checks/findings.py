@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from softbody import Finding, Mesh, icosphere, mesh_findings, tetrahedron
+from softbody import Finding, Mesh, icosphere, tetrahedron
 from softbody.geometry import connected
+from softbody.mesh import diagnostics
 from validation.cases import rotated
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault
@@ -90,15 +91,15 @@ def built(rng: np.random.Generator) -> Shells:
             kind = "pinched vertices" if joined else "touching vertices"
             made.doubtful[kind] += [(corner,)] if joined else [(corner,), (corner + 4,)]
     if chances[5]:
-        height = mesh_findings.THIN * (1.0 + rng.choice([HARDLY, -HARDLY]))
+        height = diagnostics.THIN * (1.0 + rng.choice([HARDLY, -HARDLY]))
         corners = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.4, height, 0.0), (0.5, 0.3, 0.8)])
         made.add(corners + made.place(), np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]))
-        if height < mesh_findings.THIN:
+        if height < diagnostics.THIN:
             made.doubtful["thin triangles"].append((len(made.triangles) - 4,))
     if chances[6]:
         ends = made.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
         lengths = np.linalg.norm(made.vertices[ends[:, 0]] - made.vertices[ends[:, 1]], axis=1)
-        long = lengths.max() / mesh_findings.UNEQUAL
+        long = lengths.max() / diagnostics.UNEQUAL
         small = long * (1.0 + rng.choice([HARDLY, -HARDLY]))
         corners = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.1, 0.0), (0.0, 0.0, 1.2)])
         place = made.place()
@@ -152,7 +153,7 @@ def _found(vertices: np.ndarray, triangles: np.ndarray) -> list[Finding]:
     faults=(
         Fault(
             "cavities taken for shells within",
-            mesh_findings._about_shells,
+            diagnostics._about_shells,
             "(volume_[clear_] > 0.0) & is_cavity_",
             "is_cavity",
         ),
@@ -162,7 +163,7 @@ def _found(vertices: np.ndarray, triangles: np.ndarray) -> list[Finding]:
             "(edges // count_ + 1) % 3",
             "(edges // count_ + 2) % 3",
         ),
-        Fault("triangles thin by their shortest edge", mesh_findings._about_shapes, "np.max", "np.min"),
+        Fault("triangles thin by their shortest edge", diagnostics._about_shapes, "np.max", "np.min"),
     ),
 )
 def built_to_be_doubtful(run: Run) -> Comparison:

@@ -12,7 +12,7 @@ import numpy as np
 
 import softbody
 from softbody import Mesh, MeshError, ParameterError, Trajectory, TrajectoryWriter, World, geometry
-from softbody import mesh as meshes
+from softbody.mesh import mesh as meshes
 from softbody.model import settings, validation
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault

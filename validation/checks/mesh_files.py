@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from softbody import Mesh, MeshError, mesh, mesh_file, soup
+from softbody import Mesh, MeshError
+from softbody.mesh import files, mesh, weld
 from validation.cases import MESH_KINDS, edge_lengths, random_mesh
 from validation.check import Comparison, Run, check
 from validation.checks.shapes import FAMILY, corners_in_order
@@ -54,7 +55,7 @@ def alike(
     faults=(
         Fault(
             "coordinates read in single precision",
-            mesh_file.triangles_of,
+            files.triangles_of,
             "(mesh.vertices, mesh.faces)",
             "(__import__('numpy').float32(mesh.vertices), mesh.faces)",
         ),
@@ -111,20 +112,20 @@ def files_of_all_kinds(run: Run) -> Comparison:
     faults=(
         Fault(
             "half of the tolerance",
-            soup._join_near,
+            weld._join_near,
             "norm(sub(load(p_, i_), load(p_, j_))) <= t_",
             "norm(sub(load(p_, i_), load(p_, j_))) <= 0.5 * t_",
         ),
         Fault(
             "half as much again, and more",
-            soup._join_near,
+            weld._join_near,
             "norm(sub(load(p_, i_), load(p_, j_))) <= t_",
             "norm(sub(load(p_, i_), load(p_, j_))) <= 1.7 * t_",
         ),
-        Fault("chains that are not followed", soup._join_near, "parent[i] = root_of(parent, i)", "pass", nth=0),
+        Fault("chains that are not followed", weld._join_near, "parent[i] = root_of(parent, i)", "pass", nth=0),
         Fault(
             "vertices that no triangle uses, kept",
-            soup.merged,
+            weld.merged,
             "points[used]",
             "np.append(points[used], points[-1:], axis=0)",
         ),

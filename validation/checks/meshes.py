@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from softbody import Mesh, MeshError, mesh
+from softbody import Mesh, MeshError
 from softbody.geometry import MeshQuery, build_bvh, query, search_space, self_intersections, triangle_list
+from softbody.mesh import mesh
 from validation.cases import MESH_KINDS, edge_lengths, points_around, random_mesh, rotated
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault

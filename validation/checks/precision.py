@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from softbody import World, icosphere, mesh
+from softbody import World, icosphere
 from softbody.collision import soft_contacts, soft_response
 from softbody.collision.contact import new_contacts
 from softbody.collision.surface import build_surfaces
 from softbody.compiler.threads import Team
 from softbody.dynamics import integrators, soft_bodies, vertex_rings
 from softbody.dynamics.soft_bodies import motion_of
+from softbody.mesh import mesh
 from softbody.step import Work, run_alone
 from softbody.step import run as run_together
 from validation.cases import edge_lengths, lumpy_sphere

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 import softbody
-from softbody import Mesh, mesh
+from softbody import Mesh
+from softbody.mesh import mesh
 from validation.cases import MESH_KINDS, edge_lengths, random_mesh
 from validation.check import Comparison, Run, check
 from validation.fault import Fault

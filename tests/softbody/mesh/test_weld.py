@@ -65,7 +65,7 @@ def test_merging_is_that_of_every_pair_looked_at():
     rng = np.random.default_rng(3)
     cells = np.repeat(softbody.octahedron(0.1).vertices[softbody.octahedron().triangles][None], 60, axis=0)
     corners = (cells + 0.4 * rng.integers(0, 5, (60, 1, 1, 3))).reshape(-1, 3) + rng.uniform(0.0, 0.01, (60 * 24, 3))
-    from softbody.soup import first_at_place, first_within
+    from softbody.mesh.weld import first_at_place, first_within
 
     ours = first_within(corners, first_at_place(corners), 0.012)
     near = np.linalg.norm(corners[:, None] - corners, axis=2) <= 0.012

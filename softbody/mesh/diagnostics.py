@@ -8,8 +8,8 @@ import numpy as np
 
 from softbody.geometry.connected import fans, half_edges
 from softbody.geometry.self_intersections import self_intersections
-from softbody.shells import Shells, enclosing, shells_of, volume_of_rounding
-from softbody.soup import first_at_place
+from softbody.mesh.shells import Shells, enclosing, shells_of, volume_of_rounding
+from softbody.mesh.weld import first_at_place
 
 THIN = 1e-3  # of its longest edge: the height of a triangle below which it counts as one without area
 UNEQUAL = 100.0  # times the shortest edge: the longest, from which on springs of one stiffness are told

@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike
 
 from softbody.errors import MeshError, ParameterError
 from softbody.geometry.polyhedron import signed_volume
-from softbody.mesh_file import read_triangles, triangles_of
-from softbody.mesh_findings import Finding, findings
+from softbody.mesh.diagnostics import Finding, findings
+from softbody.mesh.files import read_triangles, triangles_of
+from softbody.mesh.shells import enclosing, shells_of, volume_of_rounding
+from softbody.mesh.weld import first_at_place, merged
 from softbody.model.validation import NO_NUMBERS, check_range, check_whole, check_yes_or_no, doubles, shown, vector
-from softbody.shells import enclosing, shells_of, volume_of_rounding
-from softbody.soup import first_at_place, merged
 
 
 @dataclass(frozen=True, eq=False)

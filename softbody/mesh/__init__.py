@@ -1,0 +1,1 @@
+"""Closed triangle meshes: made, read, welded and diagnosed."""
