@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from softbody.collision.contact import NOBODY
+from softbody.dynamics.joint_forces import no_joints
 from softbody.dynamics.rigid_boxes import RESOLVED
 from softbody.dynamics.vertex_rings import build_rings, in_precision, no_rings, with_springs
 from softbody.errors import ParameterError
 from softbody.geometry.box import box_inertia
 from softbody.geometry.polyhedron import surface_area
-from softbody.joint_forces import no_joints
 from softbody.mesh.mesh import LARGEST, SMALLEST, Mesh
 from softbody.model.arrays import ENTRY, NEXT, STIFFNESS, Controls, Joints, Model, Property, Rows, State, VertexRings
 from softbody.model.validation import (

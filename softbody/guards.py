@@ -10,12 +10,12 @@ import numpy as np
 from softbody.collision.contact import NOBODY, Contacts
 from softbody.collision.surface import Surfaces
 from softbody.dynamics.integrators import STABILITY_LIMIT
+from softbody.dynamics.joint_forces import joint_rates
 from softbody.dynamics.pressure import soft_volume
 from softbody.dynamics.rigid_boxes import MOST_TURN, RESOLVED, UNIT
 from softbody.dynamics.soft_bodies import COLLAPSED
 from softbody.dynamics.stability import longest_stable_step, shortest_stable_step
 from softbody.errors import MassRatioWarning, OverlapWarning, ParameterError, SimulationError
-from softbody.joint_forces import joint_rates
 from softbody.model.arrays import Controls, Joints, Model, State
 from softbody.model.settings import Settings, integrator_name
 from softbody.names import Names, Who

@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike
 from softbody.bodies import Body
 from softbody.builder import end_in_world, end_on_box, end_on_soft
 from softbody.collision.contact import NOBODY
+from softbody.dynamics.joint_forces import joint_ends
 from softbody.errors import ParameterError
 from softbody.geometry import MeshQuery
-from softbody.joint_forces import joint_ends
 from softbody.linalg.quaternion import rotation_matrix
 from softbody.model.arrays import Joints
 from softbody.model.validation import check_range, check_whole, shown, vector

@@ -14,8 +14,8 @@ from typing import Any, NamedTuple, get_type_hints
 import numpy as np
 
 from softbody.collision.contact import NOBODY, ImpulseCache
+from softbody.dynamics.joint_forces import no_joints
 from softbody.errors import MeshError, ParameterError, SnapshotError
-from softbody.joint_forces import no_joints
 from softbody.mesh.mesh import check_surface, unique_edges
 from softbody.model.arrays import Controls, Joints, Model, Property, Rows, State
 from softbody.model.settings import PRECISIONS, Settings, check_name, check_settings

@@ -17,11 +17,11 @@ from softbody.collision.substeps import subdivision
 from softbody.collision.surface import Surfaces
 from softbody.collision.warm_start import cache_impulses, copied_cache, copy_cache
 from softbody.compiler.jit import jit, jit_inlined, jit_lean
+from softbody.dynamics.joint_forces import with_joints
+from softbody.dynamics.particle_ground import material_on_ground, resolve_ground
 from softbody.dynamics.rigid_boxes import box_astray, limit_boxes, limit_speeds, slow_boxes, stop_boxes
 from softbody.dynamics.soft_bodies import BARE, DIVERGED, Motion, move_in_place, move_soft_bodies
 from softbody.glance import begins_finite, fingerprint
-from softbody.joint_forces import with_joints
-from softbody.landing import material_on_ground, resolve_ground
 from softbody.linalg.vec import load, sub
 from softbody.model.arrays import (
     Controls,

@@ -39,6 +39,7 @@ from softbody.dynamics.energy import (
     potential_energies,
     total_energy,
 )
+from softbody.dynamics.joint_forces import joint_energy, joint_memory
 from softbody.dynamics.soft_bodies import Motion, motion_of
 from softbody.dynamics.stability import most_extents
 from softbody.errors import BusyError, ParameterError, SimulationError, SnapshotError
@@ -56,7 +57,6 @@ from softbody.guards import (
     warn_of_overlap,
 )
 from softbody.joint import End, Joint, ends_of
-from softbody.joint_forces import joint_energy, joint_memory
 from softbody.mesh.mesh import Mesh
 from softbody.model.arrays import Controls, Model, State, VertexRings
 from softbody.model.settings import (

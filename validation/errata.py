@@ -26,7 +26,7 @@ UNMEASURED = (
         "E22",
         "a ground is mentioned, and never defined",
         "a half-space",
-        "a gap, without a formula; what the ground does is judged by the claims on softbody.landing",
+        "a gap, without a formula; what the ground does is judged by the claims on softbody.dynamics.particle_ground",
     ),
 )
 

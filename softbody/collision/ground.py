@@ -1,6 +1,6 @@
 """What happens to boxes that reach below the ground, by the paper's single impulses?
 
-Boxes whose contacts are solved together have theirs with the ground among them; particles land in `softbody.landing`.
+Boxes whose contacts are solved together have theirs with the ground among them; particles land in `softbody.dynamics.particle_ground`.
 """
 
 from __future__ import annotations

@@ -17,6 +17,7 @@ from numba import prange
 
 from softbody.compiler.jit import jit_lean, jit_threaded
 from softbody.compiler.simd import LANES, Lanes, load_lanes, store_lanes, where_less
+from softbody.dynamics.particle_ground import land
 from softbody.dynamics.pressure import gas_pressure
 from softbody.dynamics.ring_forces import (
     AREA,
@@ -32,7 +33,6 @@ from softbody.dynamics.ring_forces import (
     add_load,
     ring_forces,
 )
-from softbody.landing import land
 from softbody.model.arrays import END, FIRST, SoftBodies, VertexRings
 from softbody.model.material import Material
 from softbody.model.settings import RK4, RK4_VELOCITY, SYMPLECTIC_EULER

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from softbody.dynamics.joint_forces import joint_ends
 from softbody.errors import ParameterError
-from softbody.joint_forces import joint_ends
 from softbody.mesh.mesh import Mesh
 from softbody.mesh.mesh import box as box_mesh
 from softbody.model.colours import STATIC, Colour, colour_of

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from softbody.dynamics.energy import kinetic_energy
-from softbody.joint_forces import joint_ends
+from softbody.dynamics.joint_forces import joint_ends
 from softbody.render.quantities import QUANTITIES
 
 if TYPE_CHECKING:

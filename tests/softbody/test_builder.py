@@ -13,7 +13,7 @@ import pytest
 import softbody
 from softbody import ParameterError, World
 from softbody.builder import Parts, appended, default_damping, properties_of, soft_body_alone
-from softbody.joint_forces import no_joints
+from softbody.dynamics.joint_forces import no_joints
 from softbody.model.arrays import Model, Property
 
 G = 9.81

@@ -19,7 +19,7 @@ def test_errata_of_claims_that_are_not_run_say_so() -> None:
     found = {erratum.id: erratum for erratum in open_errata([])}
     assert list(found) == [f"E{k}" for k in range(1, 23)]
     assert "integrators.observed_order, is not part of this run" in found["E9"].why
-    assert "softbody.landing" in found["E22"].why
+    assert "softbody.dynamics.particle_ground" in found["E22"].why
 
 
 def test_public_functions_are_there_and_those_that_claims_name_are_left_out() -> None:

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softbody import Mesh, World, icosphere, landing
-from softbody.dynamics import integrators, pressure, ring_forces
+from softbody import Mesh, World, icosphere
+from softbody.dynamics import integrators, particle_ground, pressure, ring_forces
 from validation.cases import edge_lengths, random_orientations, rotation_matrix
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
@@ -100,7 +100,7 @@ def ends(parts: int, cases: list[tuple[Ball, World, float | None]]) -> Compariso
     claim="A soft ball that turns, falls and bounces ends where it does from event to event: balls of 0.3 to 3 kg,"
     " undamped, no two springs alike, by rk4 and symplectic Euler, in 64 parts of 0.8 of the stable step.",
     section="2, 5.1, 9",
-    piece="softbody.step.run_alone, softbody.landing",
+    piece="softbody.step.run_alone, softbody.dynamics.particle_ground",
     reference="SciPy's DOP853 between events: particles touch the ground, and leave it",
     engines=("scipy",),
     unit="of the radius",
@@ -110,19 +110,19 @@ def ends(parts: int, cases: list[tuple[Ball, World, float | None]]) -> Compariso
     faults=(
         Fault(
             "ground that soft bodies stand two millimetres above",
-            landing.land,
+            particle_ground.land,
             "position_[2, i_] = height_",
             "position_[2, i_] = height_ + 0.002",
         ),
         Fault(
             "particles that bounce with a tenth of their speed",
-            landing.bounce_particle,
+            particle_ground.bounce_particle,
             "speed_after(down_, e_)",
             "0.1 * down_",
         ),
         Fault(
             "particles that lose a hundredth of their slide on smooth ground",
-            landing.bounce_particle,
+            particle_ground.bounce_particle,
             "sliding_kept(slide_, down_, material_)",
             "0.99",
         ),
@@ -139,7 +139,7 @@ def balls_bounce_as_between_events(run: Run) -> Comparison:
     " event to event, as the step is made shorter: here 64 parts of 0.8 of the stable step. How far they are off in"
     " whole ones is noted.",
     section="2, 5.1, 9",
-    piece="softbody.step.run_alone, softbody.landing",
+    piece="softbody.step.run_alone, softbody.dynamics.particle_ground",
     reference="SciPy's DOP853 between events: particles touch the ground, and leave it",
     engines=("scipy",),
     unit="of the radius",

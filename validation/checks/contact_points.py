@@ -7,8 +7,9 @@ from itertools import combinations
 
 import numpy as np
 
-from softbody import Box, SoftBody, World, contact_points, icosphere, landing, step
+from softbody import Box, SoftBody, World, contact_points, icosphere, step
 from softbody.collision import batches, contact
+from softbody.dynamics import particle_ground
 from softbody.scenes import box_pile, boxes_on_torus, sphere_on_torus, tray
 from validation.cases import BOX_TRIANGLES, corners_of, random_orientations, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check
@@ -131,7 +132,7 @@ def loads_of_a_beam(run: Run) -> Comparison:
         ),
         Fault(
             "what the ground gives without friction",
-            landing.resolve_ground,
+            particle_ground.resolve_ground,
             "scale(1.0 / model.particle_inverse_mass[i], change)",
             "(0.0, 0.0, change[2] / model.particle_inverse_mass[i])",
         ),

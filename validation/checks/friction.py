@@ -13,8 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 import softbody
-from softbody import SoftBody, World, landing
+from softbody import SoftBody, World
 from softbody.collision import batches, sequential_impulses, soft_response, solver_row, support_trees
+from softbody.dynamics import particle_ground
 from softbody.model import material
 from validation.cases import corners_of, random_orientations, rotated, rotation_matrix
 from validation.check import Comparison, Run, check
@@ -63,10 +64,10 @@ DEAF_BELOW = Fault(
 MEAN = "sqrt(a_.friction * b_.friction)"
 LARGER = Fault("the larger friction of two", material.combined, MEAN, "max(a_.friction, b_.friction)")
 SMALLER = Fault("the smaller friction of two", material.combined, MEAN, "min(a_.friction, b_.friction)")
-NO_BOUNCE = Fault("no restitution on the ground", landing.bounce_particle, "speed_after(down_, e_)", "0.0")
+NO_BOUNCE = Fault("no restitution on the ground", particle_ground.bounce_particle, "speed_after(down_, e_)", "0.0")
 GROUND_WITHOUT_MATERIAL = Fault(
     "soft bodies on a ground that counts as they do",
-    landing.material_on_ground,
+    particle_ground.material_on_ground,
     "material_of_ground(model_)",
     "material_of_soft(model_, body)",
 )
@@ -560,7 +561,7 @@ def after_bounce(velocity: np.ndarray, normal: np.ndarray, friction: float, rest
     claim="Particles of a soft body that are below the ground, each at its own velocity, are on it after a step, and"
     " leave it by Newton's restitution and Coulomb's friction.",
     section="4.3",
-    piece="softbody.landing.resolve_ground",
+    piece="softbody.dynamics.particle_ground.resolve_ground",
     reference="closed form for a particle",
     unit="m, m/s",
     kind="closed form",
@@ -604,7 +605,7 @@ def particles_strike_the_ground(run: Run) -> Comparison:
     claim="Particles that their springs hardly hold bounce along the ground like stones: each time to e² of the"
     " height, and their sliding loses μ (1 + e) times the speed of the fall, at most all.",
     section="4.3",
-    piece="softbody.landing.resolve_ground",
+    piece="softbody.dynamics.particle_ground.resolve_ground",
     reference="closed form of the flights between bounces",
     unit="of the height of the fall, and of the speed",
     kind="closed form",
@@ -726,7 +727,7 @@ FLOORS = ("the ground", "a static box", "a soft body that is held", "a rigid box
     claim="A stiff soft box that is thrown along the ground, a static box or a face of a soft body stops after v²/2μg,"
     " on its line, and lies.",
     section="4.2, 4.3",
-    piece="softbody.collision.soft_response.exchange_impulses, softbody.landing.resolve_ground",
+    piece="softbody.collision.soft_response.exchange_impulses, softbody.dynamics.particle_ground.resolve_ground",
     reference="closed form for what does not bend",
     unit="of the distance, and of the speed",
     kind="closed form",
@@ -816,7 +817,7 @@ def soft_box_drags_a_box(run: Run) -> Comparison:
     claim="A soft ball that is thrown along the ground without spin slides, begins to turn, and ends rolling at three"
     " fifths of its speed.",
     section="4.3",
-    piece="softbody.landing.resolve_ground",
+    piece="softbody.dynamics.particle_ground.resolve_ground",
     reference="closed form of a thin shell: I = ⅔ m r², and friction does not change the moment about the ground",
     unit="of the speed",
     kind="closed form",

@@ -6,20 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from softbody import (
-    Box,
-    Joint,
-    SimulationError,
-    SoftBody,
-    World,
-    builder,
-    icosphere,
-    joint,
-    joint_forces,
-    octahedron,
-    snapshot,
-)
+from softbody import Box, Joint, SimulationError, SoftBody, World, builder, icosphere, joint, octahedron, snapshot
 from softbody import world as host
+from softbody.dynamics import joint_forces
 from validation.cases import edge_lengths, random_orientations, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault
@@ -325,7 +314,7 @@ def _what_is_left(stiffness: np.ndarray, targets: np.ndarray, later: bool) -> Wo
     " those on soft bodies of the Runge–Kutta scheme ½ h v ahead, of n sub-steps of the others ½ h (1 − 1/n) v, those"
     " on boxes where they are.",
     section="5.1",
-    piece="softbody.joint_forces.with_joints",
+    piece="softbody.dynamics.joint_forces.with_joints",
     reference="closed form: Hooke's law and damping at these places; the momentum of each body before and after",
     kind="closed form",
     unit="of the momentum given",
@@ -404,7 +393,7 @@ def ends_half_way(run: Run) -> Comparison:
     claim="A joint with a length at rest whose two ends are at one place pushes neither of them, which could go any"
     " way: a box or a particle that it ties to a place, or to each other, goes on as it was.",
     section="5.1",
-    piece="softbody.joint_forces.with_joints",
+    piece="softbody.dynamics.joint_forces.with_joints",
     reference="free flight: the velocities before",
     kind="closed form",
     unit="m/s",

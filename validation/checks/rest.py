@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 import softbody
-from softbody import Box, SoftBody, World, landing
+from softbody import Box, SoftBody, World
 from softbody.collision import manifold, soft_contacts, soft_response
-from softbody.dynamics import pressure
+from softbody.dynamics import particle_ground, pressure
 from validation.cases import rotated
 from validation.check import DISAGREEMENTS, Comparison, Misprint, Run, check
 from validation.fault import Fault
@@ -69,7 +69,7 @@ def _pressed_spheres(run: Run) -> dict[str, Pressed]:
     family=FAMILY,
     claim="At rest, contacts push a soft sphere with its weight and no more, upwards, and only where it touches.",
     section="4.2, 5.1",
-    piece="softbody.landing.resolve_ground, softbody.collision.soft_response",
+    piece="softbody.dynamics.particle_ground.resolve_ground, softbody.collision.soft_response",
     reference="balance of forces; springs and gas by the judge's own formulas at the positions of the core",
     engines=("scipy", "trimesh"),
     unit="of the weight",
@@ -79,7 +79,7 @@ def _pressed_spheres(run: Run) -> dict[str, Pressed]:
     faults=(
         Fault(
             "ground that throws particles up by a millimetre",
-            landing.land,
+            particle_ground.land,
             "position_[2, i_] = height_",
             "position_[2, i_] = height_ + 0.001",
         ),
@@ -103,7 +103,7 @@ def reactions_carry_the_weight(run: Run) -> Comparison:
     family=FAMILY,
     claim="The gas carries the load: pressure times area of contact is the weight of a soft sphere on the ground.",
     section="2.2, 4.2",
-    piece="softbody.dynamics.pressure, softbody.landing.resolve_ground",
+    piece="softbody.dynamics.pressure, softbody.dynamics.particle_ground.resolve_ground",
     reference="balance of a membrane, which leaves the ground along it and so without pull: P A of the triangles that"
     " touch with three corners, and of those with one, enclose the weight",
     engines=("scipy", "trimesh"),

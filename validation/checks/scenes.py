@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 import softbody
-from softbody import Box, Mesh, SoftBody, World, landing
+from softbody import Box, Mesh, SoftBody, World
 from softbody.collision import soft_contacts, soft_response
+from softbody.dynamics import particle_ground
 from softbody.model import material
 from softbody.scenes import boxes_on_torus, rolling_torus, sphere_on_torus, torus_stack
 from validation import accounts
@@ -446,7 +447,7 @@ def _deep(world: World) -> float:
     faults=(
         Fault(
             "ground that soft bodies fall through",
-            landing.land,
+            particle_ground.land,
             "z_ < height_",
             "z_ < height_ - 1e9",
         ),

@@ -68,7 +68,7 @@ def crowds_in_parts_keep_what_they_must(run: Run) -> Comparison:
     " where it takes each step in 2, 3 or 4 parts and contacts act once, as steps are made shorter: here parts are as"
     " short as in 128 of 0.8 of a stable step. How far they are off in whole ones is noted.",
     section="2, 4.2, 5.1",
-    piece="softbody.World.substeps, softbody.dynamics.soft_bodies.move_in_place, softbody.landing",
+    piece="softbody.World.substeps, softbody.dynamics.soft_bodies.move_in_place, softbody.dynamics.particle_ground",
     reference="SciPy's DOP853 between events: particles touch the ground, and leave it",
     engines=("scipy",),
     unit="of the radius",

@@ -274,7 +274,7 @@ def torus_rolls(run: Run) -> Comparison:
     family=FAMILY,
     claim="Scene 2: where the rolling torus touches the ground it sticks: it slides at under 2 % of its speed.",
     section="9",
-    piece="softbody.landing.resolve_ground",
+    piece="softbody.dynamics.particle_ground.resolve_ground",
     reference="rolling without sliding",
     unit="of the speed",
     kind="closed form",

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import softbody
-from softbody.landing import bounce_particle, resolve_ground
+from softbody.dynamics.particle_ground import bounce_particle, resolve_ground
 from softbody.model.material import Material
 
 
