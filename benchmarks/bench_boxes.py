@@ -12,9 +12,9 @@ from scipy.spatial import cKDTree
 from benchmarks.worlds import putting_back
 from references.pybullet_world import BulletWorld
 from softbody import World
+from softbody.collision.boxes.manifold import box_pairs_manifolds
+from softbody.collision.boxes.sat_boxes import PlacedBoxes
 from softbody.collision.broad_phase import near_pairs, near_pairs_exhaustive
-from softbody.collision.manifold import box_pairs_manifolds
-from softbody.collision.sat_boxes import PlacedBoxes
 
 SIZES = (10, 100, 1_000)
 STEP = 1.0 / 240.0

@@ -14,7 +14,7 @@ from trimesh.ray.ray_pyembree import RayMeshIntersector as Embree
 
 import softbody
 from benchmarks.open3d_peer import open3d, open3d_scene
-from softbody.collision.sat_boxes import PlacedBoxes, box_pairs_overlap
+from softbody.collision.boxes.sat_boxes import PlacedBoxes, box_pairs_overlap
 from softbody.compiler.jit import jit
 from softbody.geometry import (
     BVH,

@@ -23,10 +23,10 @@ from benchmarks.worlds import putting_back
 from softbody import World
 from softbody.collision.broad_phase import near_pairs
 from softbody.collision.contact import Contacts, new_contacts
-from softbody.collision.soft_contacts import find_soft_contacts
-from softbody.collision.soft_response import Bodies, resolve_contacts
-from softbody.collision.substeps import spheres_of_bodies
-from softbody.collision.surface import Surfaces, build_surfaces
+from softbody.collision.soft.soft_contacts import find_soft_contacts
+from softbody.collision.soft.soft_response import Bodies, resolve_contacts
+from softbody.collision.soft.split_steps import spheres_of_bodies
+from softbody.collision.soft.surface import Surfaces, build_surfaces
 from softbody.compiler.jit import jit
 from softbody.dynamics.soft_bodies import motion_of, move_soft_bodies
 from softbody.model.arrays import Model, State, boxes_of, copy_state, particles_of, soft_bodies_of

@@ -3,7 +3,7 @@
 import numba
 import numpy as np
 
-from softbody.collision.sat_boxes import PlacedBoxes, box_box_separation, placed_box
+from softbody.collision.boxes.sat_boxes import PlacedBoxes, box_box_separation, placed_box
 
 
 @numba.njit

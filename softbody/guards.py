@@ -8,7 +8,7 @@ from math import ceil, hypot, inf, isfinite
 import numpy as np
 
 from softbody.collision.contact import NOBODY, Contacts
-from softbody.collision.surface import Surfaces
+from softbody.collision.soft.surface import Surfaces
 from softbody.dynamics.integrators import STABILITY_LIMIT
 from softbody.dynamics.joint_forces import joint_rates
 from softbody.dynamics.pressure import soft_volume

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from softbody.collision.box_contacts import near_boxes, penetration_slop
+from softbody.collision.boxes.box_contacts import near_boxes, penetration_slop
+from softbody.collision.boxes.box_ground import resolve_ground_of_boxes
+from softbody.collision.boxes.sat_boxes import PlacedBoxes, placed_box
+from softbody.collision.boxes.single_contact import paper_contact
 from softbody.collision.contact import NOBODY, Contacts
-from softbody.collision.ground import resolve_ground_of_boxes
 from softbody.collision.impulse import resolve_contact
-from softbody.collision.sat_boxes import PlacedBoxes, placed_box
-from softbody.collision.sequential_impulses import hold_pushed_boxes, solve_positions, solve_velocities
-from softbody.collision.single_contact import paper_contact
-from softbody.collision.solver_row import prepare_contacts
-from softbody.collision.warm_start import warm_start
+from softbody.collision.solver.sequential_impulses import hold_pushed_boxes, solve_positions, solve_velocities
+from softbody.collision.solver.solver_row import prepare_contacts
+from softbody.collision.solver.warm_start import warm_start
 from softbody.compiler.jit import jit
 from softbody.dynamics.rigid_boxes import accelerate_boxes, advance_boxes, shift_boxes
 from softbody.linalg.vec import Vec, accumulate, scale

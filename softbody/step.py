@@ -7,15 +7,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softbody.collision.box_contacts import find_box_contacts
+from softbody.collision.boxes.box_contacts import find_box_contacts
+from softbody.collision.boxes.manifold import Manifold
 from softbody.collision.contact import NOBODY, Contacts
-from softbody.collision.manifold import Manifold
-from softbody.collision.paper_response import resolve_in_turn
-from softbody.collision.soft_contacts import find_soft_contacts
-from softbody.collision.soft_response import Bodies, resolve_contacts
-from softbody.collision.substeps import subdivision
-from softbody.collision.surface import Surfaces
-from softbody.collision.warm_start import cache_impulses, copied_cache, copy_cache
+from softbody.collision.paper.paper_response import resolve_in_turn
+from softbody.collision.soft.soft_contacts import find_soft_contacts
+from softbody.collision.soft.soft_response import Bodies, resolve_contacts
+from softbody.collision.soft.split_steps import subdivision
+from softbody.collision.soft.surface import Surfaces
+from softbody.collision.solver.warm_start import cache_impulses, copied_cache, copy_cache
 from softbody.compiler.jit import jit, jit_inlined, jit_lean
 from softbody.dynamics.joint_forces import with_joints
 from softbody.dynamics.particle_ground import material_on_ground, resolve_ground

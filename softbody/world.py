@@ -25,9 +25,9 @@ from softbody.builder import (
     with_soft_body,
     without,
 )
+from softbody.collision.boxes.manifold import new_manifold
 from softbody.collision.contact import Contacts, new_contacts, remembered, remembering, without_box
-from softbody.collision.manifold import new_manifold
-from softbody.collision.surface import Surfaces, build_surfaces
+from softbody.collision.soft.surface import Surfaces, build_surfaces
 from softbody.compiler.interrupts import SILENT, Bell, assign_together, listening, set_together
 from softbody.compiler.threads import Team, team_of
 from softbody.contact_points import ContactPoints, contact_points

@@ -9,7 +9,7 @@ import numpy as np
 
 import softbody
 from softbody import Mesh, World
-from softbody.collision.sat_boxes import PlacedBox, PlacedBoxes, box_box_separation
+from softbody.collision.boxes.sat_boxes import PlacedBox, PlacedBoxes, box_box_separation
 
 # A roof of eight triangles, of 0.5 m height and 2 m length, whose ridge goes from corner 2 to corner 5.
 ROOF = np.array([[-1, -0.3, 0], [-1, 0.3, 0], [-1, 0, 0.5], [1, -0.3, 0], [1, 0.3, 0], [1, 0, 0.5]], float)

@@ -30,7 +30,7 @@ FAMILIES = {
     "Springs and gas": ("springs", "softbody.dynamics.plain_forces", "finite differences of the energy", ()),
     "Integrators": ("integrators", "softbody.dynamics.integrators", "SciPy DOP853", ("scipy",)),
     "Rigid motion": ("rigid", "softbody.dynamics.rigid_boxes", "PyBullet", ("pybullet",)),
-    "Box against box": ("sat", "softbody.collision.sat_boxes", "FCL", ("fcl",)),
+    "Box against box": ("sat", "softbody.collision.boxes.sat_boxes", "FCL", ("fcl",)),
     "Point in a body": ("inside", "softbody.geometry.polyhedron", "exact arithmetic", ()),
     "Impulses": ("impulse", "softbody.collision.impulse", "conservation laws", ()),
 }

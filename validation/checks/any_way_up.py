@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from softbody import World
-from softbody.collision import box_contacts, swept_boxes
+from softbody.collision.boxes import box_contacts, swept_boxes
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
 
@@ -93,7 +93,7 @@ def _ends(boxes: list[Placed], down: Rotation, names: list[Rotation], h: float) 
     claim="Whichever of x, y and z is down, and whatever the axes of each box are called, boxes that are let go a"
     " little above a plate, or slide over flush tiles, come to the same places, at the same velocities.",
     section="4.5, 5.2",
-    piece="softbody.collision.box_contacts.find_box_contacts, softbody.collision.swept_boxes.meeting_of",
+    piece="softbody.collision.boxes.box_contacts.find_box_contacts, softbody.collision.boxes.swept_boxes.meeting_of",
     reference="the same world with z down and the axes of boxes as they were given",
     engines=("scipy",),
     kind="invariant",

@@ -9,9 +9,9 @@ import numpy as np
 
 import softbody
 from softbody import Mesh, World
-from softbody.collision import edge_mesh, soft_contacts, soft_response
 from softbody.collision.contact import Touch, add_contact, box_side, new_contacts, soft_side
-from softbody.collision.soft_response import Bodies, resolve_contacts
+from softbody.collision.soft import edge_mesh, soft_contacts, soft_response
+from softbody.collision.soft.soft_response import Bodies, resolve_contacts
 from softbody.geometry import bvh_rays
 from softbody.geometry.box import box_inertia
 from softbody.model import material
@@ -126,7 +126,7 @@ KINDS = ("soft–soft", "soft–rigid")
     family=FAMILY,
     claim="A collision off-centre, of two soft spheres or of one with a box, of restitution 0, ½ or 1, adds no energy.",
     section="4.2, 4.3",
-    piece="softbody.collision.soft_response",
+    piece="softbody.collision.soft.soft_response",
     reference="invariant",
     unit="energy gained, of the kinetic",
     kind="invariant",
@@ -159,7 +159,7 @@ def collisions_add_no_energy(run: Run) -> Comparison:
     family=FAMILY,
     claim="A collision off-centre, of two soft spheres or of one with a box, keeps the angular momentum.",
     section="4.2, 4.3",
-    piece="softbody.collision.soft_response",
+    piece="softbody.collision.soft.soft_response",
     reference="invariant",
     unit="of the angular momentum",
     kind="invariant",
@@ -192,7 +192,7 @@ def collisions_keep_angular_momentum(run: Run) -> Comparison:
     family=FAMILY,
     claim="Soft spheres that meet head-on part with the speeds of elastic balls, as stiffness and mesh are refined.",
     section="4.3",
-    piece="softbody.collision.soft_contacts, softbody.collision.soft_response",
+    piece="softbody.collision.soft.soft_contacts, softbody.collision.soft.soft_response",
     reference="closed form: in the centre's frame both velocities turn round; restitution 0 is that of a particle only",
     unit="of the closing speed",
     kind="closed form",
@@ -239,7 +239,7 @@ def _limit(measure: Callable[[float], np.ndarray]) -> tuple[np.ndarray, float]:
     family=FAMILY,
     claim="Soft spheres that meet off-centre are deflected like hard ones, as their stiffness grows.",
     section="4.3",
-    piece="softbody.collision.soft_contacts, softbody.collision.soft_response",
+    piece="softbody.collision.soft.soft_contacts, softbody.collision.soft.soft_response",
     reference="closed form: hard smooth spheres exchange their velocities along the line of centres",
     unit="of the closing speed",
     kind="closed form",
@@ -277,7 +277,7 @@ def off_centre_spheres_deflect(run: Run) -> Comparison:
     family=FAMILY,
     claim="A soft sphere that strikes a box off-centre makes it fly and spin like a rigid smooth one, as it stiffens.",
     section="4.2",
-    piece="softbody.collision.soft_contacts, softbody.collision.soft_response",
+    piece="softbody.collision.soft.soft_contacts, softbody.collision.soft.soft_response",
     reference="closed form: a smooth ball meets the box as a particle of its mass would, with restitution 1",
     unit="of the speeds before",
     kind="closed form",
@@ -314,7 +314,7 @@ def stiff_sphere_strikes_box(run: Run) -> Comparison:
     family=FAMILY,
     claim="Two equal bodies that meet, turned by half a turn, or mirrored, with a box between or without, stay so.",
     section="4.3",
-    piece="softbody.collision.soft_contacts, softbody.collision.soft_response",
+    piece="softbody.collision.soft.soft_contacts, softbody.collision.soft.soft_response",
     reference="symmetry, of every particle, after 0.065 s, with a box between after 0.3 s",
     unit="of the size",
     kind="invariant",
@@ -360,7 +360,7 @@ def symmetric_pairs_stay_symmetric(run: Run) -> Comparison:
     family=FAMILY,
     claim="Roofs of eight triangles that fall across each other, ridge on ridge, are held by their ridges.",
     section="6",
-    piece="softbody.collision.edge_mesh",
+    piece="softbody.collision.soft.edge_mesh",
     reference="closed form: how far the line of one ridge is below that of the other where they cross, seen from above",
     unit="of the height of a roof",
     kind="closed form",
@@ -442,7 +442,7 @@ def _point_strikes_box(rng: np.random.Generator) -> tuple[np.ndarray, ...]:
     family=FAMILY,
     claim="A point on a surface that strikes a box gives way by Σ w²/m, and the box by its mass and inertia.",
     section="4.2",
-    piece="softbody.collision.soft_response.exchange_impulses",
+    piece="softbody.collision.soft.soft_response.exchange_impulses",
     reference="closed form: the point is a particle of mass 1/(Σ w²/m)",
     unit="of the speeds",
     kind="closed form",

@@ -8,7 +8,8 @@ from itertools import combinations
 import numpy as np
 
 from softbody import Box, SoftBody, World, contact_points, icosphere, step
-from softbody.collision import batches, contact
+from softbody.collision import contact
+from softbody.collision.solver import batches
 from softbody.dynamics import particle_ground
 from softbody.scenes import box_pile, boxes_on_torus, sphere_on_torus, tray
 from validation.cases import BOX_TRIANGLES, corners_of, random_orientations, rotation_matrix

@@ -7,9 +7,9 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from softbody import Mesh, World
-from softbody.collision import edge_box, edge_mesh, soft_response, soft_soft
 from softbody.collision.contact import Listing, new_contacts
-from softbody.collision.edge_mesh import Ridge, bits_across, edge_across_edge
+from softbody.collision.soft import edge_box, edge_mesh, soft_response, soft_soft
+from softbody.collision.soft.edge_mesh import Ridge, bits_across, edge_across_edge
 from softbody.geometry.segments import put_segment
 from softbody.linalg.vec import Vec
 from softbody.model.arrays import Particles
@@ -26,7 +26,7 @@ LANE = "worlds"  # claims that share the kernels of a whole world, and a process
     claim="How deep an edge goes through a box, the shortest way out, and where the two touch when it has gone that"
     " way, or, if that was beyond the box, where it comes in: edges through sides, faces and the middle, and aside.",
     section="beyond the paper",
-    piece="softbody.collision.edge_box.edge_in_box",
+    piece="softbody.collision.soft.edge_box.edge_in_box",
     reference="the nearest facet of their Minkowski difference, by Qhull; the surface of the box",
     kind="third-party library",
     engines=("scipy",),
@@ -93,7 +93,7 @@ def edges_in_a_box(run: Run) -> Comparison:
     " its two triangles faces it more: ridges that part, and such that miss by an end, by a side that rises, by being"
     " reentrant, or by 0.1 per cent of the greatest depth that is asked for.",
     section="beyond the paper",
-    piece="softbody.collision.edge_mesh.edge_across_edge",
+    piece="softbody.collision.soft.edge_mesh.edge_across_edge",
     reference="nearest points of two lines by least squares, sides by determinants, in NumPy",
     kind="closed form",
     unit="of lengths of 1, of a unit vector; 0 or 1",
@@ -213,7 +213,7 @@ RIDGE = np.array([2, 5, 1, 3])  # its ends, and the third corners to its left an
     " ridge is held once by the other, as deep, that way and there as the nearest points of both lines are, half-way"
     " between them, and by the triangle that faces it more; or not, where that place on it is not inside.",
     section="beyond the paper",
-    piece="softbody.collision.soft_soft.find_soft_soft_contacts",
+    piece="softbody.collision.soft.soft_soft.find_soft_soft_contacts",
     reference="nearest points of two lines by least squares, sides by determinants, in NumPy",
     kind="closed form",
     unit="m, of a unit vector; particles, contacts",
@@ -294,7 +294,7 @@ def held(world: World, k: int) -> np.ndarray:
     " the tip is, towards the nearer slope's outside, is not held by the ridge besides, for its tip is; one that leads"
     " farther in, and passes under the ridge, is, as deep as the nearest points of both lines are.",
     section="beyond the paper",
-    piece="softbody.collision.soft_soft.find_soft_soft_contacts",
+    piece="softbody.collision.soft.soft_soft.find_soft_soft_contacts",
     reference="nearest points of two lines by least squares, sides by determinants, the slopes' normals, in NumPy",
     kind="specification",
     unit="m; contacts",
@@ -382,7 +382,7 @@ def edges_that_lead_out(run: Run) -> Comparison:
     " where they touch, if the line is at a cosine of 0.05 to the normal or less: at 0.5, 0.997, 1.003 and 2 to 20"
     " times that, of triangles of any shape.",
     section="beyond the paper",
-    piece="softbody.collision.soft_response.resolve_contacts",
+    piece="softbody.collision.soft.soft_response.resolve_contacts",
     reference="three linear equations, by NumPy",
     kind="closed form",
     unit="weights of corners",

@@ -8,7 +8,7 @@ import numpy as np
 
 import softbody
 from softbody import World
-from softbody.collision import soft_response
+from softbody.collision.soft import soft_response
 from validation import accounts
 from validation.cases import random_orientations, rotated
 from validation.check import Comparison, Run, check
@@ -65,7 +65,7 @@ def collision(rng: np.random.Generator, integrator: str, part: float, friction: 
     " restitution, by any integrator, never have more energy than at the start, but for a term of second order in the"
     " step: at most (ω h)² / 20 of the kinetic energy, with ω the highest frequency.",
     section="4.3",
-    piece="softbody.collision.soft_response",
+    piece="softbody.collision.soft.soft_response",
     reference="invariant; springs and gas by SciPy's judge",
     engines=("scipy",),
     unit="most energy gained, of (ω h)² times the kinetic",
@@ -157,7 +157,7 @@ def drift_and_gain(world: World, step: float) -> tuple[float, float]:
     claim="Worlds of 2 to 5 unlike soft bodies and up to 3 boxes that spin, all of which fly at each other, with any"
     " restitution and friction, never have more energy than at the start, and keep their angular momentum.",
     section="4.2, 4.3",
-    piece="softbody.collision.soft_response",
+    piece="softbody.collision.soft.soft_response",
     reference="invariants; springs and gas by SciPy's judge, boxes by their inertia, in NumPy",
     engines=("scipy",),
     unit="of the angular momenta; of a thousandth of the kinetic energy",

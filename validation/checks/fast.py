@@ -8,7 +8,7 @@ import numpy as np
 
 import softbody
 from softbody import World
-from softbody.collision import substeps
+from softbody.collision.soft import split_steps
 from validation.cases import random_orientations, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault
@@ -51,14 +51,14 @@ def shoot(target: str, rng: np.random.Generator, make: Callable[..., World] = Wo
     family=FAMILY,
     claim="No soft ball shot at up to 100 m/s goes through a plate of 0.1 m, fixed or free, or through another ball.",
     section="6",
-    piece="softbody.collision.substeps.subdivision",
+    piece="softbody.collision.soft.split_steps.subdivision",
     reference="invariant: what was in front stays in front",
     unit=DISAGREEMENTS,
     kind="invariant",
     tolerance=0.0,
     because="one passage is one too many",
     detects="a step that takes a ball through a plate: without splitting, a third of the shots",
-    faults=(Fault("a step that is never split", substeps.subdivision, "int(ceil(parts_))", "1"),),
+    faults=(Fault("a step that is never split", split_steps.subdivision, "int(ceil(parts_))", "1"),),
 )
 def nothing_passes_through(run: Run) -> Comparison:
     rng = run.fresh_rng()
@@ -75,7 +75,7 @@ def nothing_passes_through(run: Run) -> Comparison:
     claim="A step of worlds of soft bodies and boxes that fly, swell and spin anyhow is cut into as few equal parts as"
     " let nothing that is near move against a soft body by more than a quarter of the thinner one's thickness a part.",
     section="6",
-    piece="softbody.collision.substeps.subdivision",
+    piece="softbody.collision.soft.split_steps.subdivision",
     reference="the rule, pair by pair, in NumPy; thickness: 2 V/A of a box, a ball or a plate",
     kind="closed form",
     unit="parts",
@@ -84,10 +84,10 @@ def nothing_passes_through(run: Run) -> Comparison:
     detects="speeds of a body's points about another's mean, the wrong thickness, pairs that are seen too late or where"
     " they are not",
     faults=(
-        Fault("means that point back", substeps.subdivision, "add(mean_, x_)", "sub(mean, x_)"),
-        Fault("points that spread about nothing", substeps.subdivision, "sub(x_, mean_)", "add(x_, mean)"),
-        Fault("pairs that are near now alone", substeps.subdivision, "h_ * (x_ + spread_[b_])", "0.0 * x_"),
-        Fault("half of what spins", substeps.subdivision, "0.5 * norm(size_)", "0.25 * norm(size)"),
+        Fault("means that point back", split_steps.subdivision, "add(mean_, x_)", "sub(mean, x_)"),
+        Fault("points that spread about nothing", split_steps.subdivision, "sub(x_, mean_)", "add(x_, mean)"),
+        Fault("pairs that are near now alone", split_steps.subdivision, "h_ * (x_ + spread_[b_])", "0.0 * x_"),
+        Fault("half of what spins", split_steps.subdivision, "0.5 * norm(size_)", "0.25 * norm(size)"),
     ),
 )
 def parts_of_a_step(run: Run) -> Comparison:
@@ -132,7 +132,7 @@ def parts_of_a_step(run: Run) -> Comparison:
                     parts = np.maximum(parts, h * closing / (0.25 * min(one[4], other[4])))
                     is_clear &= bool(apart < come + 0.4 * reach)
         if is_clear and (parts > 1.0 or rng.random() < 0.3):
-            found = substeps.subdivision(world.model, world.state, None, h)
+            found = split_steps.subdivision(world.model, world.state, None, h)
             measured.append(found)
             expected.append(int(np.ceil(np.minimum(parts, 1_000.0))))
             kinds.append("one part" if expected[-1] == 1 else "several" if expected[-1] < 1_000 else "most")

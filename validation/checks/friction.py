@@ -14,7 +14,8 @@ import numpy as np
 
 import softbody
 from softbody import SoftBody, World
-from softbody.collision import batches, sequential_impulses, soft_response, solver_row, support_trees
+from softbody.collision.soft import soft_response
+from softbody.collision.solver import batches, sequential_impulses, solver_row, support_trees
 from softbody.dynamics import particle_ground
 from softbody.model import material
 from validation.cases import corners_of, random_orientations, rotated, rotation_matrix
@@ -223,7 +224,7 @@ def compared(
     family=FAMILY,
     claim="A flat box, turned anyhow, slides or spins on the ground as DART makes it.",
     section="beyond the paper",
-    piece="softbody.collision.sequential_impulses.solve_velocities",
+    piece="softbody.collision.solver.sequential_impulses.solve_velocities",
     reference=f"DART, Gauss–Seidel on Coulomb's cone: {STATE} after 0.2 s",
     engines=("dartpy",),
     unit="m, m/s, rad/s",
@@ -240,7 +241,7 @@ def flat_box_as_in_dart(run: Run) -> Comparison:
     family=FAMILY,
     claim="Two flat boxes on each other, both free, slide along one line, or spin about one axis, as DART makes them.",
     section="beyond the paper",
-    piece="softbody.collision.sequential_impulses.solve_velocities",
+    piece="softbody.collision.solver.sequential_impulses.solve_velocities",
     reference=f"DART, as above: {STATE} after 0.2 s",
     engines=("dartpy",),
     unit="m, m/s, rad/s",
@@ -258,7 +259,7 @@ def two_flat_boxes_as_in_dart(run: Run) -> Comparison:
     claim="Flat boxes, single and in twos, that slide and spin on one ground, all in one World, each move as DART"
     " makes them alone.",
     section="beyond the paper",
-    piece="softbody.collision.batches.batches_of",
+    piece="softbody.collision.solver.batches.batches_of",
     reference=f"DART, each alone: {STATE} after 0.2 s",
     engines=("dartpy",),
     unit="m, m/s, rad/s",
@@ -307,7 +308,7 @@ def crowd_as_each_alone(run: Run) -> Comparison:
     claim="Cubes on a corner, and boxes on an edge, on the ground or on a box that slides itself, tip, slide and turn"
     " over as DART makes them.",
     section="beyond the paper",
-    piece="softbody.collision.sequential_impulses.solve_velocities",
+    piece="softbody.collision.solver.sequential_impulses.solve_velocities",
     reference="DART, as above: position and rotation after 0.15 s",
     engines=("dartpy",),
     unit="m, rotation matrix",
@@ -335,7 +336,7 @@ def leaning_boxes_as_in_dart(run: Run) -> Comparison:
     family=FAMILY,
     claim="A box that spins on its face loses α = 6 μ g / diagonal of its angular velocity, stops, and stays.",
     section="beyond the paper",
-    piece="softbody.collision.sequential_impulses.solve_velocities",
+    piece="softbody.collision.solver.sequential_impulses.solve_velocities",
     reference="closed form, summed over steps: four corners carry the weight, at half the diagonal from the axis",
     unit="of the angle",
     kind="closed form",
@@ -372,7 +373,7 @@ def spinning_box_stops(run: Run) -> Comparison:
     family=FAMILY,
     claim="A box that is pulled ever harder stays until the pull is μ m g, and then gains speed by what exceeds that.",
     section="10.13",
-    piece="softbody.collision.sequential_impulses.solve_velocities",
+    piece="softbody.collision.solver.sequential_impulses.solve_velocities",
     reference="closed form: the sum over steps of what the pull exceeds μ m g by",
     unit="of the speed at the end",
     kind="closed form",
@@ -410,7 +411,7 @@ def pulled_box_breaks_loose(run: Run) -> Comparison:
     claim="Of two boxes on each other, the upper one up to eight times as heavy, the lower one is pulled: they go"
     " together as long as friction can make them, else each by what is left for it.",
     section="10.13",
-    piece="softbody.collision.sequential_impulses.solve_velocities",
+    piece="softbody.collision.solver.sequential_impulses.solve_velocities",
     reference="closed form: Newton's law with Coulomb's bound at both faces",
     unit="of the speed",
     kind="closed form",
@@ -451,7 +452,7 @@ def pulled_from_under(run: Run) -> Comparison:
     claim="A plate is pulled from under a box two to eight times as heavy until corners of the box hang over its edge:"
     " the box never hops, and goes as friction takes it, in worlds of default settings.",
     section="10.13",
-    piece="softbody.collision.sequential_impulses.solve_velocities",
+    piece="softbody.collision.solver.sequential_impulses.solve_velocities",
     reference="closed form: v = μ g t along the pull, and no motion up or down, as long as the middle is on the plate",
     unit="of the speed",
     kind="closed form",
@@ -485,7 +486,7 @@ def slides_over_an_edge(run: Run) -> Comparison:
     claim="A box that slides and spins at once, or tumbles, obeys Newton and Coulomb in every step: impulses at its"
     " corners and its weight change its momenta, and friction is μ times the normal impulse, against the sliding.",
     section="beyond the paper",
-    piece="softbody.collision.sequential_impulses.solve_velocities",
+    piece="softbody.collision.solver.sequential_impulses.solve_velocities",
     reference="Newton's and Coulomb's laws, by the motion before and after a step",
     unit="of the weight's impulse, or of friction's at that corner if it is more",
     kind="closed form",
@@ -657,7 +658,7 @@ def vertex_first(rng: np.random.Generator, normal: np.ndarray, gap: float) -> so
     claim="A vertex of a soft body that strikes a face of a static box, turned anyhow, or of a soft body that is held"
     " leaves it by Newton's restitution and Coulomb's friction.",
     section="4.2, 4.3",
-    piece="softbody.collision.soft_response.exchange_impulses",
+    piece="softbody.collision.soft.soft_response.exchange_impulses",
     reference="closed form for a particle",
     unit="m/s",
     kind="closed form",
@@ -727,7 +728,7 @@ FLOORS = ("the ground", "a static box", "a soft body that is held", "a rigid box
     claim="A stiff soft box that is thrown along the ground, a static box or a face of a soft body stops after v²/2μg,"
     " on its line, and lies.",
     section="4.2, 4.3",
-    piece="softbody.collision.soft_response.exchange_impulses, softbody.dynamics.particle_ground.resolve_ground",
+    piece="softbody.collision.soft.soft_response.exchange_impulses, softbody.dynamics.particle_ground.resolve_ground",
     reference="closed form for what does not bend",
     unit="of the distance, and of the speed",
     kind="closed form",
@@ -775,7 +776,7 @@ def soft_box_slides_to_rest(run: Run) -> Comparison:
     claim="A stiff soft box that slides on a free box takes it along: one loses what the other gains, by friction,"
     " until they go together.",
     section="4.2",
-    piece="softbody.collision.soft_response.exchange_impulses",
+    piece="softbody.collision.soft.soft_response.exchange_impulses",
     reference="closed form for what does not bend",
     unit="of the speed, and of the way",
     kind="closed form",

@@ -7,7 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from softbody import World, icosphere, rigid_box
-from softbody.collision import box_contacts, impulse, sequential_impulses, soft_response, solver_row
+from softbody.collision import impulse
+from softbody.collision.boxes import box_contacts
+from softbody.collision.soft import soft_response
+from softbody.collision.solver import sequential_impulses, solver_row
 from softbody.dynamics import rigid_boxes
 from softbody.linalg import quaternion
 from validation.cases import random_orientations

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from softbody import World
-from softbody.collision import manifold, swept_boxes
+from softbody.collision.boxes import manifold, swept_boxes
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
 
@@ -23,7 +23,7 @@ LONG = 8.0  # [m] side of the plate: the box is over it for three steps
     " spin: if it comes over the rim within the step, and is over the plate when they meet; and if it was over it when"
     " they touched, and is past the rim at the end. The plate stands still, or flies evenly; no gravity.",
     section="4.4, 4.5",
-    piece="softbody.collision.manifold.swept_manifold, softbody.collision.swept_boxes.meeting_of",
+    piece="softbody.collision.boxes.manifold.swept_manifold, softbody.collision.boxes.swept_boxes.meeting_of",
     reference="closed form: what holds all of a face up pushes through its middle",
     engines=("scipy",),
     kind="closed form",
@@ -94,7 +94,7 @@ def strikes_from_aside(run: Run) -> Comparison:
     claim="A box that comes down flat on a fixed one, with weight, both turned anyhow in the world and about their"
     " common normal, is on it after two steps, and no deeper.",
     section="4.4, 4.5",
-    piece="softbody.collision.swept_boxes.meeting_of",
+    piece="softbody.collision.boxes.swept_boxes.meeting_of",
     reference="closed form: half of both thicknesses apart",
     kind="closed form",
     unit="of the way in a step",

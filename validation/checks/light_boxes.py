@@ -6,7 +6,7 @@ import numpy as np
 
 import softbody
 from softbody import World
-from softbody.collision import held_boxes, sequential_impulses
+from softbody.collision.solver import held_boxes, sequential_impulses
 from validation import accounts
 from validation.cases import rotated
 from validation.check import DISAGREEMENTS, Comparison, Run, check
@@ -28,7 +28,7 @@ STEP = 0.5  # of the stable time step
     claim="A soft body of 1 kg that falls by up to 0.3 m on one to three boxes of 100 g to 1 g each, stacked on the"
     " ground, or on one of 100 mg, comes to rest there: after 3 s nothing has sunk, at no time was there more energy.",
     section="4.2",
-    piece="softbody.collision.held_boxes",
+    piece="softbody.collision.solver.held_boxes",
     reference="statics: heights of boxes, and of the lowest particle on the uppermost; energy: an invariant, springs"
     " and gas by SciPy's judge",
     engines=("scipy",),
@@ -80,7 +80,7 @@ PLANK, PEDESTAL = (1.2, 0.4, 0.1), (0.3, 0.4, 0.5)  # [m]
     claim="A plank on a pedestal tips under a soft cube beside the pedestal if the cube's moment about its edge is the"
     " larger one, and not if it is the plank's, for planks of a twentieth to 1.5 times the cube's mass.",
     section="4.2",
-    piece="softbody.collision.held_boxes",
+    piece="softbody.collision.solver.held_boxes",
     reference="statics: M g e against m g (x − e), with e the half width of the pedestal",
     unit=DISAGREEMENTS,
     kind="closed form",

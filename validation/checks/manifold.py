@@ -7,11 +7,13 @@ from typing import Any
 import numpy as np
 
 from softbody import World
-from softbody.collision import edge_edge, manifold, sat_boxes, sequential_impulses
+from softbody.collision import edge_edge
+from softbody.collision.boxes import manifold, sat_boxes
 from softbody.collision.contact import new_contacts
 from softbody.collision.impulse import resolve_contact
-from softbody.collision.sequential_impulses import solve_velocities
-from softbody.collision.solver_row import prepare_contacts
+from softbody.collision.solver import sequential_impulses
+from softbody.collision.solver.sequential_impulses import solve_velocities
+from softbody.collision.solver.solver_row import prepare_contacts
 from softbody.geometry.box import box_inertia
 from softbody.model import material
 from softbody.model.arrays import RigidBodies
@@ -41,7 +43,7 @@ RESTITUTION_OF_MANY = Fault(
     "restitution_ * approach_",
     "1.00000001 * restitution_ * approach_",
 )
-SOLVER = "softbody.collision.sequential_impulses.solve_velocities"
+SOLVER = "softbody.collision.solver.sequential_impulses.solve_velocities"
 FAMILIES = ("vertex on face", "edge on edge", "edge on face", "face on face")
 MASSES = ("equal masses", "1000:1", "1:1000", "on a static box")
 SWEEPS = 20_000  # enough for 1e-11 of the speed at eight contacts and masses of 1000:1
@@ -365,7 +367,7 @@ def conservation(run: Run) -> Comparison:
     family=FAMILY,
     claim="The depth of two overlapping boxes and the direction that undoes it are Bullet's.",
     section="4.5",
-    piece="softbody.collision.sat_boxes.least_overlap",
+    piece="softbody.collision.boxes.sat_boxes.least_overlap",
     reference="pybullet getClosestPoints with margins 0",
     engines=("pybullet",),
     unit="of the size, and of a unit vector",
@@ -428,7 +430,7 @@ def depth_and_normal_by_bullet(run: Run) -> Comparison:
     family=FAMILY,
     claim="Every contact point lies half-way between the surfaces: half its depth along the normal from either.",
     section="4.4",
-    piece="softbody.collision.manifold.box_box_manifold",
+    piece="softbody.collision.boxes.manifold.box_box_manifold",
     reference="geometry: the point ± half the depth lies on the boundary of a and of b",
     unit="of the size",
     kind="closed form",
@@ -467,7 +469,7 @@ def points_on_surfaces(run: Run) -> Comparison:
     family=FAMILY,
     claim="A vertex on a face, and edges that cross, touch where Bullet says, seen along the normal.",
     section="4.4",
-    piece="softbody.collision.manifold.box_box_manifold",
+    piece="softbody.collision.boxes.manifold.box_box_manifold",
     reference="pybullet's contact point in one step",
     engines=("pybullet",),
     unit="of the size",
@@ -576,7 +578,7 @@ def particle_on_box(run: Run) -> Comparison:
     claim="Where boxes touch is answered for m pairs by m counts, m normals, m rows of eight points and m of eight"
     " depths, for any m, also none; of boxes that meet anyhow.",
     section="4.5",
-    piece="softbody.collision.manifold.box_pairs_manifolds",
+    piece="softbody.collision.boxes.manifold.box_pairs_manifolds",
     reference="the shapes that are documented",
     kind="specification",
     unit="lengths of axes",
@@ -606,7 +608,7 @@ def shapes_of_the_answer(run: Run) -> Comparison:
     " the contact is half-way between the two edges that reach farthest to the other box, where they come nearest:"
     " within both, or at the end of one.",
     section="4.5",
-    piece="softbody.collision.manifold.box_box_manifold",
+    piece="softbody.collision.boxes.manifold.box_box_manifold",
     reference="nearest points of two segments: the best of those within both and from each of the four ends, by NumPy",
     kind="closed form",
     unit="of the size",

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from softbody import SoftBody, World, icosphere
-from softbody.collision import manifold, soft_contacts
+from softbody.collision.boxes import manifold
+from softbody.collision.soft import soft_contacts
 from softbody.dynamics import pressure
 from softbody.scenes import ball_drop, box_pile, box_stack, tray
 from validation import accounts

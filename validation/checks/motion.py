@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from softbody import World
-from softbody.collision import box_contacts, manifold, sequential_impulses
+from softbody.collision.boxes import box_contacts, manifold
+from softbody.collision.solver import sequential_impulses
 from softbody.dynamics import rigid_boxes
 from softbody.geometry.box import box_corners
 from softbody.model import material
@@ -181,7 +182,7 @@ def bounce_heights(run: Run) -> Comparison:
     family=FAMILY,
     claim="A box that slides stops after v²/2μg.",
     section="beyond the paper",
-    piece="softbody.collision.sequential_impulses.solve_velocities",
+    piece="softbody.collision.solver.sequential_impulses.solve_velocities",
     reference="closed form",
     unit="of the way",
     kind="closed form",
@@ -212,7 +213,7 @@ def sliding_distance(run: Run) -> Comparison:
     family=FAMILY,
     claim="A box on an incline holds if and only if tan θ < μ; else it slides down by g (sin θ − μ cos θ) t²/2.",
     section="beyond the paper",
-    piece="softbody.collision.sequential_impulses.solve_velocities",
+    piece="softbody.collision.solver.sequential_impulses.solve_velocities",
     reference="closed form",
     unit="of g t²/2",
     kind="closed form",
@@ -275,7 +276,7 @@ def toppling(run: Run) -> Comparison:
     family=FAMILY,
     claim="A stack of ten boxes stands for 20 s: it hardly sinks, drifts or moves.",
     section="4.4",
-    piece="softbody.collision.sequential_impulses.solve_velocities",
+    piece="softbody.collision.solver.sequential_impulses.solve_velocities",
     reference="bounds; pybullet's stack is in the note",
     engines=("pybullet",),
     unit="of the bound",
@@ -409,7 +410,7 @@ def pile(run: Run) -> Comparison:
     family=FAMILY,
     claim="Boxes that start inside each other part, and no speed comes of it.",
     section="4.4",
-    piece="softbody.collision.sequential_impulses.solve_positions",
+    piece="softbody.collision.solver.sequential_impulses.solve_positions",
     reference="depths by FCL; the speed is 0",
     engines=("fcl",),
     unit="m/s gained, m inside",

@@ -9,8 +9,11 @@ import numpy as np
 
 import softbody
 from softbody import Mesh, OverlapWarning, World, move_boxes, step
-from softbody.collision import ground, impulse, paper_response, sat_meshes, single_contact, soft_contacts
-from softbody.collision.sat_boxes import PlacedBox
+from softbody.collision import impulse
+from softbody.collision.boxes import box_ground, single_contact
+from softbody.collision.boxes.sat_boxes import PlacedBox
+from softbody.collision.paper import paper_response
+from softbody.collision.soft import sat_meshes, soft_contacts
 from softbody.dynamics import rigid_boxes
 from softbody.model import material
 from validation.cases import corners_of, dented_sphere, random_box_pairs, random_orientations, rotated, rotation_matrix
@@ -111,7 +114,7 @@ def boxes_bounce(run: Run) -> Comparison:
     claim="In World.paper() a box that lies on another, off-centre, is turned by it: its one contact is half-way"
     " between the two boxes, as printed.",
     section="4.4",
-    piece="softbody.collision.single_contact.paper_contact",
+    piece="softbody.collision.boxes.single_contact.paper_contact",
     reference="the paper's formula as printed: one impulse half-way between the centres",
     unit="of the speed that one step of weight gives",
     kind="closed form",
@@ -173,7 +176,7 @@ def _overlapping(
     " them: one contact after the other, half of the depth to each side, one impulse of restitution e each; and no box"
     " leaves them faster than its ceilings.",
     section="4.2, 4.3",
-    piece="softbody.collision.paper_response",
+    piece="softbody.collision.paper.paper_response",
     reference="the paper's rules in plain NumPy; libigl: what is inside what, and which triangle is closest",
     engines=("igl",),
     unit="of the speed; of the size",
@@ -274,7 +277,7 @@ def _fly_box(
     claim="In World.paper() boxes move apart if, and only if, their bounding spheres meet and no face normal parts"
     ' them, as the paper\'s six axes have it; with contact="single" alone if, and only if, they overlap for FCL.',
     section="4.5",
-    piece="softbody.collision.single_contact.paper_contact",
+    piece="softbody.collision.boxes.single_contact.paper_contact",
     reference="six axes as printed, in NumPy; FCL for all axes",
     engines=("fcl",),
     unit=DISAGREEMENTS,
@@ -452,7 +455,7 @@ def nothing_rubs(run: Run) -> Comparison:
     " particles that strike a fixed box, straight or aslant, lose as much of their sliding as the impulse times μ takes"
     " away, all of it at most.",
     section="4.2, 4.4",
-    piece="softbody.collision.ground.bounce_box, softbody.collision.paper_response",
+    piece="softbody.collision.boxes.box_ground.bounce_box, softbody.collision.paper.paper_response",
     reference="closed forms: Newton's restitution and Coulomb's friction at one point, with its inverse effective mass",
     engines=("scipy",),
     kind="closed form",
@@ -463,7 +466,7 @@ def nothing_rubs(run: Run) -> Comparison:
     faults=(
         Fault(
             "impulses of the ground that are not summed",
-            ground.bounce_box,
+            box_ground.bounce_box,
             "impulse[k_] += change_",
             "pass",
         ),
@@ -542,7 +545,7 @@ def friction_is_coulombs(run: Run) -> Comparison:
     " box that comes down upright, aslant and sliding, until its upper corners are exactly at the ground, or a little"
     " above or below, is stopped and rubbed at the lower four, or at all eight.",
     section="4.4",
-    piece="softbody.collision.ground.bounce_box",
+    piece="softbody.collision.boxes.box_ground.bounce_box",
     reference="sixteen rounds of impulses over the corners below, in the core's order, then friction, in NumPy",
     kind="specification",
     unit="of the speed",
@@ -550,9 +553,9 @@ def friction_is_coulombs(run: Run) -> Comparison:
     because="rounding of two hundred impulses",
     detects="corners at the ground that are stopped, or rubbed, as if they were below",
     faults=(
-        Fault("corners at the ground, too", ground.bounce_box, "corner[2] < height", "corner[2] <= height"),
-        Fault("all corners", ground.bounce_box, "corner[2] < height", "corner[2] < height + 100.0"),
-        Fault("eight rounds", ground.bounce_box, "BOX_ROUNDS", "BOX_ROUNDS // 8"),
+        Fault("corners at the ground, too", box_ground.bounce_box, "corner[2] < height", "corner[2] <= height"),
+        Fault("all corners", box_ground.bounce_box, "corner[2] < height", "corner[2] < height + 100.0"),
+        Fault("eight rounds", box_ground.bounce_box, "BOX_ROUNDS", "BOX_ROUNDS // 8"),
     ),
 )
 def corners_below_the_ground(run: Run) -> Comparison:
@@ -670,7 +673,7 @@ def only_the_ground_makes_snap(run: Run) -> Comparison:
     claim="Trying all pairs of bodies, and the normals of all their faces, as in the paper, changes no bit of a world:"
     " soft spheres, dented ones, tori and boxes that fall on each other.",
     section="4, 4.3, 4.5",
-    piece="softbody.collision.sat_meshes.faces_part",
+    piece="softbody.collision.soft.sat_meshes.faces_part",
     reference='the same world with pairs="grid"',
     unit="m",
     kind="the core in another form",
@@ -807,7 +810,7 @@ def unseen_by_the_paper(run: Run) -> Comparison:
     claim="Whether the normal of a face parts two meshes is what NumPy finds by trying all, of convex and dented ones;"
     " and of convex ones that one parts, FCL says that they are apart.",
     section="4.3, 4.5",
-    piece="softbody.collision.sat_meshes.faces_part",
+    piece="softbody.collision.soft.sat_meshes.faces_part",
     reference="projections of all points on all normals, by NumPy; FCL",
     kind="closed form",
     engines=("fcl",),
@@ -881,7 +884,7 @@ def _widest_gap(a: Mesh, b: Mesh) -> float:
     claim="The one point in which two boxes touch: half as deep as they are, below the corner of either that is in a"
     " face of the other; in the middle of what two faces that lie on each other, along any axis, have in common.",
     section="4.4",
-    piece="softbody.collision.single_contact.box_box_contact",
+    piece="softbody.collision.boxes.single_contact.box_box_contact",
     reference="closed form: the lowest corner; the middle of a rectangle",
     kind="closed form",
     unit="of the size",

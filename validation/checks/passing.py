@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from softbody import World
-from softbody.collision import box_contacts, manifold, sat_boxes, swept_boxes
+from softbody.collision.boxes import box_contacts, manifold, sat_boxes, swept_boxes
 from softbody.geometry.box import box_corners
 from validation.arbitration import US, arbitrate
 from validation.cases import corners_of, random_orientations
@@ -303,7 +303,7 @@ def _in_frame(case: Passing, speed: float, place: int) -> list[tuple[Any, ...]]:
     "at 1 to 100 m/s and in steps of 1 ms to 1/30 s, fly on as if each were alone: to the bit, or to rounding where "
     "they fall.",
     section="4.5",
-    piece="softbody.collision.manifold.swept_manifold",
+    piece="softbody.collision.boxes.manifold.swept_manifold",
     reference="closed form: the outlines of two boxes, seen along their relative motion, are apart",
     engines=("scipy",),
     unit=DISAGREEMENTS,
@@ -331,7 +331,7 @@ def near_misses(run: Run) -> Comparison:
     claim="Boxes that do not turn fly on as if each were alone if, and only if, they do not meet, at 1 to 100 m/s and "
     "in steps of 1 ms to 1/30 s: without gravity however little they would overlap, else by 2 g h² or more.",
     section="4.5",
-    piece="softbody.collision.manifold.swept_manifold",
+    piece="softbody.collision.boxes.manifold.swept_manifold",
     reference="closed form: the outlines of two boxes, seen along their relative motion, overlap or are apart",
     engines=("scipy",),
     unit=DISAGREEMENTS,
@@ -352,7 +352,7 @@ def hits(run: Run) -> Comparison:
     claim="Boxes that pass each other with 1 mm to 10 cm of air, turning or not, falling or not, fly on as if each "
     "were alone, as they do in Bullet and in Rapier.",
     section="4.5",
-    piece="softbody.collision.manifold.swept_manifold",
+    piece="softbody.collision.boxes.manifold.swept_manifold",
     reference="the same boxes in Bullet and in Rapier, in steps of 2 mm",
     engines=("pybullet", "rapier3d", "scipy"),
     unit=DISAGREEMENTS,
@@ -373,7 +373,7 @@ def near_misses_by_engines(run: Run) -> Comparison:
     claim="Boxes that do not turn are struck on their way if, and only if, Bullet and Rapier let them meet; but those "
     "that overlap by less than 1 mm, or in their fall by less than 2 g h², or pass with less than 1 mm of air.",
     section="4.5",
-    piece="softbody.collision.manifold.swept_manifold",
+    piece="softbody.collision.boxes.manifold.swept_manifold",
     reference="the same boxes in Bullet and in Rapier, in steps of 2 mm",
     engines=("pybullet", "rapier3d", "scipy"),
     unit=DISAGREEMENTS,
@@ -397,7 +397,7 @@ def hits_by_engines(run: Run) -> Comparison:
     "if, Bullet and Rapier let them meet; but those for whom 1 mm more or less of one box (2 g h² where they fall) "
     "would decide.",
     section="4.5",
-    piece="softbody.collision.swept_boxes.come_near",
+    piece="softbody.collision.boxes.swept_boxes.come_near",
     reference="the same boxes in Bullet and in Rapier, in steps of 2 mm",
     engines=("pybullet", "rapier3d", "scipy"),
     unit=DISAGREEMENTS,
@@ -460,7 +460,7 @@ IN_STEPS = 10  # they are past each other, or have met
     "passes by 14 mm, meet or pass as in Bullet and in Rapier, from wherever they are looked at, and whichever of the "
     "two is the first.",
     section="4.5",
-    piece="softbody.collision.manifold.swept_manifold",
+    piece="softbody.collision.boxes.manifold.swept_manifold",
     reference="the same boxes in Bullet and in Rapier, in steps of 2 mm",
     engines=("pybullet", "rapier3d", "scipy"),
     unit=DISAGREEMENTS,
@@ -521,7 +521,7 @@ def _is_struck(before: np.ndarray, after: np.ndarray, rounding: float) -> bool:
     " than some length along the normals of all others, but for those all but parallel to it: asked as plain Python,"
     " which allows no index beside an array.",
     section="4.5",
-    piece="softbody.collision.swept_boxes.rests_on_face",
+    piece="softbody.collision.boxes.swept_boxes.rests_on_face",
     reference="projections of all corners, by NumPy, and SciPy's rotations",
     kind="closed form",
     engines=("scipy",),
@@ -592,7 +592,7 @@ def resting_by_projections(run: Run) -> Comparison:
     claim="A smooth box slides over flush tiles, with and without weight, as over one plate: straight on, at its "
     "speed.",
     section="4.5",
-    piece="softbody.collision.swept_boxes.meeting_of",
+    piece="softbody.collision.boxes.swept_boxes.meeting_of",
     reference="closed form: v(t) = v(0), ω = 0",
     unit="of the speed",
     kind="closed form",
@@ -646,7 +646,7 @@ def flush_tiles(run: Run) -> Comparison:
     claim="A box that comes down flat on another, but for a tilt of 1e-12 to 1e-5 rad, turned and anywhere on it, with"
     " weight and without, is stopped in a step: it gets no kick sideways, and no spin.",
     section="4.4, 4.5",
-    piece="softbody.collision.swept_boxes.meeting_of",
+    piece="softbody.collision.boxes.swept_boxes.meeting_of",
     reference="closed form: v = 0 across, ω = 0, and what falls comes no nearer",
     unit="of the speed; without weight of a hundredth of it",
     kind="closed form",

@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from softbody import World
-from softbody.collision import box_contacts, sequential_impulses, support_trees
+from softbody.collision.boxes import box_contacts
+from softbody.collision.solver import sequential_impulses, support_trees
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
 
@@ -76,7 +77,7 @@ def piled(boxes: list[tuple[np.ndarray, ...]], friction: float) -> World:
     "0.1 m at most) of mixed sizes and a little aside, with friction of 0.2 to 1, stand after 8 s, at 240 to 30 "
     "steps a second, where they were put, are at rest, and stay so for 2 s.",
     section="4.4",
-    piece="softbody.collision.support_trees.solve_trees",
+    piece="softbody.collision.solver.support_trees.solve_trees",
     reference="bounds",
     unit="of the bound",
     kind="bound",
@@ -126,7 +127,7 @@ def rest_of_piles(run: Run) -> Comparison:
     claim="Fifty twisted boxes on top of each other (quick: twenty), placed or dropped by 0.1 m each, stand upright "
     "after 8 s (full: 40 s).",
     section="4.4",
-    piece="softbody.collision.support_trees.solve_trees",
+    piece="softbody.collision.solver.support_trees.solve_trees",
     reference="bounds",
     unit="m, m/s",
     kind="bound",
@@ -150,7 +151,7 @@ def tall_pile(run: Run) -> Comparison:
     claim="After 10 s piles of 10 to 50 twisted boxes, placed or dropped, are no faster than in the best of Bullet, "
     "MuJoCo and Rapier, and lie no farther aside than there by 1 nm.",
     section="4.4",
-    piece="softbody.collision.support_trees.solve_trees",
+    piece="softbody.collision.solver.support_trees.solve_trees",
     reference="the same piles in three engines, with their defaults",
     engines=("pybullet", "mujoco", "rapier3d"),
     unit="of the best; of 1 nm",
@@ -190,7 +191,7 @@ def rest_beside_engines(run: Run) -> Comparison:
     family=FAMILY,
     claim="One box and three on an incline of 0.1 or 0.3 rad with μ = 0.5 do not creep within 10 s.",
     section="beyond the paper",
-    piece="softbody.collision.support_trees.solve_trees",
+    piece="softbody.collision.solver.support_trees.solve_trees",
     reference="they stay",
     unit="m",
     kind="bound",

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from softbody import World, icosphere
-from softbody.collision import soft_contacts, soft_response
 from softbody.collision.contact import new_contacts
-from softbody.collision.surface import build_surfaces
+from softbody.collision.soft import soft_contacts, soft_response
+from softbody.collision.soft.surface import build_surfaces
 from softbody.compiler.threads import Team
 from softbody.dynamics import integrators, soft_bodies, vertex_rings
 from softbody.dynamics.soft_bodies import motion_of
@@ -184,7 +184,7 @@ def crowd(rng: np.random.Generator) -> World:
     claim="One, two and three threads give the same bits, over ten steps or more: eleven soft bodies of 42 to 2 562"
     " particles and three boxes that press each other.",
     section="4.2, 4.3",
-    piece="softbody.collision.soft_contacts.find_on_threads",
+    piece="softbody.collision.soft.soft_contacts.find_on_threads",
     reference="the same run on one thread",
     unit=DISAGREEMENTS,
     kind="the core in another form",
@@ -237,7 +237,7 @@ def threads_find_the_same_contacts(run: Run) -> Comparison:
     " the kernel and minds the ends of arrays; and each thread gets its share of the work, by the particles that are"
     " asked and asked about, but for one body.",
     section="4.2, 4.3",
-    piece="softbody.collision.soft_contacts",
+    piece="softbody.collision.soft.soft_contacts",
     reference="all pairs, in NumPy; sums of particles",
     kind="exhaustive search",
     unit=DISAGREEMENTS,

@@ -8,7 +8,8 @@ import numpy as np
 
 import softbody
 from softbody import Box, SoftBody, World
-from softbody.collision import manifold, soft_contacts, soft_response
+from softbody.collision.boxes import manifold
+from softbody.collision.soft import soft_contacts, soft_response
 from softbody.dynamics import particle_ground, pressure
 from validation.cases import rotated
 from validation.check import DISAGREEMENTS, Comparison, Misprint, Run, check
@@ -69,7 +70,7 @@ def _pressed_spheres(run: Run) -> dict[str, Pressed]:
     family=FAMILY,
     claim="At rest, contacts push a soft sphere with its weight and no more, upwards, and only where it touches.",
     section="4.2, 5.1",
-    piece="softbody.dynamics.particle_ground.resolve_ground, softbody.collision.soft_response",
+    piece="softbody.dynamics.particle_ground.resolve_ground, softbody.collision.soft.soft_response",
     reference="balance of forces; springs and gas by the judge's own formulas at the positions of the core",
     engines=("scipy", "trimesh"),
     unit="of the weight",
@@ -155,7 +156,7 @@ def _rest_height(segments: int, part: float, seconds: float) -> float:
     claim="A box that falls on a soft torus comes to rest at a height that does not depend on the step, and less and"
     " less on the mesh.",
     section="4.2, 9",
-    piece="softbody.collision.soft_contacts, softbody.collision.soft_response",
+    piece="softbody.collision.soft.soft_contacts, softbody.collision.soft.soft_response",
     reference="refinement: the step from 0.8 of the stable one to a quarter of that; twice as many segments",
     unit="of the height",
     kind="the core in another form",
@@ -189,7 +190,7 @@ def rest_height_converges(run: Run) -> Comparison:
     family=FAMILY,
     claim="A box that falls on a soft torus, or is thrown at it, never goes through: it stays above the middle.",
     section="4.2, 6",
-    piece="softbody.collision.soft_contacts, softbody.collision.soft_response",
+    piece="softbody.collision.soft.soft_contacts, softbody.collision.soft.soft_response",
     reference="invariant: the box above the torus's centre, and no particle of it above the box",
     unit=DISAGREEMENTS,
     kind="invariant",
@@ -222,7 +223,7 @@ def box_never_goes_through(run: Run) -> Comparison:
     family=FAMILY,
     claim="A box that lies off-centre on another stays: it is held on the surfaces, not half-way between the bodies.",
     section="4.4, 4.5",
-    piece="softbody.collision.manifold.box_box_manifold",
+    piece="softbody.collision.boxes.manifold.box_box_manifold",
     reference="statics: what holds it up passes below its centre; the velocities after one step are zero",
     unit="of the speed that one step of weight gives",
     kind="closed form",

@@ -6,7 +6,7 @@ import importlib
 
 import numpy as np
 
-from softbody.collision import sat_boxes
+from softbody.collision.boxes import sat_boxes
 from validation.arbitration import US, arbitrate
 from validation.cases import (
     BoxPairs,
@@ -36,7 +36,7 @@ LESS_REACH = Fault(
     "distance_ - reach_a_ - reach_b_",
     "distance_ - reach_a_ - 0.97 * reach_b_",
 )
-PIECE = "softbody.collision.sat_boxes.box_box_separation"
+PIECE = "softbody.collision.boxes.sat_boxes.box_box_separation"
 
 
 def separations(pairs: BoxPairs, paper_axes: bool = False) -> np.ndarray:
@@ -48,7 +48,7 @@ def separations(pairs: BoxPairs, paper_axes: bool = False) -> np.ndarray:
     family=FAMILY,
     claim="Random boxes overlap for the core if and only if they overlap for FCL.",
     section="4.5",
-    piece="softbody.collision.sat_boxes.box_pairs_overlap",
+    piece="softbody.collision.boxes.sat_boxes.box_pairs_overlap",
     reference="FCL",
     engines=("fcl",),
     unit=DISAGREEMENTS,
@@ -158,7 +158,7 @@ def by_exact_arithmetic(pairs: BoxPairs, ours: np.ndarray, engine: str, theirs: 
     family=FAMILY,
     claim="Random boxes overlap for the core if and only if they overlap for coal.",
     section="4.5",
-    piece="softbody.collision.sat_boxes.box_pairs_overlap",
+    piece="softbody.collision.boxes.sat_boxes.box_pairs_overlap",
     reference="coal; exact arithmetic says who is right",
     engines=("coal",),
     unit=DISAGREEMENTS,
@@ -207,7 +207,7 @@ def pose_families(rng: np.random.Generator, count: int) -> dict[str, BoxPairs]:
     family=FAMILY,
     claim="In every family of poses, also thin rods and small gaps, fifteen axes see FCL's hits and no others.",
     section="4.5",
-    piece="softbody.collision.sat_boxes.box_pairs_overlap",
+    piece="softbody.collision.boxes.sat_boxes.box_pairs_overlap",
     reference="FCL",
     engines=("fcl",),
     unit=DISAGREEMENTS,
@@ -425,7 +425,7 @@ def _product(p: np.ndarray, q: np.ndarray) -> np.ndarray:
     claim="Along the normal, from b to a, corners of boxes are as far apart, or overlap by as much, as is said; the"
     " normal is the axis that is named, a face's for boxes turned about an axis they share.",
     section="4.5",
-    piece="softbody.collision.sat_boxes.box_pairs_separation",
+    piece="softbody.collision.boxes.sat_boxes.box_pairs_separation",
     reference="corners and axes by NumPy",
     kind="closed form",
     unit="of the size",
@@ -493,7 +493,7 @@ def _along_axis(normal: np.ndarray, axis: int, pairs: BoxPairs, i: int) -> float
     claim="Upright boxes overlap or touch exactly if they do along x, y and z: half-integer places, whole sizes, a"
     " third of the pairs touching along an axis.",
     section="4.5",
-    piece="softbody.collision.sat_boxes.box_pairs_overlap",
+    piece="softbody.collision.boxes.sat_boxes.box_pairs_overlap",
     reference="whole numbers",
     kind="exact arithmetic",
     unit=DISAGREEMENTS,

@@ -9,7 +9,7 @@ import numpy as np
 
 import softbody
 from softbody import Box, Mesh, SoftBody, World
-from softbody.collision import soft_contacts, soft_response
+from softbody.collision.soft import soft_contacts, soft_response
 from softbody.dynamics import particle_ground
 from softbody.model import material
 from softbody.scenes import boxes_on_torus, rolling_torus, sphere_on_torus, torus_stack
@@ -198,7 +198,7 @@ def _centres(world: World) -> tuple[np.ndarray, np.ndarray]:
     family=FAMILY,
     claim="Scene 1: the torus carries the sphere, which does not touch the ground.",
     section="9",
-    piece="softbody.scenes.sphere_on_torus, softbody.collision.soft_response",
+    piece="softbody.scenes.sphere_on_torus, softbody.collision.soft.soft_response",
     reference="statics: the ground pushes the torus up by its own weight and the sphere's; by how much it does, springs"
     " and gas of the torus tell by the judge's own formulas",
     engines=("scipy",),
@@ -286,7 +286,7 @@ def torus_stays_upright(run: Run) -> Comparison:
     family=FAMILY,
     claim="It does not matter in which order bodies are added: a sphere falls into a torus the same way for 3 s.",
     section="4.3",
-    piece="softbody.collision.soft_contacts, softbody.collision.soft_response",
+    piece="softbody.collision.soft.soft_contacts, softbody.collision.soft.soft_response",
     reference="the same world, its bodies added the other way round",
     unit="of the size, centres",
     kind="invariant",
@@ -339,7 +339,7 @@ def _soft_body(world: World, rng: np.random.Generator, size: float, position: np
     family=FAMILY,
     claim="Bodies that start inside each other, by a part or wholly, do not explode.",
     section="4.2, 4.3",
-    piece="softbody.collision.soft_contacts, softbody.collision.soft_response",
+    piece="softbody.collision.soft.soft_contacts, softbody.collision.soft.soft_response",
     reference="bounds: no centre is faster than a fall from ten times the size, and no more energy is added than"
     " stretching springs to the size takes, k × size²",
     unit="of the bounds",
@@ -387,7 +387,7 @@ def overlaps_do_not_explode(run: Run) -> Comparison:
     claim="A soft body that starts up to a fifth of its size inside another, or a box in it, and a torus up to the"
     " middle of its tube, is out within three seconds, most within one.",
     section="4.2, 4.3",
-    piece="softbody.collision.soft_contacts, softbody.collision.soft_response",
+    piece="softbody.collision.soft.soft_contacts, softbody.collision.soft.soft_response",
     reference="igl's signed distance (pseudonormals)",
     engines=("igl",),
     unit="deepest overlap, of the size",

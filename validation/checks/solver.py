@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softbody.collision import batches, held_boxes, sequential_impulses, solver_row, support_trees, warm_start
 from softbody.collision.contact import Contacts, new_contacts
-from softbody.collision.solver_row import NORMAL_IMPULSE, TARGET, prepare_contacts
-from softbody.collision.sweep_order import sweep_order
+from softbody.collision.solver import batches, held_boxes, sequential_impulses, solver_row, support_trees, warm_start
+from softbody.collision.solver.solver_row import NORMAL_IMPULSE, TARGET, prepare_contacts
+from softbody.collision.solver.sweep_order import sweep_order
 from softbody.geometry.box import box_inertia
 from softbody.model.arrays import RigidBodies
 from validation.cases import random_orientations, rotation_matrix
@@ -159,7 +159,7 @@ def swept(
     " contact after contact had been corrected, up the list and down by turns, and on for as long as that converges"
     " fast.",
     section="beyond the paper",
-    piece="softbody.collision.sequential_impulses.solve_velocities",
+    piece="softbody.collision.solver.sequential_impulses.solve_velocities",
     reference="sequential impulses, one contact at a time, in NumPy, by matrices of masses",
     unit="of the speed, of the momentum at 1 kg",
     kind="closed form",
@@ -227,7 +227,7 @@ def sweeps(run: Run) -> Comparison:
     claim="Boxes inside each other are moved apart by a fifth of every depth beyond what is allowed, by the least"
     " displacement that does so, weighed with their masses and inertias; whatever was asked before of the same rows.",
     section="4.4",
-    piece="softbody.collision.sequential_impulses.solve_positions",
+    piece="softbody.collision.solver.sequential_impulses.solve_positions",
     reference="a quadratic programme: non-negative least squares, by SciPy",
     kind="third-party library",
     engines=("scipy",),
@@ -367,7 +367,7 @@ def _rate(rows: np.ndarray, inverse: np.ndarray) -> float:
     claim="Boxes that stand on others are as loose as the work of a push on them, held by what they stand on, is of"
     " that on them alone; and what holds them is pushed itself, from support to support, down to the ground.",
     section="beyond the paper",
-    piece="softbody.collision.held_boxes",
+    piece="softbody.collision.solver.held_boxes",
     reference="for each box a quadratic programme: non-negative least squares, by SciPy",
     kind="third-party library",
     engines=("scipy",),
@@ -451,7 +451,7 @@ def held(run: Run) -> Comparison:
     claim="Of several things that a box stands on, it hangs on the one that pushed it most in the last step, and on"
     " what that hangs; and the equations of such trees, of contacts that hold, slide or are open, are solved.",
     section="beyond the paper",
-    piece="softbody.collision.support_trees",
+    piece="softbody.collision.solver.support_trees",
     reference="sums of impulses; the whole system (M + Jᵀ D J) dv = Jᵀ D r, by NumPy's dense solver",
     kind="closed form",
     unit="of the speed; 1 for a wrong tree",
@@ -543,7 +543,7 @@ def trees(run: Run) -> Comparison:
     " feature; where a feature is gone its impulse goes to the nearest contact of that pair, between a nanometre and a"
     " thousand kilometres away, and where the pair is gone, to none.",
     section="4.4",
-    piece="softbody.collision.warm_start.warm_start",
+    piece="softbody.collision.solver.warm_start.warm_start",
     reference="the same rule, contact by contact, in NumPy",
     kind="specification",
     unit="N s",
@@ -603,7 +603,7 @@ def impulses_of_a_step_ago(run: Run) -> Comparison:
     claim="What two hundred sweeps over the supports of a box do not end, as where they are close together, counts as"
     " it is then: the part of a push that is left.",
     section="beyond the paper",
-    piece="softbody.collision.held_boxes",
+    piece="softbody.collision.solver.held_boxes",
     reference="two hundred sweeps of projected Gauss–Seidel in NumPy, of which each leaves 0.9 to 0.999 of the last",
     kind="specification",
     unit="of the part",

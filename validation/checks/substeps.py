@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from softbody import World, icosphere, step
-from softbody.collision import soft_response
+from softbody.collision.soft import soft_response
 from softbody.dynamics import soft_bodies
 from validation.check import Comparison, Run, check
 from validation.checks.bounce import balls, ends
@@ -24,7 +24,7 @@ PARTS = (2, 3, 4)  # in which soft bodies take a step
     " parts and contacts act once, keep angular momentum and have no more energy than at the start, but for terms of"
     " second order in the step: at most (ω h)² / 5000 and (ω h)² / 20, with ω the highest frequency.",
     section="4.2, 4.3",
-    piece="softbody.World.substeps, softbody.collision.soft_response",
+    piece="softbody.World.substeps, softbody.collision.soft.soft_response",
     reference="invariants; springs and gas by SciPy's judge, boxes by their inertia, in NumPy",
     engines=("scipy",),
     unit="of the bounds, which are parts of the angular momenta and of the kinetic energy",

@@ -9,7 +9,7 @@ import numpy as np
 import softbody
 from softbody import Box as RigidBox
 from softbody import Mesh, SoftBody, World
-from softbody.collision import edge_mesh, soft_contacts, soft_response, soft_soft
+from softbody.collision.soft import edge_mesh, soft_contacts, soft_response, soft_soft
 from softbody.geometry import segments
 from validation.cases import random_orientations, rotated
 from validation.check import Comparison, Run, check
@@ -168,7 +168,7 @@ SCENES = {
     " are if vertices and triangles are numbered otherwise, if bodies are added the other way round, in the mirror, and"
     " seen from a frame that moves.",
     section="4.2, 4.3",
-    piece="softbody.collision.soft_contacts, softbody.collision.soft_response",
+    piece="softbody.collision.soft.soft_contacts, softbody.collision.soft.soft_response",
     reference="the same world, changed; every particle, and the centres of boxes, changed back",
     unit="of the size",
     kind="invariant",

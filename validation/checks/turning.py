@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from softbody import World
-from softbody.collision import manifold, sat_boxes, swept_boxes
+from softbody.collision.boxes import manifold, sat_boxes, swept_boxes
 from validation.cases import depths_of_boxes
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.checks.passing import BALLS
@@ -30,7 +30,7 @@ def rise(angle: float, size: np.ndarray) -> float:
     " above it within the step if, and only if, it rises as far as that is away, to a hundredth where nothing twists"
     " it: boxes of any shape, the other one fixed or very heavy, as the first or the second.",
     section="4.5",
-    piece="softbody.collision.swept_boxes.come_near",
+    piece="softbody.collision.boxes.swept_boxes.come_near",
     reference="closed form: how far an end rises by semi-implicit steps, ω + h I⁻¹ τ for a step",
     engines=("scipy",),
     kind="closed form",
@@ -115,7 +115,7 @@ def gaps_along(axes: np.ndarray, sizes: np.ndarray, turns: np.ndarray, apart: np
     " the later one; of the other one if that parts them by more than gravity moves a body in a step besides, and along"
     " an edge of each if that does: in a World as it comes, with steps in which that is a centimetre.",
     section="4.5",
-    piece="softbody.collision.sat_boxes.least_overlap",
+    piece="softbody.collision.boxes.sat_boxes.least_overlap",
     reference="that rule on gaps along fifteen axes, by NumPy",
     engines=("scipy",),
     kind="specification",
@@ -185,7 +185,7 @@ def axes_that_are_taken(run: Run) -> Comparison:
     " beside the other's, though they meet a little later than the faces, touches it along a face of one of the two:"
     " turned anyhow about their common normal, and in the world.",
     section="4.5",
-    piece="softbody.collision.swept_boxes.meeting_of",
+    piece="softbody.collision.boxes.swept_boxes.meeting_of",
     reference="gaps along fifteen axes and how fast they close, by NumPy: those in which edges meet last",
     engines=("scipy",),
     kind="specification",

@@ -9,10 +9,10 @@ import numpy as np
 
 import softbody
 from softbody import Mesh
-from softbody.collision import edge_mesh, point_mesh, soft_box
-from softbody.collision.edge_mesh import Ridge, edge_across_edge
-from softbody.collision.point_mesh import way_out
-from softbody.collision.surface import Surface, build_surfaces, surface_of
+from softbody.collision.soft import edge_mesh, point_mesh, soft_box
+from softbody.collision.soft.edge_mesh import Ridge, edge_across_edge
+from softbody.collision.soft.point_mesh import way_out
+from softbody.collision.soft.surface import Surface, build_surfaces, surface_of
 from softbody.model.surface_point import value_at
 from validation.cases import random_orientations, rotated, rotation_matrix
 from validation.check import Comparison, Run, check
@@ -48,7 +48,7 @@ def _surface(mesh: Mesh) -> Surface:
     " there, and of all triangles that share it the one that faces the way most takes the reaction, whichever of them"
     " was found and however they are numbered.",
     section="4.3",
-    piece="softbody.collision.point_mesh.way_out",
+    piece="softbody.collision.soft.point_mesh.way_out",
     reference="all triangles that share the point, tried by NumPy",
     kind="exhaustive search",
     unit="of the size; 1 for another triangle",
@@ -151,7 +151,7 @@ def _described(ridges: np.ndarray) -> Iterator[tuple[float, ...]]:
     claim="Ridges of whole numbers, many of which just meet at an end or have a side that is level, cross where they"
     " do, as deep and along the normal that they do, whichever is named first and from whichever end each is told.",
     section="beyond the paper",
-    piece="softbody.collision.edge_mesh.edge_across_edge",
+    piece="softbody.collision.soft.edge_mesh.edge_across_edge",
     reference="the rule of arcs that cross on the Gauss map, with what is closed and what is open, in integers",
     kind="exact arithmetic",
     unit="m",
@@ -192,7 +192,7 @@ def ridges_that_just_cross(run: Run) -> Comparison:
     " back on it after the step: by one impulse, that turns the speed there into e times it, shared by the lever along"
     " the soft edge, acting since they met.",
     section="beyond the paper",
-    piece="softbody.collision.soft_box.find_contacts_in_box",
+    piece="softbody.collision.soft.soft_box.find_contacts_in_box",
     reference="closed form: j = (1 + e) v / Σ w²/m, and what it has led to since",
     kind="closed form",
     unit="of the speed, of the size",

@@ -9,9 +9,9 @@ import numpy as np
 
 import softbody
 from softbody import SoftBody, World
-from softbody.collision import soft_response, soft_soft
 from softbody.collision.contact import Touch, add_contact, box_side, new_contacts, soft_side
-from softbody.collision.soft_response import Bodies, resolve_contacts
+from softbody.collision.soft import soft_response, soft_soft
+from softbody.collision.soft.soft_response import Bodies, resolve_contacts
 from softbody.model import material as law
 from softbody.model import surface_point
 from softbody.model.arrays import Particles, RigidBodies
@@ -108,7 +108,7 @@ KINDS = [(kind, count) for kind in ("soft–soft", "soft–rigid") for count in 
     claim="Impulses between soft bodies, or of one and a box, with friction, alone or at once, keep both momenta, and"
     " so does a contact that has overlapped and is brought back.",
     section="4.2, 4.3",
-    piece="softbody.collision.soft_response.exchange_impulses",
+    piece="softbody.collision.soft.soft_response.exchange_impulses",
     reference="invariant",
     unit="of the momenta",
     kind="invariant",
@@ -148,7 +148,7 @@ def impulses_keep_momenta(run: Run) -> Comparison:
     family=FAMILY,
     claim="No impulses between soft bodies, or of one and a box, one or several at once, add kinetic energy.",
     section="4.2, 4.3",
-    piece="softbody.collision.soft_response.exchange_impulses",
+    piece="softbody.collision.soft.soft_response.exchange_impulses",
     reference="invariant",
     unit="energy gained, relative",
     kind="invariant",
@@ -189,7 +189,7 @@ def impulses_add_no_energy(run: Run) -> Comparison:
     family=FAMILY,
     claim="Two soft spheres that collide off-centre, without weight, keep their total momentum through the collision.",
     section="4.3",
-    piece="softbody.collision.soft_contacts, softbody.collision.soft_response",
+    piece="softbody.collision.soft.soft_contacts, softbody.collision.soft.soft_response",
     reference="invariant",
     unit="of Σ m |v|",
     kind="invariant",

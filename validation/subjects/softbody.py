@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from softbody import Mesh, World
-from softbody.collision import sat_boxes
+from softbody.collision.boxes import sat_boxes
 from softbody.geometry import points_in_mesh as ask_points
 from validation.cases import BoxPairs
 from validation.subject import Boxes, GasBody, Motion, moving, swells_again

@@ -8,7 +8,7 @@ from scipy.spatial import ConvexHull
 
 import softbody
 from softbody import MeshError
-from softbody.collision.sat_boxes import PlacedBox, box_box_separation
+from softbody.collision.boxes.sat_boxes import PlacedBox, box_box_separation
 from softbody.collision.sat_convex import Convex, convex, convex_pairs_separation, convex_separation, placed
 
 REST = (1.0, 0.0, 0.0, 0.0)

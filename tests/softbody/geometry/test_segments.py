@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from softbody.collision.edge_mesh import Ridge, bits_across, edge_across_edge
+from softbody.collision.soft.edge_mesh import Ridge, bits_across, edge_across_edge
 from softbody.geometry.segments import LEAST, bits_not_beside, bits_not_past, end_of, put_segment, start_of
 from softbody.linalg.vec import cross, dot, sub
 

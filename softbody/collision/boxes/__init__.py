@@ -1,0 +1,1 @@
+"""Contacts of boxes, with each other and with the ground."""

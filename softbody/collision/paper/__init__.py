@@ -1,0 +1,1 @@
+"""The paper's own response to contacts, one after the other."""

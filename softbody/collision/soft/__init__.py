@@ -1,0 +1,1 @@
+"""Contacts of soft bodies, and the response to them."""

@@ -1,0 +1,109 @@
+"""How does a point that is inside a soft body get out, and which triangle of the body pushes back?"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from softbody.collision.soft.surface import Surface
+from softbody.compiler.jit import jit_lean
+from softbody.geometry.triangle import area_vector, weighted_point
+from softbody.linalg.vec import Vec, dot, load, norm, scale, sub
+from softbody.model.surface_point import SurfacePoint
+
+# A way shorter than this part of a triangle's size is rounding, and has no direction.
+NO_WAY = 1e-9
+
+
+class WayOut(NamedTuple):
+    """The shortest way from inside a body to its surface; a depth ≤ 0: there is none."""
+
+    depth: float  # [m]
+    normal: Vec  # unit, out of the body
+    end: SurfacePoint
+
+
+@jit_lean
+def way_out(p: Vec, surface: Surface, triangle: int, weights: Vec) -> WayOut:
+    """Return the way from `p` to its closest point, of a triangle and barycentric weights; none if `p` is before it.
+
+    It is along the triangle's normal, but where the closest point is on a reentrant edge or corner. All triangles that
+    share the point are equally close, to rounding. Which of them was found must not show: the one that faces the way
+    takes the reaction.
+    """
+    triangles, first = surface.triangles, surface.first
+    out = sub(_point_of(surface, triangle, weights), p)
+    best = _facing(out, surface, triangle, weights)
+    i, j, k = triangles[best, 0], triangles[best, 1], triangles[best, 2]
+    where = (
+        _weight_of(i, triangles, triangle, weights),
+        _weight_of(j, triangles, triangle, weights),
+        _weight_of(k, triangles, triangle, weights),
+    )
+    end = SurfacePoint((first + i, first + j, first + k), where)
+    depth, face = norm(out), _normal(surface, best)
+    if depth == 0.0 or dot(out, face) <= 0.0:
+        return WayOut(0.0, (0.0, 0.0, 0.0), end)
+    if depth * depth <= NO_WAY * NO_WAY * norm(face):
+        return WayOut(depth, scale(1.0 / norm(face), face), end)
+    return WayOut(depth, scale(1.0 / depth, out), end)
+
+
+@jit_lean
+def _facing(out: Vec, surface: Surface, triangle: int, weights: Vec) -> int:
+    """Return which triangle faces `out` most, of those that share a point of `triangle`."""
+    corners = (1 if weights[0] != 0.0 else 0) + (1 if weights[1] != 0.0 else 0) + (1 if weights[2] != 0.0 else 0)
+    best = triangle
+    if corners == 2:
+        m = 0 if weights[0] == 0.0 else 1 if weights[1] == 0.0 else 2
+        best = _facing_more(out, surface, best, _across(surface, triangle, (m + 1) % 3))
+    elif corners == 1:
+        m = 0 if weights[0] != 0.0 else 1 if weights[1] != 0.0 else 2
+        vertex, other = surface.triangles[triangle, m], _across(surface, triangle, m)
+        while other != triangle:
+            best = _facing_more(out, surface, best, other)
+            corners_of = surface.triangles
+            m = 0 if corners_of[other, 0] == vertex else 1 if corners_of[other, 1] == vertex else 2
+            other = _across(surface, other, m)
+    return best
+
+
+@jit_lean
+def _facing_more(out: Vec, surface: Surface, one: int, other: int) -> int:
+    a, b = _normal(surface, one), _normal(surface, other)
+    return other if dot(out, b) * norm(a) > dot(out, a) * norm(b) else one
+
+
+@jit_lean
+def _across(surface: Surface, triangle: int, side: int) -> int:
+    """Return the triangle beyond a side of another."""
+    edge = surface.sides[triangle, side]
+    edge = edge if edge >= 0 else -1 - edge
+    left, right = surface.wings[edge, 0], surface.wings[edge, 1]
+    return left if right == triangle else right
+
+
+@jit_lean
+def _normal(surface: Surface, triangle: int) -> Vec:
+    """Return a vector along the normal of a triangle, its area long [m²]."""
+    corners, vertices = surface.triangles, surface.vertices.position
+    a, b = load(vertices, corners[triangle, 0]), load(vertices, corners[triangle, 1])
+    return area_vector(a, b, load(vertices, corners[triangle, 2]))
+
+
+@jit_lean
+def _point_of(surface: Surface, triangle: int, weights: Vec) -> Vec:
+    corners, vertices = surface.triangles, surface.vertices.position
+    a, b = load(vertices, corners[triangle, 0]), load(vertices, corners[triangle, 1])
+    return weighted_point(weights, a, b, load(vertices, corners[triangle, 2]))
+
+
+@jit_lean
+def _weight_of(vertex: int, triangles: np.ndarray, triangle: int, weights: Vec) -> float:
+    """Return the weight of a vertex in a point of a triangle: 0 if it is none of its corners."""
+    if triangles[triangle, 0] == vertex:
+        return weights[0]
+    if triangles[triangle, 1] == vertex:
+        return weights[1]
+    return weights[2] if triangles[triangle, 2] == vertex else 0.0

@@ -1,0 +1,76 @@
+"""Where do a soft body and a box touch? Particles and edges in the box, and corners in the soft body; paper §4.2."""
+
+from __future__ import annotations
+
+from softbody.collision.boxes.sat_boxes import PlacedBox
+from softbody.collision.contact import Listing, Touch, add_contact, box_side, soft_side
+from softbody.collision.soft.edge_box import edge_in_box
+from softbody.collision.soft.point_mesh import way_out
+from softbody.collision.soft.soft_soft import candidate_edges, half_way, point_between
+from softbody.collision.soft.surface import Memory, Solid, Surface
+from softbody.compiler.jit import jit_lean
+from softbody.geometry.box import point_in_box
+from softbody.geometry.penetration import INSIDE, Points, find_penetrations
+from softbody.linalg.quaternion import rotate_inverse
+from softbody.linalg.vec import load, scale, sub
+from softbody.model.material import Material
+from softbody.model.surface_point import at_particle, on_edge
+
+
+@jit_lean
+def find_contacts_in_box(
+    surface: Surface,
+    box: tuple[int, PlacedBox],
+    with_edges: bool,
+    memory: Memory,
+    material: Material,
+    contacts: Listing,
+) -> None:
+    """List where particles of a soft body are in a box, (its number, where it is), and its edges if they count.
+
+    The surface is side a of the contacts, the box side b.
+    """
+    number, (size, position, orientation) = box
+    first, points, outcode = surface.first, surface.vertices.position, memory.found.outcode
+    b, half = box_side(number), scale(0.5, size)
+    # Outcodes by the six faces; a particle that is outside none is inside.
+    for i in range(points.shape[0]):
+        x, y, z = rotate_inverse(orientation, sub(load(points, i), position))
+        bits = (x <= -half[0]) | (x >= half[0]) << 1 | (y <= -half[1]) << 2 | (y >= half[1]) << 3
+        bits |= (z <= -half[2]) << 4 | (z >= half[2]) << 5
+        outcode[i] = INSIDE if bits == 0 else bits
+        if bits == 0:
+            p = load(points, i)
+            depth, normal = point_in_box(p, size, position, orientation)
+            touch = Touch(half_way(p, depth, normal), normal, depth, 0)
+            add_contact(contacts, soft_side(at_particle(first + i)), b, touch, material)
+    if not with_edges:
+        return
+    for row in range(candidate_edges(surface.ridges, outcode, memory.edge)):
+        i, j = surface.ridges[memory.edge[row], 0], surface.ridges[memory.edge[row], 1]
+        p, q = load(points, i), load(points, j)
+        depth, normal, place = edge_in_box(p, q, size, position, orientation)
+        # At an end that is inside it is parted as a particle.
+        at_end = (place == 0.0 and outcode[i] == INSIDE) or (place == 1.0 and outcode[j] == INSIDE)
+        if depth > 0.0 and not at_end:
+            point = half_way(point_between(p, q, place), depth, normal)
+            add_contact(
+                contacts, soft_side(on_edge(first + i, first + j, place)), b, Touch(point, normal, depth, 0), material
+            )
+
+
+@jit_lean
+def find_corner_contacts(
+    solid: Solid, box: int, corners: Points, memory: Memory, material: Material, contacts: Listing
+) -> None:
+    """List which `corners` of a box are inside a soft body, whose tree must have been fitted.
+
+    Its surface is side a of the contacts, the box side b.
+    """
+    found = memory.found
+    for row in range(find_penetrations(corners, solid.surface.vertices, solid.tree, memory.search, found)):
+        p = load(corners.position, found.point[row])
+        depth, out, end = way_out(p, solid.surface, found.triangle[row], load(found.weights, row))
+        if depth > 0.0:
+            touch = Touch(half_way(p, depth, out), scale(-1.0, out), depth, 0)
+            add_contact(contacts, soft_side(end), box_side(box), touch, material)

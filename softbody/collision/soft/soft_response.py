@@ -1,0 +1,436 @@
+"""What happens to soft bodies and boxes that touch? All contacts at once: none is first, and none comes too late.
+
+They are found at the end of a step, and happened within it: an impulse acts as far back as its contact began, and
+positions change by what it has led to since. A correction of positions alone would do work on springs and gas.
+
+Where several contacts share a particle or a box, each has a part of its mass: of a particle in proportion to the
+contacts' weights on it, of a box in equal parts (mass splitting: Tonge, Benevolenski and Voroshilov 2012). Each contact
+is then solved as if it were alone, by the paper's formulas, and the parts of a body are put together again: its motion
+is their mean. So what holds for one contact holds for all: momentum is kept and no energy is added. Nothing depends on
+the order of contacts, up to the rounding of sums, and mirrored bodies move as mirror images. Some sweeps leave little
+of what is lost in the mean.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import prange
+
+from softbody.collision.contact import NOBODY, Contacts, Listing, rows_of, surface_point
+from softbody.collision.impulse import (
+    apply_impulse,
+    inverse_effective_mass_at,
+    velocity_change_at,
+    velocity_of_point,
+)
+from softbody.collision.solver.held_boxes import add_push, looseness_of_boxes
+from softbody.compiler.jit import jit, jit_lean, jit_threaded
+from softbody.geometry.triangle import area_vector
+from softbody.linalg.vec import Vec, accumulate, add, cross, dot, load, norm, scale, store, sub
+from softbody.model.arrays import Particles, RigidBodies
+from softbody.model.material import friction_impulse
+from softbody.model.surface_point import SurfacePoint, add_at, at_particle, inverse_mass_at, value_at
+
+# Cosine between an impulse and the normal of a triangle below which it is all but along the triangle.
+ALONG_SURFACE = 0.05
+
+# In which two sides part that overlap by more than they have closed in the step, as bodies that start in each other do
+# [s]: so slowly that a tenth of a metre adds no more energy than a fall of 2 mm.
+PARTING_TIME = 0.5
+
+MANY = 100  # contacts from which threads share them: they meet eight times a step, which takes some microseconds each
+
+SWEEPS = 4  # over all contacts of a step; with ten nothing rests better
+
+
+class Bodies(NamedTuple):
+    """What the contacts of soft bodies act on."""
+
+    particles: Particles
+    boxes: RigidBodies
+
+
+class WeightSums(NamedTuple):
+    """The sum of the weights of all contacts that have acted in the step: each has its own weight's part of the mass.
+
+    (Mass splitting. A contact that is at rest again keeps its part: rounding must not decide on parts.)
+    """
+
+    particle: np.ndarray  # (n,)
+    box: np.ndarray  # (m,) where each contact has weight 1
+
+
+class Replay(NamedTuple):
+    """How each contact of soft bodies went on within the step."""
+
+    velocity: np.ndarray  # (c, 3) of side a, seen from b [m/s]
+    approach: np.ndarray  # (c,) speed at which the sides came nearer when the step began, or 0 [m/s]
+    parting: np.ndarray  # (c,) speed at which they are to part at least, without a bounce [m/s]
+    goal: np.ndarray  # (c,) how far a is to be above b, along the normal [m]
+    acted: np.ndarray  # (c,) bool
+    ago: np.ndarray  # (c,) [s] before the end of the step at which the next impulse acts
+    place: np.ndarray  # (c, 3) on b: weights on a triangle's corners, or from a box's centre [m]; where they touched
+    impulse: np.ndarray  # (c, 3) on a, the next one [N s]
+    impulse_place: np.ndarray  # (c, 3) where on b it acts
+    loose: np.ndarray  # (m,) the part of a push that moves each box, and is not held by what it stands on
+    held: np.ndarray  # (m, 6) impulse [N s] and moment [N m s] on each box that is
+
+
+@jit
+def resolve_contacts(
+    contacts: Contacts,
+    bodies: Bodies,
+    start: Bodies,
+    weight_sum: np.ndarray,
+    h: float,
+    threads: int | None = None,
+    with_boxes: bool | None = True,
+) -> np.ndarray:
+    """Resolve the contacts of soft bodies that a step of `h` [s] from `start` has led to; §4.2, §4.3.
+
+    Positions and velocities of particles and boxes are changed. `weight_sum` (n,) is zero, and left so. Returns (m, 6):
+    the pushes on boxes that stand on something, which that is to hold; see `pass_down`. `threads` and `with_boxes`: see
+    `Surfaces`.
+    """
+    boxes, count = bodies.boxes.inverse_mass.shape[0], contacts.number[0] - contacts.number[1]
+    if count == 0:
+        return np.zeros((boxes, 6))
+    rows = rows_of(contacts, contacts.number, contacts.number[1], contacts.number[0])
+    replay = Replay(
+        np.empty((count, 3)),
+        np.empty(count),
+        np.empty(count),
+        np.empty(count),
+        np.zeros(count, np.bool_),
+        np.zeros(count),
+        np.empty((count, 3)),
+        np.empty((count, 3)),
+        np.empty((count, 3)),
+        np.ones(boxes),
+        np.zeros((boxes, 6)),
+    )
+    look_back(rows, bodies, start, replay, h)
+    _loosen_boxes(contacts, rows, bodies, replay, with_boxes)
+    sums = WeightSums(weight_sum, np.zeros(boxes))
+    for _ in range(SWEEPS):
+        if not exchange_impulses(rows, bodies, sums, replay, h, threads):
+            break
+    return replay.held
+
+
+@jit
+def _loosen_boxes(contacts: Contacts, rows: Listing, bodies: Bodies, replay: Replay, with_boxes: bool | None) -> None:
+    """Find which part of a push moves each box, and is not held by what it stands on."""
+    if with_boxes is None:
+        return
+    loose = looseness_of_boxes(contacts, bodies.boxes, _first_push(rows, bodies, replay))
+    for box in range(loose.shape[0]):
+        replay.loose[box] = loose[box]
+
+
+@jit
+def _first_push(contacts: Listing, bodies: Bodies, replay: Replay) -> np.ndarray:
+    """Return (m, 6): the push on each box if all stood still, impulse [N s] and moment about the centre [N m s]."""
+    push = np.zeros((replay.loose.shape[0], 6))
+    for k in range(contacts.depth.shape[0]):
+        box, a = contacts.box[k, 1], surface_point(contacts, k, 0)
+        if box != NOBODY:
+            place = load(replay.place, k)
+            lack = _lack(contacts, k, replay, _relative_velocity(contacts, k, bodies, place))
+            soft = inverse_mass_at(bodies.particles.inverse_mass, a)
+            if lack > 0.0 and soft > 0.0:
+                add_push(push, box, place, scale(-lack / soft, load(contacts.normal, k)))
+    return push
+
+
+@jit_lean
+def look_back(contacts: Listing, bodies: Bodies, start: Bodies, replay: Replay, h: float) -> None:
+    """Find how fast the sides of each contact came, how fast they are to part, and how far a is to come above b.
+
+    As far as they overlap, but no farther than they have closed in this step: so contact does no work on springs and
+    gas. What they overlap besides, they lose slowly.
+    """
+    for k in range(contacts.depth.shape[0]):
+        normal = load(contacts.normal, k)
+        place, place_before = _place_now(contacts, k, bodies), _place_now(contacts, k, start)
+        replay.approach[k] = max(0.0, -dot(_relative_velocity(contacts, k, start, place_before), normal))
+        closed = max(0.0, -dot(_way(contacts, k, bodies, start, h), normal))
+        left = max(0.0, contacts.depth[k] - closed)
+        way = min(contacts.depth[k], closed + h / PARTING_TIME * left)
+        replay.parting[k] = left / PARTING_TIME
+        replay.goal[k] = height(contacts, k, bodies) + way
+        store(replay.place, k, place)
+
+
+@jit_lean
+def height(contacts: Contacts | Listing, k: int, bodies: Bodies) -> float:
+    """Return how far side a is above b along the normal [m]; of a box, above its centre."""
+    a, box = value_at(bodies.particles.position, surface_point(contacts, k, 0)), contacts.box[k, 1]
+    if box != NOBODY:
+        return dot(sub(a, load(bodies.boxes.position, box)), load(contacts.normal, k))
+    b = value_at(bodies.particles.position, surface_point(contacts, k, 1))
+    return dot(sub(a, b), load(contacts.normal, k))
+
+
+@jit_lean
+def _way(contacts: Listing, k: int, bodies: Bodies, start: Bodies, h: float) -> Vec:
+    """Return how far [m] side a of a contact has moved in a step of `h` [s], seen from b."""
+    a, b = surface_point(contacts, k, 0), surface_point(contacts, k, 1)
+    place = value_at(bodies.particles.position, a)
+    way = sub(place, value_at(start.particles.position, a))
+    if contacts.box[k, 1] != NOBODY:
+        return sub(way, scale(h, velocity_of_point(bodies.boxes, contacts.box[k, 1], place)))
+    return sub(way, sub(value_at(bodies.particles.position, b), value_at(start.particles.position, b)))
+
+
+@jit
+def exchange_impulses(
+    contacts: Listing, bodies: Bodies, sums: WeightSums, replay: Replay, h: float, threads: int | None
+) -> bool:
+    """Let the sides of contacts that do not part as fast as they must do so, and take off their sliding.
+
+    One impulse along the normal and friction against the sliding, by the law of contact. A point on a surface gives way
+    by Σ w²/m, a box by 1/M + n · [(I⁻¹ (r × n)) × r] (the paper bounces from the masses alone). It acts so long before
+    the end of the step of `h` [s] that, with the velocities, the positions become what they must; a single one changes
+    no angular momentum. (A box does not turn by that.) Returns if any contact acts.
+    """
+    count = contacts.depth.shape[0]
+    if threads is None or count < MANY:
+        active = _look(contacts, bodies, replay, h, (0, count))
+    else:
+        active = _look_on_threads(contacts, bodies.particles, bodies.boxes, replay, h, threads)
+    for k in range(count):
+        if replay.acted[k]:
+            _add_weights(contacts, k, sums, load(replay.place, k))
+    # All impulses before any acts.
+    if threads is None or count < MANY:
+        _find_impulses(contacts, bodies, sums, replay, (0, count))
+    else:
+        _find_impulses_on_threads(contacts, bodies.particles, bodies.boxes, sums, replay, threads)
+    for k in range(count):
+        _apply_impulse(contacts, k, bodies, replay)
+        _clear_weights(contacts, k, sums)
+    return active
+
+
+@jit_threaded
+def _look_on_threads(
+    contacts: Listing, particles: Particles, boxes: RigidBodies, replay: Replay, h: float, threads: int
+) -> bool:
+    active = np.zeros(threads, np.bool_)
+    for share in prange(threads):
+        active[share] = _look(contacts, Bodies(particles, boxes), replay, h, _rows_of_share(contacts, share, threads))
+    return bool(active.any())
+
+
+@jit_threaded
+def _find_impulses_on_threads(
+    contacts: Listing, particles: Particles, boxes: RigidBodies, sums: WeightSums, replay: Replay, threads: int
+) -> None:
+    for share in prange(threads):
+        _find_impulses(contacts, Bodies(particles, boxes), sums, replay, _rows_of_share(contacts, share, threads))
+
+
+@jit_lean
+def _rows_of_share(contacts: Listing, share: int, threads: int) -> tuple[int, int]:
+    count = contacts.depth.shape[0]
+    return count * share // threads, count * (share + 1) // threads
+
+
+@jit_lean
+def _look(contacts: Listing, bodies: Bodies, replay: Replay, h: float, rows: tuple[int, int]) -> bool:
+    """Find when and where contacts act that part too slowly, and how fast they part there; return if any does."""
+    active = False
+    for k in range(rows[0], rows[1]):
+        u = _relative_velocity(contacts, k, bodies, load(replay.place, k))
+        lack = _lack(contacts, k, replay, u)
+        if lack > 0.0:
+            replay.ago[k] = min(h, max(0.0, replay.goal[k] - height(contacts, k, bodies)) / lack)
+            if not replay.acted[k]:  # and stay: where rounding decides if they act once more, nothing may jump
+                place = _place_on_b(contacts, k, bodies, load(contacts.normal, k), replay.ago[k])
+                u = _relative_velocity(contacts, k, bodies, place)
+                store(replay.place, k, place)
+            replay.acted[k] = active = True
+        store(replay.velocity, k, u)
+    return active
+
+
+@jit_lean
+def _find_impulses(contacts: Listing, bodies: Bodies, sums: WeightSums, replay: Replay, rows: tuple[int, int]) -> None:
+    """Find the impulses of contacts that part too slowly, and where on b they act; none of the others."""
+    for k in range(rows[0], rows[1]):
+        store(replay.impulse, k, (0.0, 0.0, 0.0))
+        if replay.acted[k] and _lack(contacts, k, replay, load(replay.velocity, k)) > 0.0:
+            impulse = _impulse(contacts, k, bodies, sums, replay)
+            store(replay.impulse, k, impulse)
+            store(replay.impulse_place, k, _place_on_b(contacts, k, bodies, impulse, replay.ago[k]))
+
+
+@jit_lean
+def _lack(contacts: Listing, k: int, replay: Replay, velocity: Vec) -> float:
+    """Return the speed [m/s] that a velocity of side a, seen from b, lacks of that at which they are to part; or ≤ 0.
+
+    That is e times the speed at which they come, as far as they did so when the step began: not of what springs, gas
+    and weight have added since, or what lies pressed against something would hop on it.
+    """
+    speed = dot(velocity, load(contacts.normal, k))
+    if not speed < replay.parting[k]:
+        return 0.0
+    return max(replay.parting[k], contacts.restitution[k] * min(-speed, replay.approach[k])) - speed
+
+
+@jit_lean
+def _apply_impulse(contacts: Listing, k: int, bodies: Bodies, replay: Replay) -> None:
+    """Apply the impulse of contact `k` to both sides, and what it has led to since."""
+    (particles, boxes), box, ago = bodies, contacts.box[k, 1], replay.ago[k]
+    impulse, place = load(replay.impulse, k), load(replay.impulse_place, k)
+    if impulse[0] == 0.0 and impulse[1] == 0.0 and impulse[2] == 0.0:
+        return
+    back = scale(-1.0, impulse)
+    _push(particles, surface_point(contacts, k, 0), impulse, ago)
+    if box == NOBODY:
+        _push(particles, SurfacePoint(surface_point(contacts, k, 1).particles, place), back, ago)
+    else:
+        # What supports of the box will hold does not move it.
+        normal = load(contacts.normal, k)
+        held = scale((1.0 - replay.loose[box]) * dot(back, normal), normal)
+        add_push(replay.held, box, place, held)
+        back = sub(back, held)
+        apply_impulse(boxes, box, add(load(boxes.position, box), place), back)
+        accumulate(boxes.position, box, scale(ago * boxes.inverse_mass[box], back))
+    store(contacts.impulse, k, add(load(contacts.impulse, k), impulse))
+
+
+@jit_lean
+def _push(particles: Particles, point: SurfacePoint, impulse: Vec, ago: float) -> None:
+    """Change the velocities of a point by an impulse [N s] that acted `ago` [s], and what they have led to since."""
+    add_at(particles.velocity, particles.inverse_mass, point, impulse)
+    add_at(particles.position, particles.inverse_mass, point, scale(ago, impulse))
+
+
+@jit_lean
+def _place(particles: Particles, point: SurfacePoint, ago: float) -> Vec:
+    """Return where a point of a surface was `ago` [s], by its velocity now [m]: no impulse of then changes that."""
+    return sub(value_at(particles.position, point), scale(ago, value_at(particles.velocity, point)))
+
+
+@jit_lean
+def _place_now(contacts: Listing, k: int, bodies: Bodies) -> Vec:
+    """Return the place on b that contact `k` has now: see `Replay`."""
+    if contacts.box[k, 1] == NOBODY:
+        return surface_point(contacts, k, 1).weights
+    position = value_at(bodies.particles.position, surface_point(contacts, k, 0))
+    return sub(position, load(bodies.boxes.position, contacts.box[k, 1]))
+
+
+@jit_lean
+def _place_on_b(contacts: Listing, k: int, bodies: Bodies, direction: Vec, ago: float) -> Vec:
+    """Return where on b side a was `ago` [s], seen along a direction: an impulse there has no moment. See `Replay`."""
+    box = contacts.box[k, 1]
+    if box == NOBODY:
+        return _line_meets_triangle(contacts, k, bodies.particles, direction, ago)
+    place = _place(bodies.particles, surface_point(contacts, k, 0), ago)
+    return sub(add(place, scale(ago, load(bodies.boxes.velocity, box))), load(bodies.boxes.position, box))
+
+
+@jit_lean
+def _relative_velocity(contacts: Listing, k: int, bodies: Bodies, place: Vec) -> Vec:
+    """Return the velocity [m/s] of side a of a contact, seen from a `place` on b: see `Replay`."""
+    velocity, box = value_at(bodies.particles.velocity, surface_point(contacts, k, 0)), contacts.box[k, 1]
+    if box == NOBODY:
+        b = SurfacePoint(surface_point(contacts, k, 1).particles, place)
+        return sub(velocity, value_at(bodies.particles.velocity, b))
+    return sub(velocity, velocity_of_point(bodies.boxes, box, add(load(bodies.boxes.position, box), place)))
+
+
+@jit_lean
+def _impulse(contacts: Listing, k: int, bodies: Bodies, sums: WeightSums, replay: Replay) -> Vec:
+    """Return the impulse [N s] on side a of contact `k`, whose sides part too slowly; none if neither can move."""
+    particles, boxes = bodies
+    box, normal, place = contacts.box[k, 1], load(contacts.normal, k), load(replay.place, k)
+    u = load(replay.velocity, k)
+    # The normal impulse, by the inverse effective mass of both sides.
+    soft = _split_inverse_mass(particles.inverse_mass, sums.particle, surface_point(contacts, k, 0))
+    if box == NOBODY:
+        b = SurfacePoint(surface_point(contacts, k, 1).particles, place)
+        soft += _split_inverse_mass(particles.inverse_mass, sums.particle, b)
+    else:
+        place = add(load(boxes.position, box), place)
+    inverse_mass = soft
+    if box != NOBODY:
+        inverse_mass += replay.loose[box] * sums.box[box] * inverse_effective_mass_at(boxes, box, place, normal)
+    if not inverse_mass > 0.0:
+        return (0.0, 0.0, 0.0)
+    j = _lack(contacts, k, replay, u) / inverse_mass
+    impulse = scale(j, normal)
+    if not contacts.friction[k] > 0.0:
+        return impulse
+    # Friction against the sliding that the normal impulse leaves: it may turn a box, and so move its point aside.
+    if box != NOBODY:
+        u = add(u, scale(replay.loose[box] * sums.box[box], velocity_change_at(boxes, box, place, impulse)))
+    slide = sub(u, scale(dot(u, normal), normal))
+    sliding = norm(slide)
+    if not sliding > 0.0:
+        return impulse
+    along, inverse_mass = scale(1.0 / sliding, slide), soft
+    if box != NOBODY:
+        inverse_mass += sums.box[box] * inverse_effective_mass_at(boxes, box, place, along)
+    return sub(impulse, scale(friction_impulse(sliding, inverse_mass, contacts.friction[k] * j), along))
+
+
+@jit_lean
+def _add_weights(contacts: Listing, k: int, sums: WeightSums, place: Vec) -> None:
+    """Add the weights of a contact, at a `place` on b, to the sums of its particles, and 1 to that of its box."""
+    particles, weights, box = contacts.particles, contacts.weights, contacts.box[k, 1]
+    for c in range(3):
+        sums.particle[particles[k, 0, c]] += weights[k, 0, c]
+        if box == NOBODY:
+            sums.particle[particles[k, 1, c]] += abs(place[c])
+    if box != NOBODY:
+        sums.box[box] += 1.0
+
+
+@jit_lean
+def _clear_weights(contacts: Listing, k: int, sums: WeightSums) -> None:
+    """Make what `_add_weights` has added zero."""
+    particles, box = contacts.particles, contacts.box[k, 1]
+    for c in range(3):
+        sums.particle[particles[k, 0, c]] = 0.0
+        if box == NOBODY:
+            sums.particle[particles[k, 1, c]] = 0.0
+    if box != NOBODY:
+        sums.box[box] = 0.0
+
+
+@jit_lean
+def _split_inverse_mass(inverse_mass: np.ndarray, weight_sum: np.ndarray, point: SurfacePoint) -> float:
+    """Return Σ w²/m [1/kg] of a point that has the part |w| / (sum of weights) of the mass of each of its particles."""
+    result = 0.0
+    for c in range(3):
+        i = point.particles[c]
+        result += abs(point.weights[c]) * weight_sum[i] * inverse_mass[i]
+    return result
+
+
+@jit_lean
+def _line_meets_triangle(contacts: Listing, k: int, particles: Particles, direction: Vec, ago: float) -> Vec:
+    """Return the weights of where the line through side a meets the plane of b's triangle, as both were `ago` [s].
+
+    There the reaction to an impulse along the line has no moment about it. b's own, if the line is all but along the
+    plane, at a cosine of 0.05 to its normal or less, or there is none.
+    """
+    point, (corners, weights) = _place(particles, surface_point(contacts, k, 0), ago), surface_point(contacts, k, 1)
+    a, b = _place(particles, at_particle(corners[0]), ago), _place(particles, at_particle(corners[1]), ago)
+    c = _place(particles, at_particle(corners[2]), ago)
+    up = area_vector(a, b, c)
+    square, rise = dot(up, up), dot(direction, up)
+    if not abs(rise) > ALONG_SURFACE * np.sqrt(square) * norm(direction):
+        return weights
+    here = add(scale(weights[0], a), add(scale(weights[1], b), scale(weights[2], c)))
+    gap = sub(here, point)
+    aside = sub(scale(dot(gap, up) / rise, direction), gap)  # from the contact's point, in the plane
+    u = 0.5 * dot(cross(sub(a, c), aside), up) / square
+    v = 0.5 * dot(cross(sub(b, a), aside), up) / square
+    return weights[0] - u - v, weights[1] + u, weights[2] + v

@@ -1,0 +1,1 @@
+"""The solver of many contacts of boxes."""
