@@ -8,8 +8,12 @@ same machine: same bits.
 
 from typing import TYPE_CHECKING, Any
 
-from softbody.bodies import Body
-from softbody.contact_points import ContactPoints
+from softbody.bodies.body import Body
+from softbody.bodies.contact_points import ContactPoints
+from softbody.bodies.ground import Ground
+from softbody.bodies.joint import Joint
+from softbody.bodies.rigid_box import Box
+from softbody.bodies.soft_body import SoftBody
 from softbody.dynamics.energy import Energies
 from softbody.errors import (
     BusyError,
@@ -27,13 +31,9 @@ from softbody.errors import (
     TrajectoryError,
     ViewError,
 )
-from softbody.ground import Ground
-from softbody.joint import Joint
 from softbody.mesh.diagnostics import Finding
 from softbody.mesh.mesh import Mesh, box, icosahedron, icosphere, octahedron, tetrahedron, torus
 from softbody.model.arrays import Controls, Model, State
-from softbody.rigid_box import Box
-from softbody.soft_body import SoftBody
 from softbody.trajectory import Frame, Trajectory, TrajectoryWriter
 from softbody.version import __version__ as __version__
 from softbody.world import World

@@ -7,6 +7,7 @@ from math import ceil, hypot, inf, isfinite
 
 import numpy as np
 
+from softbody.bodies.names import Names, Who
 from softbody.collision.contact import NOBODY, Contacts
 from softbody.collision.soft.surface import Surfaces
 from softbody.dynamics.integrators import STABILITY_LIMIT
@@ -18,7 +19,6 @@ from softbody.dynamics.stability import longest_stable_step, shortest_stable_ste
 from softbody.errors import MassRatioWarning, OverlapWarning, ParameterError, SimulationError
 from softbody.model.arrays import Controls, Joints, Model, State
 from softbody.model.settings import Settings, integrator_name
-from softbody.names import Names, Who
 
 STABLE_FOR = 100  # steps for which an estimate of the stable step is trusted; making one costs about a step
 MOST_CARRIED = {"soft body": 1e4, "box": 1e6}  # times its own mass by a box; with more, it may be pressed through

@@ -6,7 +6,7 @@ from math import inf
 
 import numpy as np
 
-from softbody.builder import Parts, soft_body_alone
+from softbody.bodies.builder import Parts, soft_body_alone
 from softbody.compiler.interrupts import listening
 from softbody.dynamics.equilibrium import glide_from_rest, relax
 from softbody.dynamics.soft_bodies import Motion, motion_of

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softbody.builder import Parts
+from softbody.bodies.builder import Parts
 from softbody.model.arrays import Joints, Model
 from softbody.model.sleep_state import Rest
 from softbody.sleep import Rested, mark_sleepers, wake_changed
 
 if TYPE_CHECKING:
-    from softbody.contact_points import ContactPoints
+    from softbody.bodies.contact_points import ContactPoints
 
 
 class Sleepers:

@@ -13,8 +13,8 @@ import numba
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softbody.bodies import Body
-from softbody.builder import (
+from softbody.bodies.body import Body
+from softbody.bodies.builder import (
     Parts,
     empty_parts,
     joints_that_stay,
@@ -25,12 +25,18 @@ from softbody.builder import (
     with_soft_body,
     without,
 )
+from softbody.bodies.contact_points import ContactPoints, contact_points
+from softbody.bodies.ground import Ground
+from softbody.bodies.joint import End, Joint, ends_of
+from softbody.bodies.names import GONE, Names
+from softbody.bodies.rigid_box import Box
+from softbody.bodies.soft_body import SoftBody
+from softbody.bodies.strict_names import StrictNames
 from softbody.collision.boxes.manifold import new_manifold
 from softbody.collision.contact import Contacts, new_contacts, remembered, remembering, without_box
 from softbody.collision.soft.surface import Surfaces, build_surfaces
 from softbody.compiler.interrupts import SILENT, Bell, assign_together, listening, set_together
 from softbody.compiler.threads import Team, team_of
-from softbody.contact_points import ContactPoints, contact_points
 from softbody.dynamics.energy import (
     Energies,
     angular_momentum,
@@ -43,7 +49,6 @@ from softbody.dynamics.joint_forces import joint_energy, joint_memory
 from softbody.dynamics.soft_bodies import Motion, motion_of
 from softbody.dynamics.stability import most_extents
 from softbody.errors import BusyError, ParameterError, SimulationError, SnapshotError
-from softbody.ground import Ground
 from softbody.guards import (
     StableStep,
     check_finite,
@@ -56,7 +61,6 @@ from softbody.guards import (
     warn_of_mass_ratios,
     warn_of_overlap,
 )
-from softbody.joint import End, Joint, ends_of
 from softbody.mesh.mesh import Mesh
 from softbody.model.arrays import Controls, Model, State, VertexRings
 from softbody.model.settings import (
@@ -72,17 +76,13 @@ from softbody.model.settings import (
 )
 from softbody.model.shapes import labels_of, pose_of, shapes_of
 from softbody.model.validation import check_range, check_whole, check_yes_or_no, shown, vector
-from softbody.names import GONE, Names
 from softbody.pace import BOX_STEP, OF_STABLE, Remainder, check_own_steps, whole_steps
-from softbody.rigid_box import Box
 from softbody.shape_at_rest import shape_at_rest
 from softbody.sleep import not_rested
 from softbody.sleepers import Sleepers
 from softbody.snapshot import Snapped, checked, digest, named_arrays, snapshot_of
 from softbody.snapshot_entries import Snapshot
-from softbody.soft_body import SoftBody
 from softbody.step import NO_ROOM, UNSEEN, Clock, Work, run_alone_by_clock, run_by_clock
-from softbody.strict_names import StrictNames
 from softbody.world_file import MOST_BYTES, read, write
 
 if TYPE_CHECKING:

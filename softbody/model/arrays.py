@@ -33,14 +33,14 @@ class Property(NamedTuple):
     A field of a Model that is annotated with one needs nothing else: it is filled in, checked, saved and restored.
     """
 
-    default: float | None  # None: `softbody.builder` works it out from what the body is
+    default: float | None  # None: `softbody.bodies.builder` works it out from what the body is
     unit: str = ""
     least: float = 0.0
     most: float = inf
 
 
 class Model(NamedTuple):
-    """What the bodies are; `softbody.builder` makes Models."""
+    """What the bodies are; `softbody.bodies.builder` makes Models."""
 
     soft_count: int  # soft bodies, b
     box_count: int  # boxes, m

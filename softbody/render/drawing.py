@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from softbody.bodies.rigid_box import Box
+from softbody.bodies.soft_body import SoftBody
 from softbody.dynamics.joint_forces import joint_ends
 from softbody.errors import ParameterError
 from softbody.mesh.mesh import Mesh
@@ -20,8 +22,6 @@ from softbody.render.colour_map import palette_of
 from softbody.render.quantities import QUANTITIES
 from softbody.render.rasteriser import Thing
 from softbody.render.shadow import SLANT
-from softbody.rigid_box import Box
-from softbody.soft_body import SoftBody
 
 if TYPE_CHECKING:
     from softbody.world import World

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from softbody.soft_body import SoftBody
+from softbody.bodies.soft_body import SoftBody
 
 UNITS = {"pressure": "Pa", "strain": "", "speed": "m/s"}
 

@@ -12,14 +12,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from softbody.bodies.names import names_listed
+from softbody.bodies.rigid_box import Box
+from softbody.bodies.soft_body import SoftBody
 from softbody.errors import MissingPackageError, ParameterError, SceneError, SoftbodyError
 from softbody.extras import library
 from softbody.linalg.quaternion import rotation_matrix
 from softbody.mesh import mesh as meshes
 from softbody.mesh.mesh import Mesh
 from softbody.model.validation import check_range, shown, vector
-from softbody.names import names_listed
-from softbody.rigid_box import Box
 from softbody.scenes.scene_keys import (
     BOX,
     END,
@@ -34,7 +35,6 @@ from softbody.scenes.scene_keys import (
     Check,
 )
 from softbody.scenes.toml_lines import Path, line_of, lines_of
-from softbody.soft_body import SoftBody
 from softbody.whole_file import path_of
 from softbody.world import World, world_to_fill
 

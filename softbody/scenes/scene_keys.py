@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from softbody.builder import checked_property, known_properties
+from softbody.bodies.builder import checked_property, known_properties
+from softbody.bodies.names import checked_name
 from softbody.errors import ParameterError
 from softbody.model.settings import PRECISIONS, Choices, check_name, settings_of
 from softbody.model.validation import (
@@ -22,7 +23,6 @@ from softbody.model.validation import (
     unit_quaternion,
     vector,
 )
-from softbody.names import checked_name
 
 Check = Callable[[Any, str], Any]  # of a value and what it is called: returns it, or raises ParameterError
 

@@ -9,9 +9,9 @@ from math import isfinite
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from softbody.bodies.names import names_of
 from softbody.errors import ParameterError, TrajectoryError
 from softbody.model.shapes import Labels
-from softbody.names import names_of
 from softbody.trajectory.entries import BODIES
 from softbody.version import __version__
 from softbody.whole_file import whole_file

@@ -10,8 +10,8 @@ import numpy as np
 from softbody.model.settings import INTEGRATORS, check_name
 
 if TYPE_CHECKING:
-    from softbody.rigid_box import Box
-    from softbody.soft_body import SoftBody
+    from softbody.bodies.rigid_box import Box
+    from softbody.bodies.soft_body import SoftBody
     from softbody.world import World
 
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softbody.rigid_box import Box
-from softbody.soft_body import SoftBody
+from softbody.bodies.rigid_box import Box
+from softbody.bodies.soft_body import SoftBody
 
 if TYPE_CHECKING:
     from softbody.world import World

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from softbody.bodies.soft_body import SoftBody
 from softbody.model.colours import STATIC, colour_of
 from softbody.model.settings import INTEGRATORS
 from softbody.render.camera import VIEW
@@ -15,7 +16,6 @@ from softbody.render.colour_map import SHADES, palette_of
 from softbody.render.drawing import Drawing, framed
 from softbody.render.lines import COLOUR as LINE
 from softbody.render.quantities import QUANTITIES, UNITS
-from softbody.soft_body import SoftBody
 from softbody.view.adjustments import SLIDERS, shown_at_start
 from softbody.view.bands import LEVELS, bands_of
 from softbody.view.frame import Frame

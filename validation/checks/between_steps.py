@@ -6,7 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from softbody import ParameterError, World, bodies, glance, guards, icosphere, pace, soft_body
+from softbody import ParameterError, World, glance, guards, icosphere, pace
+from softbody.bodies import body as bodies
+from softbody.bodies import soft_body
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault
 

@@ -7,7 +7,8 @@ from itertools import combinations
 
 import numpy as np
 
-from softbody import Box, SoftBody, World, contact_points, icosphere, step
+from softbody import Box, SoftBody, World, icosphere, step
+from softbody.bodies import contact_points
 from softbody.collision import contact
 from softbody.collision.solver import batches
 from softbody.dynamics import particle_ground

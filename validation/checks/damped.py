@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 import softbody
-from softbody import Mesh, World, builder
+from softbody import Mesh, World
+from softbody.bodies import builder
 from softbody.dynamics import integrators, ring_forces
 from softbody.model import settings
 from softbody.scenes import from_file, sphere_on_torus

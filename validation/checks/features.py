@@ -15,7 +15,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import softbody
-from softbody import Mesh, SnapshotError, SoftBody, World, builder, guards, rigid_box, snapshot, soft_body, step, world
+from softbody import Mesh, SnapshotError, SoftBody, World, guards, snapshot, step, world
+from softbody.bodies import builder, rigid_box, soft_body
 from softbody.collision import broad_phase
 from softbody.dynamics import integrators, ring_forces, soft_bodies, vertex_rings
 from softbody.geometry import MeshQuery, box, query

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from softbody import ParameterError, World, ground
+from softbody import ParameterError, World
+from softbody.bodies import ground
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault
 

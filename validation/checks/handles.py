@@ -10,8 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from softbody import Body, Box, ParameterError, SoftBody, World, bodies, icosphere, joint, soft_body, torus, world_file
+from softbody import Body, Box, ParameterError, SoftBody, World, icosphere, torus, world_file
 from softbody import world as host
+from softbody.bodies import body as bodies
+from softbody.bodies import joint, soft_body
 from softbody.model import arrays
 from validation.cases import edge_lengths, random_mesh
 from validation.check import DISAGREEMENTS, Comparison, Run, check

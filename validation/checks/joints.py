@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from softbody import Box, Joint, SimulationError, SoftBody, World, builder, icosphere, joint, octahedron, snapshot
+from softbody import Box, Joint, SimulationError, SoftBody, World, icosphere, octahedron, snapshot
 from softbody import world as host
+from softbody.bodies import builder, joint
 from softbody.dynamics import joint_forces
 from validation.cases import edge_lengths, random_orientations, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check

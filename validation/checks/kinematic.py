@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softbody import World, icosphere, rigid_box
+from softbody import World, icosphere
+from softbody.bodies import rigid_box
 from softbody.collision import impulse
 from softbody.collision.boxes import box_contacts
 from softbody.collision.soft import soft_response

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from softbody import Box, Mesh, SoftBody, World, box, icosphere, octahedron, sleep, sleepers, snapshot
-from softbody import bodies as handles
-from softbody import contact_points as points
 from softbody import world as host
+from softbody.bodies import body as handles
+from softbody.bodies import contact_points as points
 from softbody.dynamics import soft_bodies
 from softbody.step import run_by_clock
 from validation.cases import random_orientations, rotated, rotation_matrix

@@ -15,7 +15,8 @@ from unittest import mock
 import numpy as np
 
 import softbody
-from softbody import ParameterError, Trajectory, TrajectoryWriter, World, names, progress, rigid_box, soft_body
+from softbody import ParameterError, Trajectory, TrajectoryWriter, World, progress
+from softbody.bodies import names, rigid_box, soft_body
 from softbody.geometry import MeshQuery, query
 from softbody.trajectory import reader
 from validation.cases import random_mesh, random_orientations

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from softbody.bodies.strict_names import StrictNames
 from softbody.errors import ParameterError
 from softbody.model.validation import check_range
-from softbody.strict_names import StrictNames
 
 if TYPE_CHECKING:
     from softbody.world import World

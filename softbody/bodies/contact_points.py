@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from softbody.bodies import Body
+from softbody.bodies.body import Body
 from softbody.collision.contact import NOBODY, Contacts
 from softbody.model.arrays import Model
 

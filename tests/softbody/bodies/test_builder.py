@@ -12,7 +12,7 @@ import pytest
 
 import softbody
 from softbody import ParameterError, World
-from softbody.builder import Parts, appended, default_damping, properties_of, soft_body_alone
+from softbody.bodies.builder import Parts, appended, default_damping, properties_of, soft_body_alone
 from softbody.dynamics.joint_forces import no_joints
 from softbody.model.arrays import Model, Property
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Any, ClassVar, overload
 
-from softbody.builder import checked_property
+from softbody.bodies.builder import checked_property
+from softbody.bodies.names import GONE, Who
+from softbody.bodies.strict_names import StrictNames
 from softbody.errors import ParameterError
 from softbody.model.validation import check_whole
-from softbody.names import GONE, Who
-from softbody.strict_names import StrictNames
 
 if TYPE_CHECKING:
     from softbody.world import World

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softbody.bodies import BodyProperty, SleepyBody
+from softbody.bodies.body import BodyProperty, SleepyBody
 from softbody.compiler.interrupts import assign_together
 from softbody.errors import ParameterError
 from softbody.linalg.quaternion import rotation_between

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softbody.bodies import BodyProperty, SleepyBody, set_row
+from softbody.bodies.body import BodyProperty, SleepyBody, set_row
 from softbody.dynamics.pressure import gas_pressure, soft_volume
 from softbody.dynamics.vertex_rings import with_springs
 from softbody.errors import ParameterError

@@ -1,0 +1,1 @@
+"""Handles of what is in a world, and how bodies are added and removed."""
