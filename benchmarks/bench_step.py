@@ -19,7 +19,7 @@ from benchmarks.taichi_peer import taichi, taichi_stepping
 from benchmarks.warp_peer import warp, warp_stepping
 from benchmarks.worlds import putting_back
 from softbody.dynamics.soft_bodies import LARGE, motion_of
-from softbody.step import run_alone
+from softbody.stepping.step import run_alone
 
 SUBDIVISIONS = (1, 2, 3, 4, 5, 6, 7)  # 42, 162, 642, 2 562, 10 242, 40 962, 163 842 particles
 MILLION = 0  # in place of subdivisions: a torus of 1 000 000 particles

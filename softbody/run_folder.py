@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from softbody.errors import OutputError, SceneError, SnapshotError, TrajectoryError
-from softbody.pace import whole_steps
 from softbody.scenes.scene_file import Film, Run, SceneFile, read_scene
+from softbody.stepping.time_steps import whole_steps
 from softbody.trajectory import Trajectory, TrajectoryWriter
 from softbody.trajectory.manifest import NAME, read_manifest
 from softbody.whole_file import path_of, whole_file

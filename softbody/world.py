@@ -49,18 +49,6 @@ from softbody.dynamics.joint_forces import joint_energy, joint_memory
 from softbody.dynamics.soft_bodies import Motion, motion_of
 from softbody.dynamics.stability import most_extents
 from softbody.errors import BusyError, ParameterError, SimulationError, SnapshotError
-from softbody.guards import (
-    StableStep,
-    check_finite,
-    check_pace,
-    fault_of,
-    helpful_step,
-    longest_step_of_joints,
-    may_carry_too_much,
-    stable_time_step,
-    warn_of_mass_ratios,
-    warn_of_overlap,
-)
 from softbody.mesh.mesh import Mesh
 from softbody.model.arrays import Controls, Model, State, VertexRings
 from softbody.model.settings import (
@@ -76,13 +64,25 @@ from softbody.model.settings import (
 )
 from softbody.model.shapes import labels_of, pose_of, shapes_of
 from softbody.model.validation import check_range, check_whole, check_yes_or_no, shown, vector
-from softbody.pace import BOX_STEP, OF_STABLE, Remainder, check_own_steps, whole_steps
-from softbody.shape_at_rest import shape_at_rest
-from softbody.sleep import not_rested
-from softbody.sleepers import Sleepers
 from softbody.snapshot import Snapped, checked, digest, named_arrays, snapshot_of
 from softbody.snapshot_entries import Snapshot
-from softbody.step import NO_ROOM, UNSEEN, Clock, Work, run_alone_by_clock, run_by_clock
+from softbody.stepping.checks import (
+    StableStep,
+    check_finite,
+    check_pace,
+    fault_of,
+    helpful_step,
+    longest_step_of_joints,
+    may_carry_too_much,
+    stable_time_step,
+    warn_of_mass_ratios,
+    warn_of_overlap,
+)
+from softbody.stepping.shape_at_rest import shape_at_rest
+from softbody.stepping.sleep import not_rested
+from softbody.stepping.sleep_tracker import Sleepers
+from softbody.stepping.step import NO_ROOM, UNSEEN, Clock, Work, run_alone_by_clock, run_by_clock
+from softbody.stepping.time_steps import BOX_STEP, OF_STABLE, Remainder, check_own_steps, whole_steps
 from softbody.world_file import MOST_BYTES, read, write
 
 if TYPE_CHECKING:

@@ -35,7 +35,7 @@ world.add_soft_body(softbody.octahedron(0.4), 0.5, 100.0, 4.0, (0.1, 0.1, 1.8), 
 world.add_box((0.6, 0.5, 0.4), 2.0, (-0.1, 0.2, 2.5), velocity=(0.0, 0.0, -2.0), angular_velocity=(1.0, 2.0, 0.0))
 world.add_box((4.0, 4.0, 0.2), None, (0.0, 0.0, 0.2))
 world.run(0.5, 2e-3)
-print(numba.__version__, type(softbody.step.run).__name__, world.state_hash())
+print(numba.__version__, type(softbody.stepping.step.run).__name__, world.state_hash())
 """
 
 

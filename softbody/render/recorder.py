@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softbody.errors import ParameterError
-from softbody.frame_times import frames_by_steps
 from softbody.model.validation import check_range, check_whole, shown
-from softbody.pace import check_own_steps
 from softbody.render.camera import Camera
 from softbody.render.drawing import Drawing, framed, ground_of
 from softbody.render.films import film_at, picture_path, refused, save_picture
 from softbody.render.lines import lines
 from softbody.render.quantities import QUANTITIES
 from softbody.render.rasteriser import render
+from softbody.stepping.frame_times import frames_by_steps
+from softbody.stepping.time_steps import check_own_steps
 
 if TYPE_CHECKING:
     from softbody.world import World

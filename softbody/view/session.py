@@ -13,8 +13,8 @@ from softbody.bodies.rigid_box import Box
 from softbody.bodies.soft_body import SoftBody
 from softbody.errors import ParameterError, SimulationError
 from softbody.model.settings import check_name
-from softbody.pace import BOX_STEP, OF_STABLE
 from softbody.render.quantities import QUANTITIES
+from softbody.stepping.time_steps import BOX_STEP, OF_STABLE
 from softbody.view.adjustments import Adjustments
 from softbody.view.frame import Frame, frame_of
 from softbody.view.grip import Grip

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 import softbody
-from softbody import MassRatioWarning, Mesh, ParameterError, SimulationError, World, guards, step
+from softbody import MassRatioWarning, Mesh, ParameterError, SimulationError, World
 from softbody.dynamics import rigid_boxes
+from softbody.stepping import checks, step
 from validation.cases import random_orientations, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault
@@ -33,11 +34,11 @@ LANE = "worlds"  # claims that share the kernels of a whole world, and a process
     because="rounding of speeds that differ by a thirtieth: 1.1e-14 at worst of ten seeds",
     detects="a body, an axis or a load that is left out; a speed that is not seen from the body's middle",
     faults=(
-        Fault("particles that cross their whole body", guards.helpful_step, "0.5 * extent / s_", "1.0 * extent / s_"),
-        Fault("speeds as seen from the world", guards.helpful_step, "velocity - velocity.mean(axis=0)", "velocity"),
-        Fault("boxes that fall as without loads", guards.helpful_step, "controls.box_force", "0.0"),
-        Fault("the slowest axis of boxes", guards.helpful_step, "np.abs(rows).max(axis=1)", "np.abs(rows).min(axis=1)"),
-        Fault("turns that are left out", guards.helpful_step, "1.0 / spin", "size / speed"),
+        Fault("particles that cross their whole body", checks.helpful_step, "0.5 * extent / s_", "1.0 * extent / s_"),
+        Fault("speeds as seen from the world", checks.helpful_step, "velocity - velocity.mean(axis=0)", "velocity"),
+        Fault("boxes that fall as without loads", checks.helpful_step, "controls.box_force", "0.0"),
+        Fault("the slowest axis of boxes", checks.helpful_step, "np.abs(rows).max(axis=1)", "np.abs(rows).min(axis=1)"),
+        Fault("turns that are left out", checks.helpful_step, "1.0 / spin", "size / speed"),
     ),
 )
 def steps_that_help(run: Run) -> Comparison:
@@ -109,7 +110,7 @@ def steps_that_help(run: Run) -> Comparison:
             "min(size[0], size[1], size[2])",
             "max(size[0], size[1], size[2])",
         ),
-        Fault("orientations of any length", guards.check_pace, "u_ > UNIT", "False"),
+        Fault("orientations of any length", checks.check_pace, "u_ > UNIT", "False"),
     ),
 )
 def boxes_that_are_astray(run: Run) -> Comparison:
@@ -166,10 +167,10 @@ PAIRS = {("box", "box"): 1e6, ("box", "soft"): 1e4, ("soft", "box"): np.inf}
     because="yes or no",
     detects="another body's limit or name; a load that only leans on something; what hangs below taken for a load",
     faults=(
-        Fault("boxes that carry as little of boxes", guards.warn_of_mass_ratios, "upper < soft", "upper >= 0"),
-        Fault("what leans on a box", guards.warn_of_mass_ratios, "np.abs(steepness) > 0.5", "True"),
-        Fault("gravity of any strength", guards.warn_of_mass_ratios, "max(n_, TINY)", "1.0"),
-        Fault("what hangs below", guards.warn_of_mass_ratios, "steepness > 0.0", "steepness < 0.0"),
+        Fault("boxes that carry as little of boxes", checks.warn_of_mass_ratios, "upper < soft", "upper >= 0"),
+        Fault("what leans on a box", checks.warn_of_mass_ratios, "np.abs(steepness) > 0.5", "True"),
+        Fault("gravity of any strength", checks.warn_of_mass_ratios, "max(n_, TINY)", "1.0"),
+        Fault("what hangs below", checks.warn_of_mass_ratios, "steepness > 0.0", "steepness < 0.0"),
     ),
 )
 def loads_that_are_too_heavy(run: Run) -> Comparison:
@@ -227,11 +228,11 @@ FARTHEST, MOST_TURN, UNIT = 2.0**46, 1e6, 1e-6  # times the least size; [rad] a 
     because="yes or no, a hundredth from each limit; or at it, and a rounding beyond, in powers of two",
     detects="a limit that is left out, off, or of another axis or side of the box; advice that does not help",
     faults=(
-        Fault("boxes however fast", guards.check_pace, "not a_ + h * b_ <= RESOLVED * size.min()", "False"),
-        Fault("boxes however far away", guards.check_pace, "not np.abs(position).sum() <= r_", "False"),
-        Fault("spins however fast", guards.check_pace, "not h * s_ <= MOST_TURN", "False"),
-        Fault("boxes turned by no unit quaternion", guards.check_pace, "abs(a_ - 1.0) > UNIT", "False"),
-        Fault("advice to take as long a step", guards.check_pace, "MOST_TURN / spin / 2.0", "MOST_TURN / spin * 2.0"),
+        Fault("boxes however fast", checks.check_pace, "not a_ + h * b_ <= RESOLVED * size.min()", "False"),
+        Fault("boxes however far away", checks.check_pace, "not np.abs(position).sum() <= r_", "False"),
+        Fault("spins however fast", checks.check_pace, "not h * s_ <= MOST_TURN", "False"),
+        Fault("boxes turned by no unit quaternion", checks.check_pace, "abs(a_ - 1.0) > UNIT", "False"),
+        Fault("advice to take as long a step", checks.check_pace, "MOST_TURN / spin / 2.0", "MOST_TURN / spin * 2.0"),
         Fault("the longest side", rigid_boxes.box_astray, "min(size[0], size[1], size[2])",
               "max(size[0], size[1], size[2])"),
         Fault("boxes that are just there", rigid_boxes.box_astray, "far <= RESOLVED * n_", "far < RESOLVED * n_"),

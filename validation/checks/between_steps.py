@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from softbody import ParameterError, World, glance, guards, icosphere, pace
+from softbody import ParameterError, World, icosphere
 from softbody.bodies import body as bodies
 from softbody.bodies import soft_body
+from softbody.stepping import checks, finite_check, time_steps
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault
 
@@ -114,12 +115,14 @@ def _bits(world: World) -> np.ndarray:
     faults=(
         Fault(
             "a stretch rounded to steps",
-            pace.whole_steps,
+            time_steps.whole_steps,
             "count = ceil(seconds / time_step)",
             "return count, time_step",
         ),
-        Fault("a remainder that is lost", pace.Remainder.steps, "owed = self.seconds + seconds", "owed = seconds"),
-        Fault("a remainder that is not paid", pace.Remainder.steps, "owed - count * time_step", "owed"),
+        Fault(
+            "a remainder that is lost", time_steps.Remainder.steps, "owed = self.seconds + seconds", "owed = seconds"
+        ),
+        Fault("a remainder that is not paid", time_steps.Remainder.steps, "owed - count * time_step", "owed"),
         Fault("frames all as long", World.frames, "seconds - (count - 1) * frame", "frame"),
     ),
 )
@@ -179,10 +182,10 @@ def time_is_kept(run: Run) -> Comparison:
             "allow_unstable or self._stable_step.allows(h, model, controls, settings, joints, begun[0])",
             "allow_unstable",
         ),
-        Fault("an estimate for ten steps", guards.StableStep.allows, "self._made_at + STABLE_FOR",
+        Fault("an estimate for ten steps", checks.StableStep.allows, "self._made_at + STABLE_FOR",
               "self._made_at + 10"),
-        Fault("nothing that is finite", glance.is_finite, "not abs(x_) < np.inf", "abs(x_) < np.inf"),
-        Fault("an estimate of another model", guards.StableStep.allows, "self._model is model",
+        Fault("nothing that is finite", finite_check.is_finite, "not abs(x_) < np.inf", "abs(x_) < np.inf"),
+        Fault("an estimate of another model", checks.StableStep.allows, "self._model is model",
               "self._model is not model"),
     ),
 )  # fmt: skip

@@ -100,7 +100,7 @@ def ends(parts: int, cases: list[tuple[Ball, World, float | None]]) -> Compariso
     claim="A soft ball that turns, falls and bounces ends where it does from event to event: balls of 0.3 to 3 kg,"
     " undamped, no two springs alike, by rk4 and symplectic Euler, in 64 parts of 0.8 of the stable step.",
     section="2, 5.1, 9",
-    piece="softbody.step.run_alone, softbody.dynamics.particle_ground",
+    piece="softbody.stepping.step.run_alone, softbody.dynamics.particle_ground",
     reference="SciPy's DOP853 between events: particles touch the ground, and leave it",
     engines=("scipy",),
     unit="of the radius",
@@ -139,7 +139,7 @@ def balls_bounce_as_between_events(run: Run) -> Comparison:
     " event to event, as the step is made shorter: here 64 parts of 0.8 of the stable step. How far they are off in"
     " whole ones is noted.",
     section="2, 5.1, 9",
-    piece="softbody.step.run_alone, softbody.dynamics.particle_ground",
+    piece="softbody.stepping.step.run_alone, softbody.dynamics.particle_ground",
     reference="SciPy's DOP853 between events: particles touch the ground, and leave it",
     engines=("scipy",),
     unit="of the radius",

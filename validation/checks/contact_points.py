@@ -7,12 +7,13 @@ from itertools import combinations
 
 import numpy as np
 
-from softbody import Box, SoftBody, World, icosphere, step
+from softbody import Box, SoftBody, World, icosphere
 from softbody.bodies import contact_points
 from softbody.collision import contact
 from softbody.collision.solver import batches
 from softbody.dynamics import particle_ground
 from softbody.scenes import box_pile, boxes_on_torus, sphere_on_torus, tray
+from softbody.stepping import step
 from validation.cases import BOX_TRIANGLES, corners_of, random_orientations, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault

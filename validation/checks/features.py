@@ -15,7 +15,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import softbody
-from softbody import Mesh, SnapshotError, SoftBody, World, guards, snapshot, step, world
+from softbody import Mesh, SnapshotError, SoftBody, World, snapshot, world
 from softbody.bodies import builder, rigid_box, soft_body
 from softbody.collision import broad_phase
 from softbody.dynamics import integrators, ring_forces, soft_bodies, vertex_rings
@@ -23,6 +23,7 @@ from softbody.geometry import MeshQuery, box, query
 from softbody.mesh import mesh
 from softbody.model import validation
 from softbody.model.shapes import Shapes
+from softbody.stepping import checks, step
 from softbody.trajectory import writer
 from validation.cases import MESH_KINDS, edge_lengths, random_mesh, random_orientations, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check
@@ -198,7 +199,7 @@ def substeps_are_steps(run: Run) -> Comparison:
             "bodies_.deflated_below[body]",
         ),
         Fault(
-            "the first body's name", guards.fault_of, "title_of(model, body, Names())", "title_of(model, 0, Names())"
+            "the first body's name", checks.fault_of, "title_of(model, body, Names())", "title_of(model, 0, Names())"
         ),
         Fault(
             "a step that is counted and was not done",
@@ -1037,9 +1038,9 @@ def refusals() -> Iterator[tuple[str, Callable[[], object], type[BaseException],
     faults=(
         Fault("negative masses are taken", validation.check_range, "least <= value <= most", "value <= most"),
         Fault("triangles may be turned round", mesh._check_closed, "forward == 1", "forward >= 0"),
-        Fault("nobody warns of overlaps", guards.warn_of_overlap, "depth > d_", "False"),
-        Fault("what is light taken for torn apart", guards._unstable, "not isfinite(volume)", "volume != 0.0"),
-        Fault("nobody warns of light boxes", guards.warn_of_mass_ratios, "(carried > most).any()", "False"),
+        Fault("nobody warns of overlaps", checks.warn_of_overlap, "depth > d_", "False"),
+        Fault("what is light taken for torn apart", checks._unstable, "not isfinite(volume)", "volume != 0.0"),
+        Fault("nobody warns of light boxes", checks.warn_of_mass_ratios, "(carried > most).any()", "False"),
         Fault("shapes of any number of vertices", mesh._check_number, "vertices > MOST_VERTICES", "False"),
         Fault("soft bodies however far away", builder.with_soft_body, "not lengths[edge] > s_", "False"),
         Fault("whatever has as many bodies", writer.TrajectoryWriter._found, "disk.bodies != bodies", "False"),

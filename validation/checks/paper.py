@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import softbody
-from softbody import Mesh, OverlapWarning, World, move_boxes, step
+from softbody import Mesh, OverlapWarning, World
 from softbody.collision import impulse
 from softbody.collision.boxes import box_ground, single_contact
 from softbody.collision.boxes.sat_boxes import PlacedBox
@@ -16,6 +16,7 @@ from softbody.collision.paper import paper_response
 from softbody.collision.soft import sat_meshes, soft_contacts
 from softbody.dynamics import rigid_boxes
 from softbody.model import material
+from softbody.stepping import move_boxes, step
 from validation.cases import corners_of, dented_sphere, random_box_pairs, random_orientations, rotated, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.checks.impulse import OVERLAP, Impacts, mass_ratio, random_impacts
@@ -66,7 +67,7 @@ def _fly_and_strike(impacts: Impacts, i: int, axes: str) -> np.ndarray:
     claim="In World.paper() two boxes that fly and spin until they meet, at a corner, or across edges with all axes,"
     " bounce as Bullet makes them, cut to the paper's ceilings, and are parted as their masses demand.",
     section="4.1, 4.4, 6",
-    piece="softbody.move_boxes.move_boxes_singly",
+    piece="softbody.stepping.move_boxes.move_boxes_singly",
     reference="Bullet: the velocities after; closed form: the way back, by inverse mass along Bullet's normal",
     engines=("pybullet", "scipy"),
     unit="of the speed; of the size",
@@ -622,7 +623,7 @@ def stopped(
     claim="Where spins have a floor, and contacts are solved together, a box that the ground holds snaps to right"
     " angles; one that another box holds, or that the ground will not reach in the step, does not.",
     section="6",
-    piece="softbody.move_boxes.move_boxes",
+    piece="softbody.stepping.move_boxes.move_boxes",
     reference="closed form: the yaw is 0, or what it was",
     kind="closed form",
     unit="rad",
@@ -714,7 +715,7 @@ def early_outs_change_nothing(run: Run) -> Comparison:
     claim="In World.paper() boxes that a step brings to touch each other exactly, face to face, fly on; those that it"
     " brings a billionth of a metre into each other bounce off.",
     section="4.4, 6",
-    piece="softbody.move_boxes.collide_boxes",
+    piece="softbody.stepping.move_boxes.collide_boxes",
     reference="closed form: free flight; the law of restitution",
     unit="of the speed",
     kind="closed form",

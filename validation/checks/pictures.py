@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 
 import softbody
-from softbody import Camera, Recorder, World, frame_times
+from softbody import Camera, Recorder, World
 from softbody.render import camera as cameras
 from softbody.render import films, png, rasteriser, recorder, webp
+from softbody.stepping import frame_times
 from validation.cases import BOX_TRIANGLES, corners_of, random_mesh, random_orientations, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault

@@ -16,8 +16,8 @@ from softbody.compiler.threads import Team
 from softbody.dynamics import integrators, soft_bodies, vertex_rings
 from softbody.dynamics.soft_bodies import motion_of
 from softbody.mesh import mesh
-from softbody.step import Work, run_alone
-from softbody.step import run as run_together
+from softbody.stepping.step import Work, run_alone
+from softbody.stepping.step import run as run_together
 from validation.cases import edge_lengths, lumpy_sphere
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.checks.integrators import breathe

@@ -7,10 +7,10 @@ from numpy.typing import ArrayLike
 
 import softbody
 from softbody import Mesh, SimulationError, World
-from softbody import shape_at_rest as resting
 from softbody.dynamics import integrators, plain_forces, pressure, ring_forces, soft_bodies
 from softbody.dynamics.plain_forces import add_pressure_forces, spring_virial
 from softbody.geometry import polyhedron
+from softbody.stepping import shape_at_rest as resting
 from validation.cases import dented_sphere, edge_lengths, lumpy_sphere, random_mesh
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.checks.soft import accelerations

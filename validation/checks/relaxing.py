@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from softbody import SimulationError, World, shape_at_rest
+from softbody import SimulationError, World
 from softbody.dynamics import equilibrium
 from softbody.dynamics.soft_bodies import motion_of
 from softbody.dynamics.stability import highest_frequency
 from softbody.model.arrays import soft_bodies_of
+from softbody.stepping import shape_at_rest
 from validation.cases import MESH_KINDS, edge_lengths, random_mesh
 from validation.check import Comparison, Run, check
 from validation.fault import Fault

@@ -91,7 +91,7 @@ def deepest(world: World) -> float:
     claim="Scenes 1 to 4, without any drag: for 2 s (standard 4 s, full 20 s), looked at every 0.1 s, nothing is deeper"
     " than 0.4 % of the size inside another body or the ground.",
     section="9",
-    piece="softbody.step.run",
+    piece="softbody.stepping.step.run",
     reference="igl's signed distance (pseudonormals); boxes as meshes",
     engines=("igl",),
     unit="deepest penetration, of the size",
@@ -118,7 +118,7 @@ def bodies_stay_apart(run: Run) -> Comparison:
     claim="Scenes 1 to 4, without any drag: for 2 s (standard 6 s, full 20 s), looked at every 0.05 s, the energy,"
     " that of the constant force counted, never rises above what it was.",
     section="9",
-    piece="softbody.step.run",
+    piece="softbody.stepping.step.run",
     reference="invariant: kinetic, spring, gas, gravity energy, less the work of the constant force, by NumPy",
     unit="risen above the least so far, of weight × size",
     kind="invariant",
@@ -156,7 +156,7 @@ def scenes_gain_no_energy(run: Run) -> Comparison:
     claim="Scenes 1, 3 and 4 rest after 5 s (standard 10 s, full 20 s) where they were put, one body on the other, by"
     " themselves; the stack alone has drag: 2/s.",
     section="9",
-    piece="softbody.step.run",
+    piece="softbody.stepping.step.run",
     reference="rest: no centre moves any more, none has left its place sideways, and each is still above those that it"
     " was above, by at least half as much",
     unit="of the size a second, or of the size",
@@ -437,7 +437,7 @@ def _deep(world: World) -> float:
     family=FAMILY,
     claim="Mixtures of soft bodies and boxes, also with a body a hundred times larger than the rest, stay sane.",
     section="4",
-    piece="softbody.step.run",
+    piece="softbody.stepping.step.run",
     reference="invariant: everything finite, above the ground, no faster than its fall; nobody's volume gone",
     unit=DISAGREEMENTS,
     kind="invariant",

@@ -10,12 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from softbody import Box, Mesh, SoftBody, World, box, icosphere, octahedron, sleep, sleepers, snapshot
+from softbody import Box, Mesh, SoftBody, World, box, icosphere, octahedron, snapshot
 from softbody import world as host
 from softbody.bodies import body as handles
 from softbody.bodies import contact_points as points
 from softbody.dynamics import soft_bodies
-from softbody.step import run_by_clock
+from softbody.stepping import sleep, sleep_tracker
+from softbody.stepping.step import run_by_clock
 from validation.cases import random_orientations, rotated, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault
@@ -646,9 +647,9 @@ def _bits(body: Any) -> bytes:
     detects="a clock of rest, a mark or a flag that is no part of what is kept",
     faults=(
         Fault("clocks begin anew", snapshot._rested, "Rested(a_, b_)", "Rested(0.0 * a_, b_)"),
-        Fault("nobody is known to have slept", sleepers.Sleepers, "rested_.asleep > 0", "rested.asleep > 1"),
-        Fault("no marks of those who slept", sleepers.Sleepers, "self.rest.time.any()", "False"),
-        Fault("changes before a snapshot are forgotten", sleepers.Sleepers.rested, "self.rest.time.any()", "False"),
+        Fault("nobody is known to have slept", sleep_tracker.Sleepers, "rested_.asleep > 0", "rested.asleep > 1"),
+        Fault("no marks of those who slept", sleep_tracker.Sleepers, "self.rest.time.any()", "False"),
+        Fault("changes before a snapshot are forgotten", sleep_tracker.Sleepers.rested, "self.rest.time.any()", "False"),
         Fault(
             "other threads wake all", host._Bodies, "self.sleepers = sleepers",
             "self.sleepers = Sleepers(parts, not_rested(parts.model))",

@@ -40,7 +40,7 @@ def _mesh(kind: str, rng: np.random.Generator) -> Mesh:
     claim="Any soft body, no two springs alike, or all but one, damped, dragged, pushed, pinned and full of gas, is"
     " after 25 steps by each scheme, the paper's first, where the same scheme in NumPy has it, at its velocity.",
     section="5.1",
-    piece="softbody.step.run_alone",
+    piece="softbody.stepping.step.run_alone",
     reference="the three schemes as their sources write them, in NumPy, on forces as the gradient of the energy",
     engines=("scipy",),
     unit="of the size and the way, and of the fastest velocity",

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from softbody import World, icosphere, step
+from softbody import World, icosphere
 from softbody.collision.soft import soft_response
 from softbody.dynamics import soft_bodies
+from softbody.stepping import step
 from validation.check import Comparison, Run, check
 from validation.checks.bounce import balls, ends
 from validation.checks.energy import crowd, drift_and_gain
@@ -105,7 +106,7 @@ def _world(k: int, parts: int) -> World:
     claim="A plate that moves by script pushes a soft ball on, which takes each step in 2, 3 or 4 parts, and at the end"
     " of no step is any of it more than a quarter of the plate's way in that step inside.",
     section="4.2",
-    piece="softbody.World.substeps, softbody.step.resolve_soft_contacts",
+    piece="softbody.World.substeps, softbody.stepping.step.resolve_soft_contacts",
     reference="the plate's place by its speed; by how much the lowest vertex is below its top, in NumPy",
     unit="of the plate's way in a step",
     kind="closed form",

@@ -12,11 +12,12 @@ from types import FrameType
 import numpy as np
 
 import softbody
-from softbody import SimulationError, World, step, world
+from softbody import SimulationError, World, world
 from softbody.compiler import interrupts
 from softbody.compiler.interrupts import Bell
 from softbody.dynamics import integrators, soft_bodies
-from softbody.step import run_by_clock
+from softbody.stepping import step
+from softbody.stepping.step import run_by_clock
 from validation.cases import edge_lengths
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.checks.features import rich_world
@@ -135,7 +136,7 @@ def nothing_touches_after_a_fault(run: Run) -> Comparison:
     claim="A run that is told to stop ends after one step, or, in haste, in the midst of it, and then all is as it was:"
     " state, clock, and what the solver remembers; and it goes on to the bits of a world that nobody has told to stop.",
     section="beyond the paper",
-    piece="softbody.step.run_by_clock",
+    piece="softbody.stepping.step.run_by_clock",
     reference="a twin that nobody has told to stop",
     kind="specification",
     unit=DISAGREEMENTS,
@@ -203,7 +204,7 @@ class _StopError(Exception):
     claim="A run that somebody stops in haste, from another thread and in the midst of some step after the first look"
     " at its body, has done the steps before that one: it forgets none of them.",
     section="beyond the paper",
-    piece="softbody.step.run_alone, softbody.dynamics.soft_bodies.move_body",
+    piece="softbody.stepping.step.run_alone, softbody.dynamics.soft_bodies.move_body",
     reference="the look itself, which is after 32 steps; a twin that takes as many steps by itself",
     kind="specification",
     unit=DISAGREEMENTS,

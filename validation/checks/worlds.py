@@ -298,7 +298,7 @@ def _settle(world: World, seconds: float) -> World:
     family=FAMILY,
     claim="A scene that is run twice gives the same bits.",
     section="9",
-    piece="softbody.step.run",
+    piece="softbody.stepping.step.run",
     reference="the same scene, built and run again",
     unit=DISAGREEMENTS,
     kind="the core in another form",

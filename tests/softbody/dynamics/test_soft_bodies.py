@@ -20,7 +20,7 @@ from softbody.dynamics.soft_bodies import (
 from softbody.dynamics.vertex_rings import BLOCK, build_rings
 from softbody.model.arrays import soft_bodies_of
 from softbody.model.settings import INTEGRATORS
-from softbody.step import run_alone
+from softbody.stepping.step import run_alone
 
 SOLID = softbody.octahedron()
 

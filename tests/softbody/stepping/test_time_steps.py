@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 import softbody
 from softbody import ParameterError
-from softbody.pace import Remainder, whole_steps
+from softbody.stepping.time_steps import Remainder, whole_steps
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ import pytest
 
 from softbody import World
 from softbody.model.arrays import boxes_of
-from softbody.move_boxes import collide_boxes, correct_pair
+from softbody.stepping.move_boxes import collide_boxes, correct_pair
 
 
 def boxes(static=False):

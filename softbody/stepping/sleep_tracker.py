@@ -9,7 +9,7 @@ import numpy as np
 from softbody.bodies.builder import Parts
 from softbody.model.arrays import Joints, Model
 from softbody.model.sleep_state import Rest
-from softbody.sleep import Rested, mark_sleepers, wake_changed
+from softbody.stepping.sleep import Rested, mark_sleepers, wake_changed
 
 if TYPE_CHECKING:
     from softbody.bodies.contact_points import ContactPoints

@@ -21,7 +21,6 @@ from softbody.dynamics.joint_forces import with_joints
 from softbody.dynamics.particle_ground import material_on_ground, resolve_ground
 from softbody.dynamics.rigid_boxes import box_astray, limit_boxes, limit_speeds, slow_boxes, stop_boxes
 from softbody.dynamics.soft_bodies import BARE, DIVERGED, Motion, move_in_place, move_soft_bodies
-from softbody.glance import begins_finite, fingerprint
 from softbody.linalg.vec import load, sub
 from softbody.model.arrays import (
     Controls,
@@ -36,8 +35,9 @@ from softbody.model.arrays import (
 )
 from softbody.model.settings import Settings
 from softbody.model.sleep_state import Rest
-from softbody.move_boxes import hold_boxes, move_boxes, move_boxes_singly
-from softbody.sleep import begin_step, let_sleep, mark_sleepers, note_rest, wake_changed
+from softbody.stepping.finite_check import begins_finite, fingerprint
+from softbody.stepping.move_boxes import hold_boxes, move_boxes, move_boxes_singly
+from softbody.stepping.sleep import begin_step, let_sleep, mark_sleepers, note_rest, wake_changed
 
 # Faults beside DIVERGED and COLLAPSED, of runs that begin or end before a step is taken.
 NO_ROOM = 3  # there are more contacts than rows for them

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from softbody import ParameterError, World, icosphere
-from softbody.glance import begins_finite, fingerprint, is_finite
+from softbody.stepping.finite_check import begins_finite, fingerprint, is_finite
 
 NUMBERS = np.random.default_rng(0).normal(size=(37, 3))
 

@@ -8,8 +8,8 @@ import pytest
 
 import softbody
 from softbody import MassRatioWarning, OverlapWarning, ParameterError, SimulationError, World
-from softbody.guards import STABLE_FOR
 from softbody.model.settings import INTEGRATORS
+from softbody.stepping.checks import STABLE_FOR
 
 BALL = softbody.icosphere(1)
 SOLID = softbody.octahedron()

@@ -5,9 +5,9 @@ import pytest
 
 import softbody
 from softbody import ParameterError, World
-from softbody.pace import BOX_STEP, OF_STABLE
 from softbody.render import Recorder
 from softbody.scenes import scene_file
+from softbody.stepping.time_steps import BOX_STEP, OF_STABLE
 from softbody.trajectory import Trajectory, TrajectoryWriter
 
 BALL = softbody.icosphere(1, 0.3)

@@ -20,12 +20,12 @@ from softbody.dynamics.rigid_boxes import stirs
 from softbody.geometry.aabb import bounding_box
 from softbody.geometry.box import box_corners
 from softbody.geometry.sphere import bounding_spheres
-from softbody.glance import MASK, fingerprint
 from softbody.linalg.quaternion import load_quaternion, rotate_inverse
 from softbody.linalg.vec import dot, load, norm, store
 from softbody.model.arrays import Controls, Joints, Model, State, copy_boxes, copy_particles
 from softbody.model.settings import Settings
 from softbody.model.sleep_state import Rest, is_settled
+from softbody.stepping.finite_check import MASK, fingerprint
 
 STILL = (0.0, 0.0, 0.0)
 
