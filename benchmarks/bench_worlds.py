@@ -32,7 +32,7 @@ from softbody.dynamics.soft_bodies import motion_of, move_soft_bodies
 from softbody.model.arrays import Model, State, boxes_of, copy_state, particles_of, soft_bodies_of
 from softbody.model.settings import Settings
 from softbody.scenes import boxes_on_torus, rolling_torus, sphere_on_torus, torus_stack, tray
-from softbody.snapshot import Snapshot
+from softbody.storage.snapshot import Snapshot
 
 SCENES: dict[str, Callable[[], World]] = {
     "Scene 1: sphere on torus": sphere_on_torus.build,

@@ -18,9 +18,9 @@ import numpy as np
 from softbody.errors import OutputError, SceneError, SnapshotError, TrajectoryError
 from softbody.scenes.scene_file import Film, Run, SceneFile, read_scene
 from softbody.stepping.time_steps import whole_steps
+from softbody.storage.atomic_file import path_of, whole_file
 from softbody.trajectory import Trajectory, TrajectoryWriter
 from softbody.trajectory.manifest import NAME, read_manifest
-from softbody.whole_file import path_of, whole_file
 from softbody.world import World
 
 if TYPE_CHECKING:

@@ -64,8 +64,6 @@ from softbody.model.settings import (
 )
 from softbody.model.shapes import labels_of, pose_of, shapes_of
 from softbody.model.validation import check_range, check_whole, check_yes_or_no, shown, vector
-from softbody.snapshot import Snapped, checked, digest, named_arrays, snapshot_of
-from softbody.snapshot_entries import Snapshot
 from softbody.stepping.checks import (
     StableStep,
     check_finite,
@@ -83,7 +81,9 @@ from softbody.stepping.sleep import not_rested
 from softbody.stepping.sleep_tracker import Sleepers
 from softbody.stepping.step import NO_ROOM, UNSEEN, Clock, Work, run_alone_by_clock, run_by_clock
 from softbody.stepping.time_steps import BOX_STEP, OF_STABLE, Remainder, check_own_steps, whole_steps
-from softbody.world_file import MOST_BYTES, read, write
+from softbody.storage.npz import MOST_BYTES, read, write
+from softbody.storage.snapshot import Snapped, checked, digest, named_arrays, snapshot_of
+from softbody.storage.snapshot_entries import Snapshot
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack

@@ -18,7 +18,7 @@ from softbody.export.looks import Looks
 from softbody.export.meshes import as_scene, check_pose, in_world, trimesh
 from softbody.model.shapes import Pose, Shapes
 from softbody.model.validation import shown
-from softbody.whole_file import path_of, whole_file
+from softbody.storage.atomic_file import path_of, whole_file
 
 HEADER = "softbody: metres, z is up"
 

@@ -16,7 +16,7 @@ from softbody.errors import OutputError, ParameterError
 from softbody.extras import library
 from softbody.render.png import png_of
 from softbody.render.webp import WebpFilm
-from softbody.whole_file import path_of, whole_file
+from softbody.storage.atomic_file import path_of, whole_file
 
 PROBE = 1 << 18  # bytes for which there must be room on the disk before the first frame is made
 

@@ -35,7 +35,7 @@ from softbody.scenes.scene_keys import (
     Check,
 )
 from softbody.scenes.toml_lines import Path, line_of, lines_of
-from softbody.whole_file import path_of
+from softbody.storage.atomic_file import path_of
 from softbody.world import World, world_to_fill
 
 MOST_BYTES = 2**20  # that a scene file may have: some ten thousand bodies

@@ -10,8 +10,8 @@ from softbody.errors import SnapshotError, TrajectoryError
 from softbody.model.arrays import Rows, State
 from softbody.model.shapes import Shapes
 from softbody.model.validation import QUATERNION_TOLERANCE
-from softbody.snapshot_entries import Entries, Snapshot
-from softbody.world_file import Kind, read
+from softbody.storage.npz import Kind, read
+from softbody.storage.snapshot_entries import Entries, Snapshot
 
 BODIES = "bodies.npz"
 FILES = Kind("a trajectory", "softbody.TrajectoryWriter", "Trajectory.open")

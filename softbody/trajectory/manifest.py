@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 from softbody.bodies.names import names_of
 from softbody.errors import ParameterError, TrajectoryError
 from softbody.model.shapes import Labels
+from softbody.storage.atomic_file import whole_file
 from softbody.trajectory.entries import BODIES
 from softbody.version import __version__
-from softbody.whole_file import whole_file
 
 NAME = "trajectory.json"
 FORMAT = 1

@@ -13,12 +13,12 @@ from softbody.compiler.interrupts import assign_together
 from softbody.errors import ParameterError, TrajectoryError
 from softbody.model.shapes import Pose, shapes_of, unlabelled
 from softbody.model.validation import check_whole, shown
-from softbody.snapshot import digest, named_arrays
-from softbody.snapshot_entries import Snapshot
+from softbody.storage.atomic_file import path_of
+from softbody.storage.npz import MOST_BYTES
+from softbody.storage.snapshot import digest, named_arrays
+from softbody.storage.snapshot_entries import Snapshot
 from softbody.trajectory.entries import BODIES, read_chunk, read_shapes
 from softbody.trajectory.manifest import NAME, read_manifest
-from softbody.whole_file import path_of
-from softbody.world_file import MOST_BYTES
 
 if TYPE_CHECKING:
     from softbody.world import World

@@ -13,14 +13,14 @@ import numpy as np
 from softbody.errors import OutputError, ParameterError, SnapshotError, TrajectoryError
 from softbody.model.shapes import Shapes, labels_of, shapes_of
 from softbody.model.validation import check_range, check_yes_or_no
-from softbody.snapshot import digest, named_arrays
-from softbody.snapshot_entries import Entries, Snapshot
 from softbody.stepping.frame_times import frames_by_steps
 from softbody.stepping.time_steps import check_own_steps
+from softbody.storage.atomic_file import alone_in, path_of, whole_file
+from softbody.storage.npz import MOST_BYTES
+from softbody.storage.snapshot import digest, named_arrays
+from softbody.storage.snapshot_entries import Entries, Snapshot
 from softbody.trajectory.entries import BODIES, checked_frames, frame_of, read_chunk, read_shapes
 from softbody.trajectory.manifest import NAME, Chunk, Manifest, read_manifest, write_manifest
-from softbody.whole_file import alone_in, path_of, whole_file
-from softbody.world_file import MOST_BYTES
 
 if TYPE_CHECKING:
     from softbody.world import World

@@ -10,7 +10,7 @@ import numpy as np
 
 import softbody
 from softbody import Mesh, SoftBody, SoftbodyError, World
-from softbody.snapshot_entries import Snapshot
+from softbody.storage.snapshot_entries import Snapshot
 
 BALL, SOLID = softbody.icosphere(1, 0.4), softbody.octahedron(0.4)
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from softbody import SnapshotError, World
-from softbody.snapshot_entries import Snapshot
+from softbody.storage.snapshot_entries import Snapshot
 from tests.fuzz._worlds import lived, snapshots
 
 GOAL = 20_000

@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import softbody
-from softbody import SnapshotError, Trajectory, TrajectoryError, TrajectoryWriter, World, snapshot, snapshot_entries
+from softbody import SnapshotError, Trajectory, TrajectoryError, TrajectoryWriter, World
+from softbody.storage import snapshot, snapshot_entries
 from softbody.trajectory import entries, manifest
 from validation.cases import random_orientations
 from validation.check import DISAGREEMENTS, Comparison, Run, check

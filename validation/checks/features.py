@@ -15,7 +15,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import softbody
-from softbody import Mesh, SnapshotError, SoftBody, World, snapshot, world
+from softbody import Mesh, SnapshotError, SoftBody, World, world
 from softbody.bodies import builder, rigid_box, soft_body
 from softbody.collision import broad_phase
 from softbody.dynamics import integrators, ring_forces, soft_bodies, vertex_rings
@@ -24,6 +24,7 @@ from softbody.mesh import mesh
 from softbody.model import validation
 from softbody.model.shapes import Shapes
 from softbody.stepping import checks, step
+from softbody.storage import snapshot
 from softbody.trajectory import writer
 from validation.cases import MESH_KINDS, edge_lengths, random_mesh, random_orientations, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check

@@ -10,11 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from softbody import Body, Box, ParameterError, SoftBody, World, icosphere, torus, world_file
+from softbody import Body, Box, ParameterError, SoftBody, World, icosphere, torus
 from softbody import world as host
 from softbody.bodies import body as bodies
 from softbody.bodies import joint, soft_body
 from softbody.model import arrays
+from softbody.storage import npz
 from validation.cases import edge_lengths, random_mesh
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.checks.kept import Flight
@@ -156,7 +157,7 @@ def set_on_the_way(run: Run) -> Comparison:
     faults=(
         Fault(
             "files in single precision",
-            world_file.write,
+            npz.write,
             "np.savez(file, **snapshot)",
             "np.savez(file, **{k: np.float64(np.float32(v)) if v.dtype.kind == 'f' else v"
             " for k, v in snapshot.items()})",

@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from softbody import Box, Joint, SimulationError, SoftBody, World, icosphere, octahedron, snapshot
+from softbody import Box, Joint, SimulationError, SoftBody, World, icosphere, octahedron
 from softbody import world as host
 from softbody.bodies import builder, joint
 from softbody.dynamics import joint_forces
+from softbody.storage import snapshot
 from validation.cases import edge_lengths, random_orientations, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault

@@ -13,8 +13,9 @@ from pathlib import Path
 import numpy as np
 
 import softbody
-from softbody import Trajectory, TrajectoryWriter, World, whole_file
+from softbody import Trajectory, TrajectoryWriter, World
 from softbody.scenes import tray
+from softbody.storage import atomic_file
 from softbody.trajectory import reader, writer
 from validation.cases import random_mesh, random_orientations
 from validation.check import DISAGREEMENTS, Comparison, Run, check
@@ -309,7 +310,7 @@ def frames_have_every_bit(run: Run) -> Comparison:
     because="yes or no: was the lock given back before the writer was done?",
     detects="two processes that write to one folder at the same time",
     faults=(
-        Fault("locks that are none", whole_file._locked, "fcntl.LOCK_EX | fcntl.LOCK_NB", "fcntl.LOCK_UN"),
+        Fault("locks that are none", atomic_file._locked, "fcntl.LOCK_EX | fcntl.LOCK_NB", "fcntl.LOCK_UN"),
         Fault(
             "a flush that does not ask",
             writer.TrajectoryWriter.flush,

@@ -10,13 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from softbody import Box, Mesh, SoftBody, World, box, icosphere, octahedron, snapshot
+from softbody import Box, Mesh, SoftBody, World, box, icosphere, octahedron
 from softbody import world as host
 from softbody.bodies import body as handles
 from softbody.bodies import contact_points as points
 from softbody.dynamics import soft_bodies
 from softbody.stepping import sleep, sleep_tracker
 from softbody.stepping.step import run_by_clock
+from softbody.storage import snapshot
 from validation.cases import random_orientations, rotated, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault

@@ -13,16 +13,8 @@ import numpy as np
 import pytest
 
 import softbody
-from softbody import (
-    OutputError,
-    ParameterError,
-    State,
-    Trajectory,
-    TrajectoryError,
-    TrajectoryWriter,
-    World,
-    whole_file,
-)
+from softbody import OutputError, ParameterError, State, Trajectory, TrajectoryError, TrajectoryWriter, World
+from softbody.storage import atomic_file
 from softbody.trajectory import writer as writing
 
 
@@ -314,7 +306,7 @@ def test_a_full_disk_costs_nothing_that_is_written_and_can_be_cured(world, tmp_p
 @pytest.mark.parametrize("moment", ["chunk", "manifest", "written"])
 def test_an_interrupt_in_the_midst_of_writing_costs_nothing(world, tmp_path, monkeypatch, moment):
     """Ctrl-C comes in a chunk, in the manifest, or when that was put in its place; more frames are kept after it."""
-    real, calls = whole_file.Path.replace, []
+    real, calls = atomic_file.Path.replace, []
 
     def replace(part, path):
         calls.append(path.name)
@@ -328,7 +320,7 @@ def test_an_interrupt_in_the_midst_of_writing_costs_nothing(world, tmp_path, mon
     kept = TrajectoryWriter(world, tmp_path / "t")
     kept.frame()
     with monkeypatch.context() as interrupted:
-        interrupted.setattr(whole_file.Path, "replace", replace)
+        interrupted.setattr(atomic_file.Path, "replace", replace)
         with pytest.raises(KeyboardInterrupt):
             kept.flush()
     assert len(Trajectory.open(tmp_path / "t")) == (moment == "written")

@@ -12,7 +12,7 @@ from typing import IO, NamedTuple
 import numpy as np
 
 from softbody.errors import SnapshotError
-from softbody.whole_file import path_of, whole_file
+from softbody.storage.atomic_file import path_of, whole_file
 
 MOST_BYTES = 2**30  # that a file may have, and that its arrays may take: a world of some five million particles
 

@@ -21,8 +21,8 @@ from softbody.mesh.mesh import check_surface, unique_edges
 from softbody.model.arrays import Controls, Joints, Model, Property, Rows, State
 from softbody.model.settings import PRECISIONS, Settings, check_name, check_settings
 from softbody.model.validation import QUATERNION_TOLERANCE
-from softbody.snapshot_entries import Entries, Snapshot
 from softbody.stepping.sleep import Rested, not_rested
+from softbody.storage.snapshot_entries import Entries, Snapshot
 
 # Of snapshots and files. Format 1 has no number, and holds the vertex rings, too; before 3 there are no joints,
 # before 4 no times left, before 5 no names, and before 6 nobody sleeps.

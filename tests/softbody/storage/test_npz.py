@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 import softbody
-from softbody import ParameterError, SnapshotError, World, whole_file, world_file
+from softbody import ParameterError, SnapshotError, World
+from softbody.storage import atomic_file, npz
 
 
 @pytest.fixture
@@ -171,7 +172,7 @@ def test_saving_goes_through_no_link(world, path, tmp_path):
 def test_saving_goes_through_no_link_at_the_temporary_name(world, path, tmp_path, monkeypatch):
     victim = tmp_path / "victim"
     victim.write_text("precious")
-    monkeypatch.setattr(whole_file.secrets, "token_hex", lambda size: "known")
+    monkeypatch.setattr(atomic_file.secrets, "token_hex", lambda size: "known")
     (tmp_path / ".known.part").symlink_to(victim)
     with pytest.raises(FileExistsError):
         world.save(path)
@@ -186,7 +187,7 @@ def test_a_full_disk_leaves_the_old_file_and_nothing_else(world, path, monkeypat
         file.write(b"PK")
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(world_file.np, "savez", full)
+    monkeypatch.setattr(npz.np, "savez", full)
     with pytest.raises(OSError, match="No space left"):
         world.save(path)
     assert path.read_bytes() == before
@@ -200,7 +201,7 @@ def test_an_interrupt_while_saving_is_an_interrupt(world, path, monkeypatch):
         finally:
             raise ValueError("Can't close the ZIP file")
 
-    monkeypatch.setattr(world_file.np, "savez", interrupted)
+    monkeypatch.setattr(npz.np, "savez", interrupted)
     with pytest.raises(KeyboardInterrupt):
         world.save(path)
     assert not list(path.parent.iterdir())

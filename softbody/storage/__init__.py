@@ -1,0 +1,1 @@
+"""What a world is at one instant, in memory and in files."""
