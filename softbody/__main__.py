@@ -10,17 +10,17 @@ from time import perf_counter
 from typing import Any
 
 from softbody import __version__, scenes
+from softbody.cli.progress import telling
+from softbody.cli.run_folder import TRAJECTORY, run_scene
+from softbody.cli.warmup import warm_up
 from softbody.errors import ParameterError, SoftbodyError
 from softbody.model.settings import INTEGRATORS
 from softbody.model.validation import check_range
-from softbody.progress import telling
 from softbody.render import Recorder
 from softbody.render.films import picture_path
 from softbody.render.quantities import UNITS
-from softbody.run_folder import TRAJECTORY, run_scene
 from softbody.scenes.scene_file import read_scene
 from softbody.trajectory import Trajectory
-from softbody.warmup import warm_up
 from softbody.world import World
 
 # Exit codes: as of every command, where the machine lacks something, and after Ctrl-C.

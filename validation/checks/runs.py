@@ -13,8 +13,9 @@ from unittest import mock
 
 import numpy as np
 
-from softbody import OutputError, Recorder, SceneError, SnapshotError, Trajectory, TrajectoryError, World, run_folder
-from softbody.run_folder import run_scene
+from softbody import OutputError, Recorder, SceneError, SnapshotError, Trajectory, TrajectoryError, World
+from softbody.cli import run_folder
+from softbody.cli.run_folder import run_scene
 from softbody.scenes import from_file
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.checks.exports import asked
@@ -115,7 +116,7 @@ def rows_in(out: Path) -> np.ndarray:
     " end, and the world as it is then, where the parabola has the ball: in steps of the world's choice, or at the ones"
     " of one's own nearest to it, at once, or ended after some frames and gone on with.",
     section="beyond the paper",
-    piece="softbody.run_folder.run_scene",
+    piece="softbody.cli.run_folder.run_scene",
     reference="closed form: the parabola at the times that the file asks for",
     kind="closed form",
     unit="of the way and the speed, each at least 1",
@@ -196,7 +197,7 @@ def filmed(path: Path, out: Path, rate: float, count: int, look: dict[str, Any])
     " second than were kept, is the one that a `Recorder` makes of the frames that are nearest to its times, the one at"
     " the very end among them.",
     section="beyond the paper",
-    piece="softbody.run_folder.run_scene",
+    piece="softbody.cli.run_folder.run_scene",
     reference="the same run at once; a `Recorder` that is given the frames one by one, as many as whole numbers say",
     engines=("PIL",),
     kind="specification",
@@ -280,7 +281,7 @@ def in_the_way(path: Path, run: Path) -> Iterator[tuple[str, Path, Path, bool, t
     claim="What is in the way of a run, or is not of the run that is gone on with, is said before any work, by the"
     " error of its kind, whose text names it: no frame is made.",
     section="beyond the paper",
-    piece="softbody.run_folder.run_scene",
+    piece="softbody.cli.run_folder.run_scene",
     reference="the documentation: which error, and what it names; the frames in the folder, counted before and after",
     engines=("PIL",),
     kind="specification",
@@ -348,7 +349,7 @@ def saved_at(path: Path, each: float, cost: float) -> list[int]:
     claim="While a scene file is run, its world is saved whenever 10 s have gone by since it last was, or ten times as"
     " long as that took, if that is more; besides at the beginning and at the end.",
     section="beyond the paper",
-    piece="softbody.run_folder.run_scene",
+    piece="softbody.cli.run_folder.run_scene",
     reference="that rule, over the same frames; a clock that is set, to which frames and saving add",
     kind="specification",
     unit="frames",

@@ -15,8 +15,9 @@ from unittest import mock
 import numpy as np
 
 import softbody
-from softbody import ParameterError, Trajectory, TrajectoryWriter, World, progress
+from softbody import ParameterError, Trajectory, TrajectoryWriter, World
 from softbody.bodies import names, rigid_box, soft_body
+from softbody.cli import progress
 from softbody.geometry import MeshQuery, query
 from softbody.trajectory import reader
 from validation.cases import random_mesh, random_orientations
@@ -248,7 +249,7 @@ LINE = re.compile(r"frame (\d+) of (\d+), (\d+):(\d\d):(\d\d) left")
     " frame of how many that is, and how long the rest will take, if each takes as long as those did that were made"
     " since the run was begun, or gone on with.",
     section="beyond the paper",
-    piece="softbody.progress.telling",
+    piece="softbody.cli.progress.telling",
     reference="closed form: frames that are left × seconds a frame; a clock that is set",
     kind="closed form",
     unit="frames, seconds",

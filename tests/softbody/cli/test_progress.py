@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from softbody import progress
+from softbody.cli import progress
 
 
 @pytest.fixture

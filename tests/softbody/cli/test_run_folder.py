@@ -9,8 +9,9 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from softbody import OutputError, SceneError, SnapshotError, Trajectory, TrajectoryError, World, run_folder
-from softbody.run_folder import run_scene
+from softbody import OutputError, SceneError, SnapshotError, Trajectory, TrajectoryError, World
+from softbody.cli import run_folder
+from softbody.cli.run_folder import run_scene
 
 if sys.version_info < (3, 11):
     pytest.importorskip("tomli")
@@ -102,7 +103,7 @@ def test_a_run_that_was_interrupted_goes_on_to_the_same_bits(scene, tmp_path, mo
 KILLED = """
 import os, signal, sys
 from contextlib import contextmanager
-from softbody.run_folder import run_scene
+from softbody.cli.run_folder import run_scene
 
 @contextmanager
 def killed(total, done):
