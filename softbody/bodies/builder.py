@@ -1,7 +1,7 @@
 """The only maker of Models, Controls, States and VertexRings: empty ones, one more body, one body alone.
 
-What an array of a kind looks like, and which numbers a user may give each body, is said in softbody/model/arrays.py, where the
-field is; here is how rows are checked, added and taken apart, for all fields alike.
+What an array of a kind looks like, and which numbers a user may give each body, is said in softbody/model/arrays.py,
+where the field is; here is how rows are checked, added and taken apart, for all fields alike.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from typing import Any, NamedTuple, TypeVar, get_type_hints
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softbody.collision.contact import NOBODY
 from softbody.dynamics.joint_forces import no_joints
 from softbody.dynamics.rigid_boxes import RESOLVED
 from softbody.dynamics.vertex_rings import build_rings, in_precision, no_rings, with_springs
@@ -21,7 +20,19 @@ from softbody.errors import ParameterError
 from softbody.geometry.box import box_inertia
 from softbody.geometry.polyhedron import surface_area
 from softbody.mesh.mesh import LARGEST, SMALLEST, Mesh
-from softbody.model.arrays import ENTRY, NEXT, STIFFNESS, Controls, Joints, Model, Property, Rows, State, VertexRings
+from softbody.model.arrays import (
+    ENTRY,
+    NEXT,
+    NOBODY,
+    STIFFNESS,
+    Controls,
+    Joints,
+    Model,
+    Property,
+    Rows,
+    State,
+    VertexRings,
+)
 from softbody.model.validation import (
     check_range,
     fixed_particles_of,

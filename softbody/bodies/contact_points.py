@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from softbody.bodies.body import Body
-from softbody.collision.contact import NOBODY, Contacts
-from softbody.model.arrays import Model
+from softbody.collision.contact import Contacts
+from softbody.model.arrays import NOBODY, Model
 
 GROUND = -1
 

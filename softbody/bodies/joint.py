@@ -11,12 +11,11 @@ from softbody.bodies.body import Body
 from softbody.bodies.builder import end_in_world, end_on_box, end_on_soft
 from softbody.bodies.rigid_box import Box
 from softbody.bodies.soft_body import SoftBody
-from softbody.collision.contact import NOBODY
 from softbody.dynamics.joint_forces import joint_ends
 from softbody.errors import ParameterError
 from softbody.geometry import MeshQuery
 from softbody.linalg.quaternion import rotation_matrix
-from softbody.model.arrays import Joints
+from softbody.model.arrays import NOBODY, Joints
 from softbody.model.validation import check_range, check_whole, shown, vector
 
 if TYPE_CHECKING:

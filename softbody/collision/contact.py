@@ -12,10 +12,10 @@ import numpy as np
 
 from softbody.compiler.jit import jit, jit_inlined, jit_lean
 from softbody.linalg.vec import Vec, load, store
+from softbody.model.arrays import NOBODY
 from softbody.model.material import Material
 from softbody.model.surface_point import WHOLE, SurfacePoint
 
-NOBODY = -1  # no box, no particle: the ground, or a side of another kind
 SOLVER_ROW = 57  # numbers that the solver of boxes keeps for each contact
 LEAST_ROOM = 64
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from softbody.collision.contact import NOBODY
 from softbody.compiler.jit import jit_lean
 from softbody.linalg.quaternion import Quaternion, load_quaternion, rotate_diagonal
 from softbody.linalg.vec import Vec, accumulate, add, cross, dot, load, norm, scale, sub
-from softbody.model.arrays import RigidBodies
+from softbody.model.arrays import NOBODY, RigidBodies
 from softbody.model.material import Material, friction_impulse, normal_impulse
 
 Pair = tuple[int, int]  # a and b; either may be NOBODY

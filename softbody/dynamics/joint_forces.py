@@ -10,11 +10,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from softbody.collision.contact import NOBODY
 from softbody.compiler.jit import jit, jit_lean
 from softbody.linalg.quaternion import load_quaternion, rotate, rotation_matrix
 from softbody.linalg.vec import Vec, accumulate, add, cross, dot, load, norm, scale, sub
-from softbody.model.arrays import Controls, Joints, Model, State
+from softbody.model.arrays import NOBODY, Controls, Joints, Model, State
 from softbody.model.settings import RK4, Settings
 from softbody.model.surface_point import WHOLE, SurfacePoint, value_at
 

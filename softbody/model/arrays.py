@@ -16,6 +16,8 @@ import numpy as np
 from softbody.compiler.jit import jit, jit_lean
 from softbody.linalg.vec import load, store
 
+NOBODY = -1  # no box, no particle: the ground, a place in the world, or a side of another kind
+
 
 class Rows(NamedTuple):
     """What the rows of an array are, if not one real number each, of any size."""

@@ -8,7 +8,7 @@ from math import ceil, hypot, inf, isfinite
 import numpy as np
 
 from softbody.bodies.names import Names, Who
-from softbody.collision.contact import NOBODY, Contacts
+from softbody.collision.contact import Contacts
 from softbody.collision.soft.surface import Surfaces
 from softbody.dynamics.integrators import STABILITY_LIMIT
 from softbody.dynamics.joint_forces import joint_rates
@@ -17,7 +17,7 @@ from softbody.dynamics.rigid_boxes import MOST_TURN, RESOLVED, UNIT
 from softbody.dynamics.soft_bodies import COLLAPSED
 from softbody.dynamics.stability import longest_stable_step, shortest_stable_step
 from softbody.errors import MassRatioWarning, OverlapWarning, ParameterError, SimulationError
-from softbody.model.arrays import Controls, Joints, Model, State
+from softbody.model.arrays import NOBODY, Controls, Joints, Model, State
 from softbody.model.settings import Settings, integrator_name
 
 STABLE_FOR = 100  # steps for which an estimate of the stable step is trusted; making one costs about a step

@@ -8,7 +8,7 @@ from softbody.collision.boxes.box_contacts import near_boxes, penetration_slop
 from softbody.collision.boxes.box_ground import resolve_ground_of_boxes
 from softbody.collision.boxes.sat_boxes import PlacedBoxes, placed_box
 from softbody.collision.boxes.single_contact import paper_contact
-from softbody.collision.contact import NOBODY, Contacts
+from softbody.collision.contact import Contacts
 from softbody.collision.impulse import resolve_contact
 from softbody.collision.solver.sequential_impulses import hold_pushed_boxes, solve_positions, solve_velocities
 from softbody.collision.solver.solver_row import prepare_contacts
@@ -16,7 +16,7 @@ from softbody.collision.solver.warm_start import warm_start
 from softbody.compiler.jit import jit
 from softbody.dynamics.rigid_boxes import accelerate_boxes, advance_boxes, shift_boxes
 from softbody.linalg.vec import Vec, accumulate, scale
-from softbody.model.arrays import Controls, Model, RigidBodies, State, boxes_of
+from softbody.model.arrays import NOBODY, Controls, Model, RigidBodies, State, boxes_of
 from softbody.model.material import combined, material_of_box
 from softbody.model.settings import Settings
 

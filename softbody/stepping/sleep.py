@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 
 from softbody.collision.broad_phase import near_pairs
-from softbody.collision.contact import NOBODY
 from softbody.compiler.jit import jit, jit_lean
 from softbody.dynamics.rigid_boxes import stirs
 from softbody.geometry.aabb import bounding_box
@@ -22,7 +21,7 @@ from softbody.geometry.box import box_corners
 from softbody.geometry.sphere import bounding_spheres
 from softbody.linalg.quaternion import load_quaternion, rotate_inverse
 from softbody.linalg.vec import dot, load, norm, store
-from softbody.model.arrays import Controls, Joints, Model, State, copy_boxes, copy_particles
+from softbody.model.arrays import NOBODY, Controls, Joints, Model, State, copy_boxes, copy_particles
 from softbody.model.settings import Settings
 from softbody.model.sleep_state import Rest, is_settled
 from softbody.stepping.finite_check import MASK, fingerprint

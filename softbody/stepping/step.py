@@ -9,7 +9,7 @@ import numpy as np
 
 from softbody.collision.boxes.box_contacts import find_box_contacts
 from softbody.collision.boxes.manifold import Manifold
-from softbody.collision.contact import NOBODY, Contacts
+from softbody.collision.contact import Contacts
 from softbody.collision.paper.paper_response import resolve_in_turn
 from softbody.collision.soft.soft_contacts import find_soft_contacts
 from softbody.collision.soft.soft_response import Bodies, resolve_contacts
@@ -23,6 +23,7 @@ from softbody.dynamics.rigid_boxes import box_astray, limit_boxes, limit_speeds,
 from softbody.dynamics.soft_bodies import BARE, DIVERGED, Motion, move_in_place, move_soft_bodies
 from softbody.linalg.vec import load, sub
 from softbody.model.arrays import (
+    NOBODY,
     Controls,
     Joints,
     Model,

@@ -14,11 +14,11 @@ from typing import Any, NamedTuple, get_type_hints
 import numpy as np
 
 from softbody.bodies.names import Names, names_of
-from softbody.collision.contact import NOBODY, ImpulseCache
+from softbody.collision.contact import ImpulseCache
 from softbody.dynamics.joint_forces import no_joints
 from softbody.errors import MeshError, ParameterError, SnapshotError
 from softbody.mesh.mesh import check_surface, unique_edges
-from softbody.model.arrays import Controls, Joints, Model, Property, Rows, State
+from softbody.model.arrays import NOBODY, Controls, Joints, Model, Property, Rows, State
 from softbody.model.settings import PRECISIONS, Settings, check_name, check_settings
 from softbody.model.validation import QUATERNION_TOLERANCE
 from softbody.stepping.sleep import Rested, not_rested

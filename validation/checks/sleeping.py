@@ -650,7 +650,9 @@ def _bits(body: Any) -> bytes:
         Fault("clocks begin anew", snapshot._rested, "Rested(a_, b_)", "Rested(0.0 * a_, b_)"),
         Fault("nobody is known to have slept", sleep_tracker.Sleepers, "rested_.asleep > 0", "rested.asleep > 1"),
         Fault("no marks of those who slept", sleep_tracker.Sleepers, "self.rest.time.any()", "False"),
-        Fault("changes before a snapshot are forgotten", sleep_tracker.Sleepers.rested, "self.rest.time.any()", "False"),
+        Fault(
+            "changes before a snapshot are forgotten", sleep_tracker.Sleepers.rested, "self.rest.time.any()", "False"
+        ),
         Fault(
             "other threads wake all", host._Bodies, "self.sleepers = sleepers",
             "self.sleepers = Sleepers(parts, not_rested(parts.model))",

@@ -1,19 +1,19 @@
 """What happens to boxes that reach below the ground, by the paper's single impulses?
 
-Boxes whose contacts are solved together have theirs with the ground among them; particles land in `softbody.dynamics.particle_ground`.
+Boxes whose contacts are solved together have theirs with the ground among them. Particles land in
+`softbody.dynamics.particle_ground`.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from softbody.collision.contact import NOBODY
 from softbody.collision.impulse import apply_friction, apply_impulse, inverse_effective_mass_at, velocity_of_point
 from softbody.compiler.jit import jit
 from softbody.geometry.box import box_corner
 from softbody.linalg.quaternion import load_quaternion
 from softbody.linalg.vec import Vec, load
-from softbody.model.arrays import Model, RigidBodies, State
+from softbody.model.arrays import NOBODY, Model, RigidBodies, State
 from softbody.model.material import (
     Material,
     combined,

@@ -7,12 +7,12 @@ moving a light particle as far as a heavy box shifts the centre of mass. `soft_r
 
 from __future__ import annotations
 
-from softbody.collision.contact import NOBODY, Contacts, surface_point
+from softbody.collision.contact import Contacts, surface_point
 from softbody.collision.impulse import apply_impulse, inverse_effective_mass_at, velocity_of_point
 from softbody.collision.soft.soft_response import Bodies, height
 from softbody.compiler.jit import jit_lean
 from softbody.linalg.vec import Vec, accumulate, add, dot, load, norm, scale, store, sub
-from softbody.model.arrays import Particles
+from softbody.model.arrays import NOBODY, Particles
 from softbody.model.material import friction_impulse, normal_impulse
 from softbody.model.surface_point import SurfacePoint, add_at, inverse_mass_at, value_at
 

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import prange
 
-from softbody.collision.contact import NOBODY, Contacts, Listing, rows_of, surface_point
+from softbody.collision.contact import Contacts, Listing, rows_of, surface_point
 from softbody.collision.impulse import (
     apply_impulse,
     inverse_effective_mass_at,
@@ -29,7 +29,7 @@ from softbody.collision.solver.held_boxes import add_push, looseness_of_boxes
 from softbody.compiler.jit import jit, jit_lean, jit_threaded
 from softbody.geometry.triangle import area_vector
 from softbody.linalg.vec import Vec, accumulate, add, cross, dot, load, norm, scale, store, sub
-from softbody.model.arrays import Particles, RigidBodies
+from softbody.model.arrays import NOBODY, Particles, RigidBodies
 from softbody.model.material import friction_impulse
 from softbody.model.surface_point import SurfacePoint, add_at, at_particle, inverse_mass_at, value_at
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from softbody.collision.contact import NOBODY, Contacts
+from softbody.collision.contact import Contacts
 from softbody.compiler.jit import jit, jit_lean
 from softbody.linalg.quaternion import load_quaternion, rotate_diagonal
 from softbody.linalg.vec import Vec, cross, dot, load, normalize, sub
-from softbody.model.arrays import RigidBodies
+from softbody.model.arrays import NOBODY, RigidBodies
 
 # The directions of a contact: its normal and two tangents. In a contact's row, three columns for each direction d hold
 # the row of the Jacobian and what an impulse along it does: d itself; r × d of a and of b; and R I⁻¹ Rᵀ (r × d) of a

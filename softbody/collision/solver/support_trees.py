@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softbody.collision.contact import NOBODY, Contacts
+from softbody.collision.contact import Contacts
 from softbody.collision.solver.cholesky import factor, solve_lower, solve_upper
 from softbody.collision.solver.solver_row import (
     ANGULAR_A,
@@ -36,7 +36,7 @@ from softbody.collision.solver.sweep_order import SweepOrder
 from softbody.compiler.jit import jit, jit_lean
 from softbody.linalg.quaternion import load_quaternion, rotate_diagonal
 from softbody.linalg.vec import Vec, add, cross, load, scale, sub
-from softbody.model.arrays import RigidBodies
+from softbody.model.arrays import NOBODY, RigidBodies
 from softbody.model.material import within_friction_cone
 
 # A contact yields by this part of what it would take for nothing: with 1 the equations were a step of Jacobi's method,

@@ -7,7 +7,6 @@ import softbody
 from softbody import World
 from softbody.collision.contact import (
     GROUND,
-    NOBODY,
     ImpulseCache,
     Touch,
     add_contact,
@@ -19,6 +18,7 @@ from softbody.collision.contact import (
     surface_point,
     with_room,
 )
+from softbody.model.arrays import NOBODY
 from softbody.model.material import Material
 from softbody.model.surface_point import SurfacePoint, at_particle
 from softbody.world import FIRST_ROOM

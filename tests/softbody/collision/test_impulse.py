@@ -6,7 +6,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from softbody.collision.contact import NOBODY
 from softbody.collision.impulse import (
     apply_impulse,
     inverse_effective_mass,
@@ -14,7 +13,7 @@ from softbody.collision.impulse import (
     resolve_contact,
     velocity_of_point,
 )
-from softbody.model.arrays import RigidBodies
+from softbody.model.arrays import NOBODY, RigidBodies
 from softbody.model.material import Material
 
 REST = (1.0, 0.0, 0.0, 0.0)

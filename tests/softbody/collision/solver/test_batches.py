@@ -6,7 +6,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from softbody import World
-from softbody.collision.contact import NOBODY
 from softbody.collision.solver import sequential_impulses
 from softbody.collision.solver.batches import FRICTION, batches_of, take_impulses
 from softbody.collision.solver.solver_row import (
@@ -33,7 +32,7 @@ from softbody.collision.solver.solver_row import (
 from softbody.collision.solver.sweep_order import sweep_order
 from softbody.compiler.simd import LANES
 from softbody.linalg.vec import add, scale, sub
-from softbody.model.arrays import boxes_of
+from softbody.model.arrays import NOBODY, boxes_of
 from softbody.model.material import within_friction_cone
 
 

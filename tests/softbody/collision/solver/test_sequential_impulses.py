@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from softbody import World
-from softbody.collision.contact import NOBODY
+from softbody.model.arrays import NOBODY
 
 G = 9.81
 
