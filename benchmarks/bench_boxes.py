@@ -26,7 +26,7 @@ def pile(count: int) -> tuple[World, BulletWorld]:
     """Return the same boxes in both engines, above the ground in layers; both may stop iterating early."""
     rng = np.random.default_rng(count)
     world = World()
-    bullet = BulletWorld(STEP, world.settings.iterations, residual=1e-7)
+    bullet = BulletWorld(STEP, world.store.settings.iterations, residual=1e-7)
     world.add_ground()
     bullet.add_ground()
     side = max(2, round((count / 3.0) ** (1.0 / 3.0)))

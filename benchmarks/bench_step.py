@@ -60,8 +60,8 @@ def stepping(world: softbody.World) -> Peer:
     steps = steps_for(particles)
     # Far below the stable step, so that no round meets another geometry than the first.
     time_step = 1e-3 * world.stable_time_step()
-    motion = motion_of(world.model.soft_particle_start, world.rings, world.threads)
-    arguments = world.model, world.controls, world.state, motion, world.settings, time_step, steps
+    motion = motion_of(world.model.soft_particle_start, world.store.rings, world.threads)
+    arguments = world.model, world.controls, world.state, motion, world.store.settings, time_step, steps
 
     def call() -> None:
         done, _, _ = run_alone(*arguments)

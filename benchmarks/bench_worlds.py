@@ -121,10 +121,10 @@ def contact_phases(
 def stages_of(world: World, step: float, steps: int, units: float) -> dict[str, Peer]:
     """Return calls that each do one stage of `steps` steps of a world as it is now."""
     model, start, kept, now = world.model, *(world.state.copy() for _ in range(3))
-    motion = motion_of(model.soft_particle_start, world.rings, world.threads)
+    motion = motion_of(model.soft_particle_start, world.store.rings, world.threads)
 
     def move(state: State, steps: int) -> None:
-        move_soft_bodies(soft_bodies_of(model, world.controls, state), motion, world.settings, step, steps)
+        move_soft_bodies(soft_bodies_of(model, world.controls, state), motion, world.store.settings, step, steps)
 
     def motions() -> None:
         copy_state(start, now)
@@ -133,8 +133,11 @@ def stages_of(world: World, step: float, steps: int, units: float) -> dict[str, 
     stages: dict[str, Peer] = {STAGES[0]: (motions, units)}
     if model.soft_count + model.box_count > 1:
         move(kept, 1)
-        surfaces, contacts = build_surfaces(model, kept.particle_position), new_contacts(len(world.contacts.depth))
-        finding = surfaces, world.settings, contacts, steps
+        surfaces, contacts = (
+            build_surfaces(model, kept.particle_position),
+            new_contacts(len(world.store.contacts.depth)),
+        )
+        finding = surfaces, world.store.settings, contacts, steps
         stages[STAGES[1]] = (lambda: broad_phases(model, kept, steps), units)
         stages[STAGES[2]] = (lambda: narrow_phases(model, kept, *finding), units)
         stages[STAGES[3]] = (lambda: contact_phases(model, kept, now, *finding), units)

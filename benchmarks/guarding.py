@@ -16,7 +16,8 @@ import numpy as np
 
 import softbody
 from softbody import World
-from softbody.compiler.interrupts import SILENT, listening
+from softbody.compiler.interrupts import SILENT, Bell, listening
+from softbody.stepping.runner import WORTH_LISTENING, Call
 
 ROUND = 0.01  # [s] of the processor's time that a side steps in a round, about: others who use it too are not counted
 MOST_STEPS = 20_000
@@ -79,13 +80,18 @@ def guarded(world: World, h: float, steps: int) -> None:
 
 def deaf(world: World, h: float, steps: int) -> None:
     """Step by the kernels alone, which keep the clock, and do not listen."""
-    world._run_until(world.steps + steps, h, world.settings, (world.steps, world.time), True, SILENT)
+    _advance(world, h, steps, SILENT)
 
 
 def hearing(world: World, h: float, steps: int) -> None:
     """Step by the kernels alone, and listen."""
     with listening() as bell:
-        world._run_until(world.steps + steps, h, world.settings, (world.steps, world.time), True, bell)
+        _advance(world, h, steps, bell)
+
+
+def _advance(world: World, h: float, steps: int, bell: Bell) -> None:
+    call = Call(h, world.store.settings, (world.steps, world.time), bell)
+    world.runner.advance(call, world.steps + steps, is_seen=True)
 
 
 def costs(rounds: int = 100, names: str = "") -> Iterator[Cost]:
@@ -98,7 +104,7 @@ def costs(rounds: int = 100, names: str = "") -> Iterator[Cost]:
         yield cost(name, "nothing, which tells the noise", build, (deaf, deaf), (max(many, LONG), 1), rounds)
         yield cost(name, "guards in a run", build, (deaf, guarded), (max(many, LONG), 1), rounds)
         yield cost(name, "guards of steps one by one", build, (deaf, guarded), (1, max(2, min(many, 300))), rounds)
-        listened = max(1, softbody.world.WORTH_LISTENING // _work_of(build()))
+        listened = max(1, WORTH_LISTENING // _work_of(build()))
         calls = max(1, many // listened)
         yield cost(name, "listening, in the shortest run worth it", build, (deaf, hearing), (listened, calls), rounds)
 

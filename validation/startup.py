@@ -72,7 +72,7 @@ def bytes_per_particle(precision: str) -> float:
     """Return what all arrays of a world of one soft body take, over its particles, memory for a run included."""
     world = softbody.World(precision=precision)
     world.add_soft_body(softbody.icosphere(5), 1.0, 200.0, 30.0)
-    memory = motion_of(world.model.soft_particle_start, world.rings).memory
-    parts = world.model, world.controls, world.rings, world.state, memory
+    memory = motion_of(world.model.soft_particle_start, world.store.rings).memory
+    parts = world.model, world.controls, world.store.rings, world.state, memory
     taken = sum(array.nbytes for part in parts for array in part if hasattr(array, "nbytes"))
     return taken / len(world.state.particle_position)

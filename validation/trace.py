@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from softbody import World
+from softbody.stepping.runner import Runner
 from validation.check import Check, Comparison, Run
 
 
@@ -18,13 +18,13 @@ from validation.check import Check, Comparison, Run
 def traced(check: Check) -> Iterator[tuple[Check, Any]]:
     """Give a check that does the same, and a digest of what it has computed once it has been run."""
     bits = hashlib.sha256()
-    step = World._step
+    step = Runner.step
 
-    def step_and_note(world: World, *args: Any, **options: Any) -> Any:
+    def step_and_note(runner: Runner, *args: Any, **options: Any) -> Any:
         try:
-            return step(world, *args, **options)
+            return step(runner, *args, **options)
         finally:
-            for array in world.state:
+            for array in runner.store.state:
                 bits.update(np.ascontiguousarray(array).data)
 
     def compare_and_note(run: Run) -> Comparison:
@@ -33,8 +33,8 @@ def traced(check: Check) -> Iterator[tuple[Check, Any]]:
         bits.update(repr(measured.tolist()).encode())
         return comparison
 
-    World._step = step_and_note  # type: ignore[method-assign, assignment]
+    Runner.step = step_and_note  # type: ignore[method-assign, assignment]
     try:
         yield replace(check, compare=compare_and_note), bits
     finally:
-        World._step = step  # type: ignore[method-assign]
+        Runner.step = step  # type: ignore[method-assign]

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING, Any, ClassVar, overload
+from typing import Any, ClassVar, overload
 
 from softbody.bodies.builder import checked_property
 from softbody.bodies.names import GONE, Who
+from softbody.bodies.store import HasStore, Store
 from softbody.bodies.strict_names import StrictNames
 from softbody.errors import ParameterError
 from softbody.model.validation import check_whole
-
-if TYPE_CHECKING:
-    from softbody.world import World
 
 
 class Body(StrictNames, ABC):
@@ -22,21 +20,27 @@ class Body(StrictNames, ABC):
     ParameterError is raised wherever there is none.
     """
 
-    __slots__ = ("__weakref__", "_index", "_world")
+    __slots__ = ("__weakref__", "_index", "_store", "_world")
 
     kind: ClassVar[str] = "body"
 
-    def __init__(self, world: World, index: int) -> None:
+    def __init__(self, world: HasStore, index: int) -> None:
         check_whole(index, "index", 0)
         self._world = world
+        self._store = world.store
         self._index = int(index)
-        self._row()
-        world.follow(self)
+        self.row()
+        self._store.follow(self)
 
     @property
-    def world(self) -> World:
-        """The world that it is in."""
+    def world(self) -> Any:
+        """The World that it is in."""
         return self._world
+
+    @property
+    def store(self) -> Store:
+        """All that is in its world."""
+        return self._store
 
     @property
     def index(self) -> int:
@@ -46,27 +50,27 @@ class Body(StrictNames, ABC):
     @property
     def name(self) -> str | None:
         """Its name, which no other body or joint of its world has, None for none; may be assigned."""
-        return self.world._names.name(self._who())
+        return self.store.names.name(self.who())
 
     @name.setter
     def name(self, value: str | None) -> None:
-        with self.world._my_turn():
-            self.world._names = self.world._names.renamed(self._who(), value)
+        with self.store.exclusive():
+            self.store.names = self.store.names.renamed(self.who(), value)
 
-    def _who(self) -> Who:
+    def who(self) -> Who:
         """Return its kind, in a word, and its number; raises ParameterError if it is not in the world."""
-        return self.kind.split()[0], self._row()
+        return self.kind.split()[0], self.row()
 
     def _title(self) -> str:
         """Return what `repr` calls it: its kind, number and name."""
-        return self.world._names.title(self._who()) if self.is_there else f"{self.kind} {self.index}"
+        return self.store.names.title(self.who()) if self.is_there else f"{self.kind} {self.index}"
 
     @abstractmethod
     def _count(self) -> int:
         """Return how many bodies of this kind there are."""
 
-    def _row(self) -> int:
-        """Return the body's row; raises ParameterError if it is not in the world."""
+    def row(self) -> int:
+        """Return the body's row in the arrays of its kind; raises ParameterError if it is not in the world."""
         if self.index == GONE:
             raise ParameterError(f"this {self.kind} was removed from its world; take a handle of one that is there")
         if not self.index < self._count():
@@ -84,15 +88,15 @@ class Body(StrictNames, ABC):
         """Tell whether both are handles of the same body."""
         if type(other) is not type(self):
             return NotImplemented
-        return other.world is self.world and other.index == self.index  # type: ignore[attr-defined]
+        return other.store is self.store and other.index == self.index  # type: ignore[attr-defined]
 
     def __hash__(self) -> int:
         """Return a hash that stays when other bodies are removed."""
-        return hash((type(self), id(self.world)))
+        return hash((type(self), id(self.store)))
 
-    def __reduce__(self) -> tuple[type, tuple[World, int]]:
+    def __reduce__(self) -> tuple[type, tuple[Any, int]]:
         """Pickle, and copy, with the world."""
-        return type(self), (self.world, self._row())
+        return type(self), (self.world, self.row())
 
 
 class SleepyBody(Body):
@@ -100,19 +104,19 @@ class SleepyBody(Body):
 
     __slots__ = ()
 
-    def _number(self) -> int:
+    def number(self) -> int:
         """Return its number over both kinds: boxes come after soft bodies."""
-        return self._row() + (self.world.model.soft_count if self.kind == "box" else 0)
+        return self.row() + (self.store.model.soft_count if self.kind == "box" else 0)
 
     @property
     def is_asleep(self) -> bool:
         """Whether it slept in the last step: nothing was done for it, as it and all that it touches are at rest."""
-        return bool(self.world._bodies.sleepers.rest.asleep[self._number()])
+        return bool(self.store.contents.sleep.rest.asleep[self.number()])
 
     def wake(self) -> None:
         """Let it not be at rest: it wakes in the next step, with all that it touches, if it sleeps."""
-        with self.world._my_turn():
-            self.world._bodies.sleepers.rest.time[self._number()] = 0.0
+        with self.store.exclusive():
+            self.store.contents.sleep.rest.time[self.number()] = 0.0
 
 
 class BodyProperty:
@@ -128,12 +132,12 @@ class BodyProperty:
     def __get__(self, body: Body, kind: type) -> float: ...
     def __get__(self, body: Body | None, kind: type) -> BodyProperty | float:
         """Return the number of a body."""
-        return self if body is None else float(getattr(body.world.model, self.field)[body._row()])
+        return self if body is None else float(getattr(body.store.model, self.field)[body.row()])
 
     def __set__(self, body: Body, value: float) -> None:
         """Set it, from the next step on; raises ParameterError if it is out of its range."""
         value = checked_property(self.field, value)
-        with body.world._my_turn():
+        with body.store.exclusive():
             set_row(body, self.field, value)
 
 
@@ -142,7 +146,7 @@ def set_row(body: Body, field: str, value: Any, rows: slice | None = None) -> No
 
     It must be the caller's turn: a Model of other bodies, which another thread has put there meanwhile, would be lost.
     """
-    world, at = body.world, body._row() if rows is None else rows
-    array = getattr(world.model, field).copy()
+    store, at = body.store, body.row() if rows is None else rows
+    array = getattr(store.model, field).copy()
     array[at] = value
-    world.replace(model=world.model._replace(**{field: array}))
+    store.replace(model=store.model._replace(**{field: array}))

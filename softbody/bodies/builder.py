@@ -129,8 +129,7 @@ def default_damping(stiffness: np.ndarray, mass: float) -> float:
 def with_soft_body(
     parts: Parts,
     mesh: Mesh,
-    mass: float,
-    gas: float,
+    amounts: tuple[float, float],
     springs: tuple[ArrayLike, ArrayLike | None],
     motion: tuple[ArrayLike, ArrayLike],
     fixed: ArrayLike,
@@ -138,12 +137,12 @@ def with_soft_body(
 ) -> Parts:
     """Return the parts with one more soft body, as `World.add_soft_body` is told it; raises ParameterError.
 
-    `springs`: stiffness and rest length; `motion`: position and velocity; `properties` by field, with a damping of None
-    for `default_damping`.
+    `amounts`: mass and gas; `springs`: stiffness and rest length; `motion`: position and velocity; `properties` by
+    field, with a damping of None for `default_damping`.
     """
     if not isinstance(mesh, Mesh):
         raise ParameterError(f"mesh is a {type(mesh).__name__}; make a softbody.Mesh(vertices, triangles)")
-    mass, gas = check_range(mass, "mass", "kg", above=0.0), check_range(gas, "gas", "J", least=0.0)
+    mass, gas = check_range(amounts[0], "mass", "kg", above=0.0), check_range(amounts[1], "gas", "J", least=0.0)
     model, controls, state, rings, joints = parts
     edges, count, first = mesh.edges, len(mesh.vertices), len(state.particle_position)
     stiffness = stiffness_of(springs[0], len(edges))

@@ -72,7 +72,7 @@ class ContactPoints:
         return (self.a == number) | (self.b == number)
 
     def _number(self, body: Body) -> int:
-        return body._row() + (self.first_box if body.kind == "box" else 0)
+        return body.row() + (self.first_box if body.kind == "box" else 0)
 
 
 def contact_points(

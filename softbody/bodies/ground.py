@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from softbody.bodies.store import HasStore, Store
 from softbody.bodies.strict_names import StrictNames
 from softbody.errors import ParameterError
 from softbody.model.validation import check_range
-
-if TYPE_CHECKING:
-    from softbody.world import World
 
 
 class GroundNumber:
@@ -28,38 +26,44 @@ class GroundNumber:
         if ground is None:
             return self
         ground.check_there()
-        return float(getattr(ground.world.model, f"ground_{self._name}"))
+        return float(getattr(ground.store.model, f"ground_{self._name}"))
 
     def __set__(self, ground: Ground, value: float) -> None:
         """Set it, from the next step on; raises ParameterError if it is out of its range, or there is no ground."""
-        value, world = self.checked(value), ground.world
-        with world._my_turn():
+        value, store = self.checked(value), ground.store
+        with store.exclusive():
             ground.check_there()
             changed: dict[str, Any] = {f"ground_{self._name}": value}
-            world.model = world.model._replace(**changed)
+            store.replace(model=store.model._replace(**changed))
 
 
 class Ground(StrictNames):
     """The ground of a World: everything below a height is solid, if `World.add_ground` was called."""
 
-    __slots__ = ("_world",)
+    __slots__ = ("_store", "_world")
 
     height = GroundNumber("height", "Height z [m] below which all is solid.", "m")
     restitution = GroundNumber("restitution", "Restitution in contacts, 0 … 1.", least=0.0, most=1.0)
     friction = GroundNumber("friction", "Coulomb coefficient of friction in contacts, ≥ 0.", least=0.0)
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: HasStore) -> None:
         self._world = world
+        self._store = world.store
 
     @property
-    def world(self) -> World:
-        """The world that it is in."""
+    def world(self) -> Any:
+        """The World that it is in."""
         return self._world
+
+    @property
+    def store(self) -> Store:
+        """All that is in its world."""
+        return self._store
 
     @property
     def is_there(self) -> bool:
         """Whether there is a ground."""
-        return self.world.model.ground_height > -float("inf")
+        return self.store.model.ground_height > -float("inf")
 
     def check_there(self) -> None:
         """Raise ParameterError where there is no ground."""

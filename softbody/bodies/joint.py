@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,15 +11,13 @@ from softbody.bodies.body import Body
 from softbody.bodies.builder import end_in_world, end_on_box, end_on_soft
 from softbody.bodies.rigid_box import Box
 from softbody.bodies.soft_body import SoftBody
+from softbody.bodies.store import Store
 from softbody.dynamics.joint_forces import joint_ends
 from softbody.errors import ParameterError
 from softbody.geometry import MeshQuery
 from softbody.linalg.quaternion import rotation_matrix
 from softbody.model.arrays import NOBODY, Joints
 from softbody.model.validation import check_range, check_whole, shown, vector
-
-if TYPE_CHECKING:
-    from softbody.world import World
 
 End = ArrayLike | tuple[SoftBody | Box, ArrayLike]
 
@@ -33,15 +31,15 @@ class JointNumber:
 
     def __get__(self, joint: Joint | None, kind: type) -> Any:
         """Return the number [float] of a joint."""
-        return self if joint is None else float(getattr(joint._arrays(), f"joint_{self._name}")[joint._row()])
+        return self if joint is None else float(getattr(joint.arrays(), f"joint_{self._name}")[joint.row()])
 
     def __set__(self, joint: Joint, value: float) -> None:
         """Set it, from the next step on; raises ParameterError if it is less than 0 or not finite."""
         value = check_range(value, self._name, self._unit, least=0.0)
-        with joint.world._my_turn():
-            array = getattr(joint._arrays(), f"joint_{self._name}").copy()
-            array[joint._row()] = value
-            joint.world.replace(joints=joint._arrays()._replace(**{f"joint_{self._name}": array}))
+        with joint.store.exclusive():
+            array = getattr(joint.arrays(), f"joint_{self._name}").copy()
+            array[joint.row()] = value
+            joint.store.replace(joints=joint.arrays()._replace(**{f"joint_{self._name}": array}))
 
 
 class Joint(Body):
@@ -56,10 +54,11 @@ class Joint(Body):
     rest_length = JointNumber("rest_length", "m", "Length at rest [m], ≥ 0; of 0, one end is pulled to the other.")
 
     def _count(self) -> int:
-        return len(self._arrays().joint_box)
+        return len(self.arrays().joint_box)
 
-    def _arrays(self) -> Joints:
-        return self.world._parts.joints
+    def arrays(self) -> Joints:
+        """Return the arrays of all joints."""
+        return self.store.joints
 
     def __repr__(self) -> str:
         """Say which joint it is, how long, and how stiff."""
@@ -70,7 +69,7 @@ class Joint(Body):
     @property
     def ends(self) -> np.ndarray:
         """Where its two ends are now (2, 3) [m]."""
-        parts, row = self.world._parts, self._row()
+        parts, row = self.store.parts, self.row()
         one = Joints(*(array[row : row + 1] for array in parts.joints))
         return np.asarray(joint_ends(one, parts.state)[0])
 
@@ -90,16 +89,16 @@ class Joint(Body):
         self.target[:] = vector(value, "target")
 
     def _place_of_target(self) -> np.ndarray:
-        joints, row = self._arrays(), self._row()
+        joints, row = self.arrays(), self.row()
         for end in (1, 0):
             if joints.joint_box[row, end] == NOBODY and joints.joint_particles[row, 3 * end] == NOBODY:
                 return joints.joint_place[row, 3 * end : 3 * end + 3]
         raise ParameterError(f"joint {row} is between two bodies; it has no target to move")
 
 
-def ends_of(world: World, a: End, b: End) -> list[dict[str, ArrayLike]]:
+def ends_of(store: Store, a: End, b: End) -> list[dict[str, ArrayLike]]:
     """Return both ends of a joint, checked; raises ParameterError."""
-    ends = [_end(world, a, "a"), _end(world, b, "b")]
+    ends = [_end(store, a, "a"), _end(store, b, "b")]
     if not (_is_on_body(a) or _is_on_body(b)):
         raise ParameterError("a and b are two places in the world; give a body with one of them, (body, place)")
     return ends
@@ -109,16 +108,16 @@ def _is_on_body(end: Any) -> bool:
     return isinstance(end, tuple) and len(end) == 2
 
 
-def _end(world: World, end: Any, name: str) -> dict[str, ArrayLike]:
+def _end(store: Store, end: Any, name: str) -> dict[str, ArrayLike]:
     if not _is_on_body(end):
         return end_in_world(vector(end, name))
     body, where = end
-    if not isinstance(body, (SoftBody, Box)) or body.world is not world:
+    if not isinstance(body, (SoftBody, Box)) or body.store is not store:
         raise ParameterError(f"{name} is on {shown(body)}, which is no body of this world; give a handle of one")
     if isinstance(body, Box):
         away = vector(where, f"place of {name}") - body.position
-        return end_on_box(body._row(), rotation_matrix(body.orientation).T @ away)
-    first = int(world.model.soft_particle_start[body._row()])
+        return end_on_box(body.row(), rotation_matrix(body.orientation).T @ away)
+    first = int(store.model.soft_particle_start[body.row()])
     if np.isscalar(where) or getattr(where, "ndim", None) == 0:
         particle = check_whole(where, f"particle of {name}", 0)
         if particle >= len(body.positions):

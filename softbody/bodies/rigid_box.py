@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from softbody.bodies.body import BodyProperty, SleepyBody
+from softbody.bodies.store import HasStore
 from softbody.compiler.interrupts import assign_together
 from softbody.errors import ParameterError
 from softbody.linalg.quaternion import rotation_between
@@ -20,7 +21,7 @@ class Box(SleepyBody):
     kind = "box"
 
     def _count(self) -> int:
-        return self.world.model.box_count
+        return self.store.model.box_count
 
     def __repr__(self) -> str:
         """Say which box it is, how large and heavy, and where."""
@@ -33,12 +34,12 @@ class Box(SleepyBody):
     @property
     def size(self) -> np.ndarray:
         """Full extent (3,) [m] along its own axes."""
-        return self.world.model.box_size[self._row()].copy()
+        return self.store.model.box_size[self.row()].copy()
 
     @property
     def mass(self) -> float | None:
         """Mass [kg]; None for a static or kinematic box."""
-        inverse = float(self.world.model.box_inverse_mass[self._row()])
+        inverse = float(self.store.model.box_inverse_mass[self.row()])
         return 1.0 / inverse if inverse > 0.0 else None
 
     @property
@@ -52,7 +53,7 @@ class Box(SleepyBody):
     @property
     def position(self) -> np.ndarray:
         """Position of the centre (3,) [m]; may be assigned, as all that follow."""
-        return self.world.state.box_position[self._row()]
+        return self.store.state.box_position[self.row()]
 
     @position.setter
     def position(self, value: ArrayLike) -> None:
@@ -61,7 +62,7 @@ class Box(SleepyBody):
     @property
     def orientation(self) -> np.ndarray:
         """Orientation (4,): unit quaternion (w, x, y, z), box frame to world."""
-        return self.world.state.box_orientation[self._row()]
+        return self.store.state.box_orientation[self.row()]
 
     @orientation.setter
     def orientation(self, value: ArrayLike) -> None:
@@ -73,7 +74,7 @@ class Box(SleepyBody):
 
         To set it, or the angular velocity, ends what `move_to` began; what is written into the array lasts until then.
         """
-        return self.world.state.box_velocity[self._row()]
+        return self.store.state.box_velocity[self.row()]
 
     @velocity.setter
     def velocity(self, value: ArrayLike) -> None:
@@ -82,7 +83,7 @@ class Box(SleepyBody):
     @property
     def angular_velocity(self) -> np.ndarray:
         """Angular velocity (3,) [rad/s] in the world frame. A box without mass keeps it."""
-        return self.world.state.box_angular_velocity[self._row()]
+        return self.store.state.box_angular_velocity[self.row()]
 
     @angular_velocity.setter
     def angular_velocity(self, value: ArrayLike) -> None:
@@ -118,7 +119,7 @@ class Box(SleepyBody):
         seconds: float = 0.0,
     ) -> None:
         """Set velocities, if they are given, and for how long they last; 0: until others are."""
-        row, state = self._row(), self.world.state
+        row, state = self.row(), self.store.state
         assign_together(
             (state.box_velocity[row], self.velocity if velocity is None else velocity),
             (state.box_angular_velocity[row], self.angular_velocity if angular_velocity is None else angular_velocity),
@@ -131,7 +132,7 @@ class Box(SleepyBody):
         Adds F and τ = r × F, with the arm r as it is now, to what acts on the box. Both stay, in every step to come,
         until `clear_forces`.
         """
-        newtons, row, controls = vector(force, "force"), self._row(), self.world.controls
+        newtons, row, controls = vector(force, "force"), self.row(), self.store.controls
         torque = controls.box_torque[row].copy()
         if point is not None:
             torque += vector(np.cross(vector(point, "point") - self.position, newtons), "torque")
@@ -140,9 +141,14 @@ class Box(SleepyBody):
 
     def apply_torque(self, torque: ArrayLike) -> None:
         """Let `torque` (3,) [N m], in the world frame, act on the box until `clear_forces`."""
-        self.world.controls.box_torque[self._row()] += vector(torque, "torque")
+        self.store.controls.box_torque[self.row()] += vector(torque, "torque")
 
     def clear_forces(self) -> None:
         """Let nothing but gravity act on the box."""
-        controls, row = self.world.controls, self._row()
+        controls, row = self.store.controls, self.row()
         assign_together((controls.box_force[row], 0.0), (controls.box_torque[row], 0.0))
+
+
+def boxes_of(world: HasStore) -> tuple[Box, ...]:
+    """Return handles of all boxes of a world, as they were added."""
+    return tuple(Box(world, i) for i in range(world.store.model.box_count))

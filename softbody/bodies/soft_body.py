@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from softbody.bodies.body import BodyProperty, SleepyBody, set_row
+from softbody.bodies.store import HasStore
 from softbody.dynamics.pressure import gas_pressure, soft_volume
 from softbody.dynamics.vertex_rings import with_springs
 from softbody.errors import ParameterError
@@ -28,15 +29,15 @@ class SoftBody(SleepyBody):
     kind = "soft body"
 
     def _count(self) -> int:
-        return self.world.model.soft_count
+        return self.store.model.soft_count
 
     def _rows(self) -> slice:
-        row = self._row()
-        return slice(*self.world.model.soft_particle_start[row : row + 2])
+        row = self.row()
+        return slice(*self.store.model.soft_particle_start[row : row + 2])
 
     def _edge_rows(self) -> slice:
-        row = self._row()
-        return slice(*self.world.model.soft_edge_start[row : row + 2])
+        row = self.row()
+        return slice(*self.store.model.soft_edge_start[row : row + 2])
 
     def __repr__(self) -> str:
         """Say which body it is, of how many particles, how heavy, and where."""
@@ -50,19 +51,19 @@ class SoftBody(SleepyBody):
     @property
     def triangles(self) -> np.ndarray:
         """Triangles (t, 3), as rows of `positions`."""
-        model, row = self.world.model, self._row()
+        model, row = self.store.model, self.row()
         rows = slice(*model.soft_triangle_start[row : row + 2])
         return model.triangle_particles[rows] - model.soft_particle_start[row]
 
     @property
     def edges(self) -> np.ndarray:
         """Edges (e, 2) that the springs are on, as rows of `positions`."""
-        return self.world.model.edge_particles[self._edge_rows()] - self._rows().start
+        return self.store.model.edge_particles[self._edge_rows()] - self._rows().start
 
     @property
     def mass(self) -> float:
         """Mass [kg], shared equally by the particles."""
-        return len(self.positions) / float(self.world.model.particle_inverse_mass[self._rows()].max())
+        return len(self.positions) / float(self.store.model.particle_inverse_mass[self._rows()].max())
 
     damping = BodyProperty(
         "soft_damping", "Damping of the springs [N s/m], against the speed at which their ends part."
@@ -77,33 +78,33 @@ class SoftBody(SleepyBody):
     @property
     def gas(self) -> float:
         """The gas's nRT [J]; may be changed between steps."""
-        return float(self.world.controls.soft_gas[self._row()])
+        return float(self.store.controls.soft_gas[self.row()])
 
     @gas.setter
     def gas(self, value: float) -> None:
-        self.world.controls.soft_gas[self._row()] = check_range(value, "gas", "J", least=0.0)
+        self.store.controls.soft_gas[self.row()] = check_range(value, "gas", "J", least=0.0)
 
     @property
     def stiffness(self) -> np.ndarray:
         """Stiffness (e,) of the springs [N/m], read-only; `set_springs` changes it."""
-        return _read_only(self.world.model.edge_stiffness[self._edge_rows()])
+        return _read_only(self.store.model.edge_stiffness[self._edge_rows()])
 
     @property
     def rest_length(self) -> np.ndarray:
         """Rest length (e,) of the springs [m], read-only; `set_springs` changes it."""
-        return _read_only(self.world.model.edge_rest_length[self._edge_rows()])
+        return _read_only(self.store.model.edge_rest_length[self._edge_rows()])
 
     def set_springs(self, stiffness: ArrayLike | None = None, rest_length: ArrayLike | None = None) -> None:
         """Change `stiffness` [N/m] or `rest_length` [m] of all springs: one number, or (e,) as in add_soft_body."""
-        with self.world._my_turn():
-            model, rings, edges = self.world.model, self.world.rings, self._edge_rows()
+        with self.store.exclusive():
+            model, rings, edges = self.store.model, self.store.rings, self._edge_rows()
             count = edges.stop - edges.start
             stiffnesses, lengths = model.edge_stiffness.copy(), model.edge_rest_length.copy()
             if stiffness is not None:
                 stiffnesses[edges] = stiffness_of(stiffness, count)
             if rest_length is not None:
                 lengths[edges] = rest_length_of(rest_length, count)
-            self.world.replace(
+            self.store.replace(
                 model=model._replace(edge_stiffness=stiffnesses, edge_rest_length=lengths),
                 rings=with_springs(rings, lengths, stiffnesses, model.soft_edge_start),
             )
@@ -111,7 +112,7 @@ class SoftBody(SleepyBody):
     @property
     def fixed(self) -> np.ndarray:
         """Indices of the particles that stay in place; assign others, or none, to pin and to let go."""
-        return np.flatnonzero(self.world.model.particle_inverse_mass[self._rows()] == 0.0)
+        return np.flatnonzero(self.store.model.particle_inverse_mass[self._rows()] == 0.0)
 
     @fixed.setter
     def fixed(self, value: ArrayLike) -> None:
@@ -119,9 +120,9 @@ class SoftBody(SleepyBody):
 
     def _pin(self, value: ArrayLike) -> None:
         """Fix these particles, and let go of all others."""
-        with self.world._my_turn():
+        with self.store.exclusive():
             rows = self._rows()
-            inverse_mass = np.full(rows.stop - rows.start, self.world.model.particle_inverse_mass[rows].max())
+            inverse_mass = np.full(rows.stop - rows.start, self.store.model.particle_inverse_mass[rows].max())
             still = fixed_particles_of(value, len(inverse_mass))
             inverse_mass[still] = 0.0
             self.velocities[still] = 0.0  # first: nothing that is fixed moves, be there an interrupt
@@ -132,7 +133,7 @@ class SoftBody(SleepyBody):
     @property
     def positions(self) -> np.ndarray:
         """Positions of the particles (n, 3) [m]; assign (n, 3) to put them elsewhere."""
-        return self.world.state.particle_position[self._rows()]
+        return self.store.state.particle_position[self._rows()]
 
     @positions.setter
     def positions(self, value: ArrayLike) -> None:
@@ -141,7 +142,7 @@ class SoftBody(SleepyBody):
     @property
     def velocities(self) -> np.ndarray:
         """Velocities of the particles (n, 3) [m/s]; assign (n, 3), or (3,) for all. What is fixed stays at rest."""
-        return self.world.state.particle_velocity[self._rows()]
+        return self.store.state.particle_velocity[self._rows()]
 
     @velocities.setter
     def velocities(self, value: ArrayLike) -> None:
@@ -162,7 +163,7 @@ class SoftBody(SleepyBody):
     @property
     def volume(self) -> float:
         """Enclosed volume [m³]."""
-        return soft_volume(self.world.model, self.world.state.particle_position, self._row())
+        return soft_volume(self.store.model, self.store.state.particle_position, self.row())
 
     @property
     def pressure(self) -> float:
@@ -183,18 +184,23 @@ class SoftBody(SleepyBody):
 
         It stays until it is changed.
         """
-        force = self.world.controls.particle_force
+        force = self.store.controls.particle_force
         return force[self._rows()] if len(force) else np.zeros_like(self.positions)
 
     @external_force.setter
     def external_force(self, value: ArrayLike) -> None:
         force = _each(value, "external_force", "N", self.positions.shape)
-        with self.world._my_turn():
-            controls = self.world.controls
+        with self.store.exclusive():
+            controls = self.store.controls
             if not len(controls.particle_force):
-                none = np.zeros_like(self.world.state.particle_position)
-                self.world.controls = controls._replace(particle_force=none)
-            self.world.controls.particle_force[self._rows()] = force
+                none = np.zeros_like(self.store.state.particle_position)
+                self.store.replace(controls=controls._replace(particle_force=none))
+            self.store.controls.particle_force[self._rows()] = force
+
+
+def soft_bodies_of(world: HasStore) -> tuple[SoftBody, ...]:
+    """Return handles of all soft bodies of a world, as they were added."""
+    return tuple(SoftBody(world, i) for i in range(world.store.model.soft_count))
 
 
 def _each(value: ArrayLike, name: str, unit: str, shape: tuple[int, ...]) -> np.ndarray:

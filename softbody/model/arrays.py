@@ -155,6 +155,14 @@ def copy_boxes(source: State, target: State) -> None:
             target.box_orientation[i, c] = source.box_orientation[i, c]
 
 
+class Clock(NamedTuple):
+    """How far a world is. Kernels write it with the state, so that no interrupt comes between the two."""
+
+    steps: np.ndarray  # (1,) done since the world was made
+    time: np.ndarray  # (1,) [s]
+    shape: np.ndarray  # (1,) fingerprint of where the last run has left the particles
+
+
 class VertexRings(NamedTuple):
     """The soft bodies once more, in the order and the form in which the fast kernels read them.
 

@@ -126,6 +126,12 @@ def check_name(value: object, name: str, choices: tuple[str, ...]) -> None:
         raise ParameterError(f"{name} is {shown(value)}; choose one of {', '.join(choices)}")
 
 
+def with_integrator(settings: Settings, name: str) -> Settings:
+    """Return the settings with another integrator; raises ParameterError."""
+    check_name(name, "integrator", tuple(INTEGRATORS))
+    return settings._replace(integrator=INTEGRATORS[name])
+
+
 def integrator_name(settings: Settings) -> str:
     """Return the name of the integrator."""
     return next(name for name, number in INTEGRATORS.items() if number == settings.integrator)

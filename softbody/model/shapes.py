@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from softbody.model.arrays import Model, State
-
-if TYPE_CHECKING:
-    from softbody.world import World
 
 
 class Shapes(NamedTuple):
@@ -64,14 +61,6 @@ class Pose(NamedTuple):
 def shapes_of(model: Model) -> Shapes:
     """Return the shapes of a world's bodies, which share its memory."""
     return Shapes(model.soft_particle_start, model.soft_triangle_start, model.triangle_particles, model.box_size)
-
-
-def labels_of(world: World) -> Labels:
-    """Return what a world's bodies are called now."""
-    model = world.model
-    words = world._names.words({"soft": model.soft_count, "box": model.box_count})
-    soft, boxes = (tuple(words[kind].tolist()) for kind in ("soft", "box"))
-    return Labels(soft, boxes, tuple((model.box_inverse_mass == 0.0).tolist()))
 
 
 def unlabelled(shapes: Shapes) -> Labels:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from softbody.compiler.jit import jit_lean
+from softbody.model.arrays import Model
 
 
 class Rest(NamedTuple):
@@ -21,6 +22,19 @@ class Rest(NamedTuple):
     radius: np.ndarray  # (b + m,) [m]
     low: np.ndarray  # (b + m, 3) [m] corner of their bounding boxes
     high: np.ndarray  # (b + m, 3) [m]
+
+
+class Rested(NamedTuple):
+    """For how long bodies have been at rest, boxes after soft bodies: what a snapshot says of it."""
+
+    time: np.ndarray  # (b + m,) [s]
+    asleep: np.ndarray  # (b + m,) 1 for those that slept in the last step, 0 for others
+
+
+def not_rested(model: Model) -> Rested:
+    """Return what is said of bodies that are new."""
+    count = model.soft_count + model.box_count
+    return Rested(np.zeros(count), np.zeros(count, np.int64))
 
 
 @jit_lean

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softbody.bodies.rigid_box import Box
-from softbody.bodies.soft_body import SoftBody
+from softbody.bodies.rigid_box import Box, boxes_of
+from softbody.bodies.soft_body import SoftBody, soft_bodies_of
+from softbody.bodies.store import HasStore
 from softbody.dynamics.joint_forces import joint_ends
 from softbody.errors import ParameterError
 from softbody.mesh.mesh import Mesh
@@ -22,9 +22,6 @@ from softbody.render.colour_map import palette_of
 from softbody.render.quantities import QUANTITIES
 from softbody.render.rasteriser import Thing
 from softbody.render.shadow import SLANT
-
-if TYPE_CHECKING:
-    from softbody.world import World
 
 PALE = 0.62  # of white in the colour of stripes
 STRIPES = 4  # of each of its two colours, around a soft body
@@ -43,7 +40,7 @@ class Drawing:
 
     def __init__(
         self,
-        world: World,
+        world: HasStore,
         colour: str = "stripes",
         colour_range: tuple[float, float] | None = None,
         colour_map: str = "viridis",
@@ -60,7 +57,7 @@ class Drawing:
     def things(self) -> list[Thing]:
         """Return everything as meshes: soft bodies, then boxes; raises ParameterError for what is nowhere."""
         world = self._world
-        bodies, boxes = world.soft_bodies, [self._box(each) for each in world.boxes]
+        bodies, boxes = soft_bodies_of(world), [self._box(each) for each in boxes_of(world)]
         things = [*(self._by_quantity(bodies) if self._colour in QUANTITIES else map(self._soft, bodies)), *boxes]
         for i, thing in enumerate(things):
             if not np.isfinite(thing.vertices).all():
@@ -72,7 +69,7 @@ class Drawing:
         """Return the ends (j, 2, 3) [m] of the joints that are drawn; raises ParameterError for one that is nowhere."""
         if not self._show_joints:
             return np.empty((0, 2, 3))
-        ends = joint_ends(self._world._parts.joints, self._world.state)
+        ends = joint_ends(self._world.store.joints, self._world.store.state)
         good = np.isfinite(ends).all(axis=(1, 2))
         if not good.all():
             raise ParameterError(f"joint {good.argmin()} has an end that is not finite, so that it cannot be drawn")
@@ -102,7 +99,7 @@ class Drawing:
         place = placed(mesh.vertices, box)
         if box.mass is None or self._colour in QUANTITIES:
             return Thing(place, mesh.triangles, STATIC, smooth=False)
-        colour = colour_of(self._world.model.soft_count + box.index)
+        colour = colour_of(self._world.store.model.soft_count + box.index)
         if self._colour == "plain":
             return Thing(place, mesh.triangles, colour, smooth=False)
         ribbon = RIBBON * size[longest] - np.abs(mesh.vertices[:, longest])
@@ -151,13 +148,13 @@ def placed(vertices: np.ndarray, where: Box) -> np.ndarray:
     return vertices + w * turn + np.cross(axis, turn) + where.position
 
 
-def ground_of(world: World) -> float | None:
+def ground_of(world: HasStore) -> float | None:
     """Return the height of the ground [m], if there is one."""
-    height = world.model.ground_height
+    height = world.store.model.ground_height
     return height if height > -np.inf else None
 
 
-def framed(world: World, things: Sequence[Thing], ends: np.ndarray, shape: float) -> Camera:
+def framed(world: HasStore, things: Sequence[Thing], ends: np.ndarray, shape: float) -> Camera:
     """Return a camera that has all `things` in its picture, their shadows on the ground, and `ends` (j, 2, 3) [m].
 
     The picture is `shape` times as wide as high.

@@ -5,10 +5,11 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from types import TracebackType
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
+from softbody.bodies.store import HasStore
 from softbody.errors import ParameterError
 from softbody.model.validation import check_range, check_whole, shown
 from softbody.render.camera import Camera
@@ -17,18 +18,16 @@ from softbody.render.films import film_at, picture_path, refused, save_picture
 from softbody.render.lines import lines
 from softbody.render.quantities import QUANTITIES
 from softbody.render.rasteriser import render
-from softbody.stepping.frame_times import frames_by_steps
+from softbody.stepping.frames import frames, frames_by_steps
+from softbody.stepping.runner import Steppable
 from softbody.stepping.time_steps import check_own_steps
-
-if TYPE_CHECKING:
-    from softbody.world import World
 
 MOST_PIXELS = 8192  # of a picture, each way
 SIZE = (640, 480)
 
 
 def picture(
-    world: World,
+    world: HasStore,
     path: str | os.PathLike[str] | None,
     camera: Camera | None,
     size: tuple[int, int],
@@ -62,11 +61,11 @@ class Recorder:
 
     def __init__(
         self,
-        world: World,
+        world: Steppable,
         path: str | os.PathLike[str],
         frames_per_second: float = 20.0,
         *,
-        camera: Camera | Callable[[World], Camera] | None = None,
+        camera: Camera | Callable[[Any], Camera] | None = None,
         size: tuple[int, int] = SIZE,
         colour: str = "stripes",
         colour_range: tuple[float, float] | None = None,
@@ -84,7 +83,7 @@ class Recorder:
         if colour in QUANTITIES and colour_range is None:
             raise ParameterError(f"a film by {colour} needs a colour_range; give the least and the greatest number")
         self._world, self._rate = world, rate
-        self._begun = world.time
+        self._begun = world.store.time
         self.frames = 0  # that were taken
         self._is_open = True
         self._pixels: np.ndarray | None = None  # of the last frame
@@ -141,15 +140,15 @@ class Recorder:
         if time_step is None:
             if self.frames == 0:
                 self.frame()
-            for _ in self._world.frames(seconds, self._rate):
+            for _ in frames(self._world.runner, seconds, self._rate):
                 self.frame()
             return
         if self.frames == 0:
-            self._begun = self._world.time
+            self._begun = self._world.store.time
             check_range(time_step, "time_step", "s", above=0.0, most=1.0 / self._rate)
             self.frame()
-        frames = self.frames, self._begun
-        for _ in frames_by_steps(self._world, seconds, time_step, self._rate, frames, substeps, allow_unstable):
+        runner, taken = self._world.runner, (self.frames, self._begun)
+        for _ in frames_by_steps(runner, seconds, time_step, self._rate, taken, substeps, allow_unstable):
             self.frame()
 
     def close(self) -> None:
@@ -171,7 +170,7 @@ class Recorder:
         return round(1000.0 * (k + 1) / self._rate) - round(1000.0 * k / self._rate)
 
 
-def _pixels(world: World, drawing: Drawing, camera: Camera | None, size: tuple[int, int]) -> np.ndarray:
+def _pixels(world: HasStore, drawing: Drawing, camera: Camera | None, size: tuple[int, int]) -> np.ndarray:
     things, ends = drawing.things(), drawing.joint_ends()
     camera = camera or framed(world, things, ends, size[0] / size[1])
     return render([*things, *lines(ends, camera)], camera, ground_of(world), size)

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from softbody.errors import ParameterError
 from softbody.mesh.mesh import icosphere
 from softbody.model.validation import NO_NUMBERS, check_range, doubles, shown
-from softbody.world import World, world_to_fill
+from softbody.scenes.world_to_fill import world_to_fill
+from softbody.world import World
 
 
 def build(

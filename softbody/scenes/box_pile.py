@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from softbody.model.validation import check_whole
-from softbody.world import World, world_to_fill
+from softbody.scenes.world_to_fill import world_to_fill
+from softbody.world import World
 
 ACROSS = 1.3  # [m] between neighbours at the start, give or take 0.2: few boxes have so long a diagonal, none overlap
 

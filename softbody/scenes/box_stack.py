@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from softbody.model.validation import check_range, check_whole
-from softbody.world import World, world_to_fill
+from softbody.scenes.world_to_fill import world_to_fill
+from softbody.world import World
 
 
 def build(boxes: int = 8, gap: float = 0.05, world: World | None = None) -> World:

@@ -6,7 +6,8 @@ import numpy as np
 
 from softbody.mesh.mesh import torus
 from softbody.model.validation import check_whole
-from softbody.world import World, world_to_fill
+from softbody.scenes.world_to_fill import world_to_fill
+from softbody.world import World
 
 LARGEST, SMALLER = 1.0, 0.75  # [m] side of the lowest cube, and that of each other one, of the one below
 DENSITY = 0.4  # [kg/m³]: three cubes weigh a third of what the torus does

@@ -6,7 +6,8 @@ import numpy as np
 
 from softbody.mesh.mesh import Mesh, torus
 from softbody.model.validation import check_range
-from softbody.world import World, world_to_fill
+from softbody.scenes.world_to_fill import world_to_fill
+from softbody.world import World
 
 
 def build(force: float = 0.5, tilt: float = 0.0, world: World | None = None) -> World:

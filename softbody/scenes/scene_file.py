@@ -35,8 +35,9 @@ from softbody.scenes.scene_keys import (
     Check,
 )
 from softbody.scenes.toml_lines import Path, line_of, lines_of
+from softbody.scenes.world_to_fill import world_to_fill
 from softbody.storage.atomic_file import path_of
-from softbody.world import World, world_to_fill
+from softbody.world import World
 
 MOST_BYTES = 2**20  # that a scene file may have: some ten thousand bodies
 MOST_PARTS = 200  # that a key may have: for each pair of them, Python's parser makes a list of all before

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from softbody.mesh.mesh import icosphere, torus
-from softbody.world import World, world_to_fill
+from softbody.scenes.world_to_fill import world_to_fill
+from softbody.world import World
 
 RADIUS = 0.9  # [m] of the sphere; the hole's is 0.6 m, and the loaded sphere and torus both give by some centimetres
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from softbody.mesh.mesh import torus
 from softbody.model.validation import check_whole
-from softbody.world import World, world_to_fill
+from softbody.scenes.world_to_fill import world_to_fill
+from softbody.world import World
 
 DRAG = 2.0  # [1/s] so that the bounce of the stack, which springs and gas alone would keep up for minutes, ends in 4 s
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from softbody.mesh.mesh import icosphere
 from softbody.model.validation import check_whole
-from softbody.world import World, world_to_fill
+from softbody.scenes.world_to_fill import world_to_fill
+from softbody.world import World
 
 RADIUS = 0.5  # [m] of each ball
 SPACING = 1.15  # [m] between centres at the start

@@ -7,11 +7,14 @@ from math import inf
 import numpy as np
 
 from softbody.bodies.builder import Parts, soft_body_alone
-from softbody.compiler.interrupts import listening
+from softbody.compiler.interrupts import assign_together, listening
 from softbody.dynamics.equilibrium import glide_from_rest, relax
 from softbody.dynamics.soft_bodies import Motion, motion_of
 from softbody.dynamics.stability import highest_frequency
+from softbody.errors import SimulationError
 from softbody.model.arrays import Controls, Model, SoftBodies, soft_bodies_of
+from softbody.model.validation import check_range, check_whole
+from softbody.stepping.runner import Runner
 
 ROUND = 500  # steps of relaxation between two looks at what is left and at the stable step
 
@@ -59,3 +62,24 @@ def shape_at_rest(parts: Parts, body: int, tolerance: float, steps: int) -> tupl
         if not left > enough:
             break
     return position, 1.0 if left <= enough else left / enough
+
+
+def equilibrium(runner: Runner, tolerance: float, steps: int) -> None:
+    """Do what `World.equilibrium` says."""
+    store = runner.store
+    tolerance, steps = check_range(tolerance, "tolerance", above=0.0), check_whole(steps, "steps", 1)
+    with store.exclusive():
+        positions = store.state.particle_position.copy()
+        for body in range(store.model.soft_count):
+            shape, left = shape_at_rest(store.parts, body, tolerance, steps)
+            if not left <= 1.0:
+                title = store.names.title(("soft", body))
+                raise SimulationError(
+                    f"{title} is not at rest after {steps} steps: a force of {left:.3g} × the tolerance is left; allow "
+                    "more steps, or see that external forces cancel or fixed particles hold them",
+                    store.steps,
+                    f"soft body {body}",
+                    runner.stable_time_step(),
+                )
+            positions[slice(*store.model.soft_particle_start[body : body + 2])] = shape
+        assign_together((store.state.particle_position, positions), (store.state.particle_velocity, 0.0))

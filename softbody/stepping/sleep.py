@@ -9,7 +9,6 @@ they sleep on. What a user changes of a body, or of what acts on it, ends its re
 from __future__ import annotations
 
 from math import sqrt
-from typing import NamedTuple
 
 import numpy as np
 
@@ -31,19 +30,6 @@ STILL = (0.0, 0.0, 0.0)
 # Bodies are near where less than this part of their radii is between their bounds: what leans on another is a rounding
 # away from it at times.
 GAP = 0.01
-
-
-class Rested(NamedTuple):
-    """For how long bodies have been at rest, boxes after soft bodies: what a snapshot says of it."""
-
-    time: np.ndarray  # (b + m,) [s]
-    asleep: np.ndarray  # (b + m,) 1 for those that slept in the last step, 0 for others
-
-
-def not_rested(model: Model) -> Rested:
-    """Return what is said of bodies that are new."""
-    count = model.soft_count + model.box_count
-    return Rested(np.zeros(count), np.zeros(count, np.int64))
 
 
 @jit

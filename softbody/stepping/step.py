@@ -24,6 +24,7 @@ from softbody.dynamics.soft_bodies import BARE, DIVERGED, Motion, move_in_place,
 from softbody.linalg.vec import load, sub
 from softbody.model.arrays import (
     NOBODY,
+    Clock,
     Controls,
     Joints,
     Model,
@@ -62,14 +63,6 @@ class Work(NamedTuple):
     acting: Controls | None  # memory for what acts in a step that has joints
     rest: Rest | None  # None: nobody may sleep
     stop: np.ndarray  # (1,) what is not 0 ends a run early; somebody else may write it
-
-
-class Clock(NamedTuple):
-    """How far a world is. Kernels write it with the state, so that no interrupt comes between the two."""
-
-    steps: np.ndarray  # (1,) done since the world was made
-    time: np.ndarray  # (1,) [s]
-    shape: np.ndarray  # (1,) fingerprint of where the last run has left the particles
 
 
 @jit_inlined
@@ -199,22 +192,34 @@ def run(
     settings: Settings,
     h: float,
     steps: int,
-    grows: bool = True,
-    hasty: bool = False,
-) -> tuple[Contacts, int, int, int]:
-    """Advance any world by `steps` steps of `h` [s]; return (contacts, steps done, fault, body).
+    clock: Clock,
+    begun: tuple[int, float],
+    is_seen: bool,
+    hasty: bool,
+) -> tuple[int, int]:
+    """Advance any world by `steps` steps of `h` [s], and its clock; return (fault, body).
 
     Where bodies would jump through each other a step is taken in equal parts. On a fault the state is that of the last
-    good step. Where `work.stop` is not 0, the run ends after the step, or if it is `hasty` before. Where there is no
-    room for all contacts, the run goes on with longer arrays, if it `grows`; else that is a fault like others, NO_ROOM,
-    and "body" is how many rows there must be.
+    good step. Unless what it begins with `is_seen` to be good, no step is taken where it may not be: the fault is
+    UNSEEN. Where there is no room for all contacts it is NO_ROOM, and "body" is how many rows there must be. Where
+    `work.stop` is not 0, the run ends after the step, or if it is `hasty` before.
+
+    `begun`: what the clock showed when the first of many such runs began. The time is counted from there, so that it is
+    the same to the last bit, however many runs it takes. All that changes is written to the arrays that are given: what
+    a kernel returns is lost where a signal is handled before Python has kept it.
     """
+    if not (is_seen or _looks_as_left(controls, state, clock)):
+        return UNSEEN, -1
+    wake_changed(model, controls, state, work.joints, work.rest)
+    done, fault, body = 0, 0, -1
     stray = -1 if work.grounded is None else box_astray(model, state, h)
     if stray >= 0:
-        return contacts, 0, DIVERGED, model.soft_count + stray
+        fault, body = DIVERGED, model.soft_count + stray
     # What a step in parts goes back to. (Names that are bound in every step would be counted in every step.)
-    given, start, cache = contacts, work.start, contacts.cache
-    for done in range(steps):
+    start, cache = work.start, contacts.cache
+    room = contacts.depth.shape[0]
+    while fault == 0 and done < steps:
+        # In how many parts is the step taken? In none, where everybody sleeps.
         parts = 1
         if let_sleep(model, state, work.joints, work.rest, settings, h):
             parts = 0
@@ -222,26 +227,28 @@ def run(
             parts = subdivision(model, state, work.rest, h)
         if parts > 1:
             start, cache = copied(state), copied_cache(contacts.cache)
-        room = contacts.depth.shape[0]
         for part in range(parts):
             in_haste = hasty and part == 0  # later the contacts are not as they were
-            contacts, fault, body = step(model, controls, state, work, contacts, settings, h / parts, in_haste)
-            if not grows and contacts.depth.shape[0] > room:
-                fault, body, contacts = NO_ROOM, contacts.depth.shape[0], given
+            found, fault, body = step(model, controls, state, work, contacts, settings, h / parts, in_haste)
+            if found.depth.shape[0] > room:
+                fault, body = NO_ROOM, found.depth.shape[0]
             if fault:
-                if parts > 1:
-                    copy_state(start, state)
-                    copy_cache(cache, contacts.cache)
-                else:
-                    copy_state(work.start, state)
-                if fault == LEFT:
-                    return contacts, done, 0, -1
+                break
+        # A step that cannot be finished has not happened.
+        if fault:
+            copy_state(start if parts > 1 else work.start, state)
+            if parts > 1:
+                copy_cache(cache, contacts.cache)
+            if fault != LEFT:
                 contacts.number[0] = contacts.number[1] = 0
-                return contacts, done, fault, body
+            break
         note_rest(model, state, work.rest, settings, h)
+        done += 1
         if work.stop[0] != 0:
-            return contacts, done + 1, 0, -1
-    return contacts, steps, 0, -1
+            break
+    mark_sleepers(model, controls, state, work.joints, work.rest)
+    _advance_clock(clock, begun, done, h, state)
+    return (0, -1) if fault == LEFT else (fault, body)
 
 
 @jit
@@ -266,37 +273,6 @@ def run_alone(
 
 
 @jit
-def run_by_clock(
-    model: Model,
-    controls: Controls,
-    state: State,
-    work: Work,
-    contacts: Contacts,
-    settings: Settings,
-    h: float,
-    steps: int,
-    clock: Clock,
-    begun: tuple[int, float],
-    is_seen: bool,
-    hasty: bool,
-) -> tuple[int, int]:
-    """Advance any world like `run`, which does not grow, and its clock; return (fault, body).
-
-    Unless what it begins with `is_seen` to be good, no step is taken where it may not be: the fault is UNSEEN.
-    `begun`: what the clock showed when the first of many such runs began. The time is counted from there, so that it is
-    the same to the last bit, however many runs it takes. All that changes is written to the arrays that are given: what
-    a kernel returns is lost where a signal is handled before Python has kept it.
-    """
-    if not (is_seen or _looks_as_left(controls, state, clock)):
-        return UNSEEN, -1
-    wake_changed(model, controls, state, work.joints, work.rest)
-    _, done, fault, body = run(model, controls, state, work, contacts, settings, h, steps, False, hasty)
-    mark_sleepers(model, controls, state, work.joints, work.rest)
-    _advance_clock(clock, begun, done, h, state)
-    return fault, body
-
-
-@jit
 def run_alone_by_clock(
     model: Model,
     controls: Controls,
@@ -311,7 +287,7 @@ def run_alone_by_clock(
     hasty: bool,
     ground_impulse: np.ndarray,
 ) -> tuple[int, int]:
-    """Advance a world of one soft body like `run_alone`, and its clock, like `run_by_clock`; return (fault, body).
+    """Advance a world of one soft body like `run_alone`, and its clock, like `run`; return (fault, body).
 
     The last step is taken by itself, so that it is known what the ground gave: `ground_impulse` (n, 3) [N s].
     """

@@ -33,15 +33,11 @@ def whole_steps(seconds: float, time_step: float) -> tuple[int, float]:
     return count, seconds / count
 
 
-class Remainder:
-    """Time [s] that was asked for and is too short for another step: it is added to what is asked for next."""
+def whole_steps_owed(owed: float, seconds: float, time_step: float) -> tuple[int, float]:
+    """Return how many whole steps there are in `seconds` and what was `owed` before, and what is owed after them [s].
 
-    def __init__(self) -> None:
-        self.seconds = 0.0
-
-    def steps(self, seconds: float, time_step: float) -> int:
-        """Return how many whole steps there are in `seconds` and what was left; what is left now is kept."""
-        owed = self.seconds + seconds
-        count = int(owed / time_step * (1.0 + WHOLE))
-        self.seconds = max(0.0, owed - count * time_step)
-        return count
+    That is too short for another step: it is added to what is asked for next.
+    """
+    owed += seconds
+    count = int(owed / time_step * (1.0 + WHOLE))
+    return count, max(0.0, owed - count * time_step)

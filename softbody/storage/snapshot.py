@@ -20,8 +20,8 @@ from softbody.errors import MeshError, ParameterError, SnapshotError
 from softbody.mesh.mesh import check_surface, unique_edges
 from softbody.model.arrays import NOBODY, Controls, Joints, Model, Property, Rows, State
 from softbody.model.settings import PRECISIONS, Settings, check_name, check_settings
+from softbody.model.sleep_state import Rested, not_rested
 from softbody.model.validation import QUATERNION_TOLERANCE
-from softbody.stepping.sleep import Rested, not_rested
 from softbody.storage.snapshot_entries import Entries, Snapshot
 
 # Of snapshots and files. Format 1 has no number, and holds the vertex rings, too; before 3 there are no joints,

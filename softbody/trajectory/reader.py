@@ -5,10 +5,11 @@ from __future__ import annotations
 import operator
 import os
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from softbody.bodies.store import HasStore
 from softbody.compiler.interrupts import assign_together
 from softbody.errors import ParameterError, TrajectoryError
 from softbody.model.shapes import Pose, shapes_of, unlabelled
@@ -19,9 +20,6 @@ from softbody.storage.snapshot import digest, named_arrays
 from softbody.storage.snapshot_entries import Snapshot
 from softbody.trajectory.entries import BODIES, read_chunk, read_shapes
 from softbody.trajectory.manifest import NAME, read_manifest
-
-if TYPE_CHECKING:
-    from softbody.world import World
 
 
 class Frame(NamedTuple):
@@ -153,17 +151,18 @@ class Trajectory:
         """Return the triangles (t, 3) of a soft body, as rows of its own particles."""
         return self._shapes.triangles(check_whole(body, "body", 0, self.soft_count - 1))
 
-    def put_into(self, world: World, k: int) -> None:
+    def put_into(self, world: HasStore, k: int) -> None:
         """Put the bodies of a world where they were in frame k, to be seen, pictured or measured.
 
         The world must have the same bodies; its time becomes the frame's, and so do velocities, if they were kept: else
         they are zero. (To go on from a moment to the same bits, take `World.save`.)
         """
         frame = self[k]
-        with world._my_turn():
-            if digest(named_arrays("bodies", shapes_of(world.model))) != self._manifest.bodies:
+        store = world.store
+        with store.exclusive():
+            if digest(named_arrays("bodies", shapes_of(store.model))) != self._manifest.bodies:
                 raise ParameterError(f"{world!r} has other bodies than {self!r}; give a world of the same")
-            state = world.state
+            state = store.state
             assign_together(
                 (state.particle_position, frame.positions),
                 (state.box_position, frame.box_positions),
@@ -174,7 +173,7 @@ class Trajectory:
                     state.box_angular_velocity,
                     0.0 if frame.box_angular_velocities is None else frame.box_angular_velocities,
                 ),
-                (world._clock.time, frame.time),
+                (store.clock.time, frame.time),
             )
 
     def export(self, path: str | os.PathLike[str], kind: str | None = None, *, every: int = 1) -> None:

@@ -6,14 +6,15 @@ import os
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from softbody.errors import OutputError, ParameterError, SnapshotError, TrajectoryError
-from softbody.model.shapes import Shapes, labels_of, shapes_of
+from softbody.model.shapes import Shapes, shapes_of
 from softbody.model.validation import check_range, check_yes_or_no
-from softbody.stepping.frame_times import frames_by_steps
+from softbody.stepping.frames import frames, frames_by_steps
+from softbody.stepping.runner import Steppable
 from softbody.stepping.time_steps import check_own_steps
 from softbody.storage.atomic_file import alone_in, path_of, whole_file
 from softbody.storage.npz import MOST_BYTES
@@ -21,9 +22,6 @@ from softbody.storage.snapshot import digest, named_arrays
 from softbody.storage.snapshot_entries import Entries, Snapshot
 from softbody.trajectory.entries import BODIES, checked_frames, frame_of, read_chunk, read_shapes
 from softbody.trajectory.manifest import NAME, Chunk, Manifest, read_manifest, write_manifest
-
-if TYPE_CHECKING:
-    from softbody.world import World
 
 CHUNK_FRAMES, CHUNK_BYTES = 128, 2**23  # that a chunk has at most: what a kill may cost
 
@@ -53,7 +51,7 @@ class TrajectoryWriter:
 
     def __init__(
         self,
-        world: World,
+        world: Steppable,
         path: str | os.PathLike[str],
         frames_per_second: float = 60.0,
         *,
@@ -63,7 +61,7 @@ class TrajectoryWriter:
         self._rate = check_range(frames_per_second, "frames_per_second", "1/s", above=0.0)
         self._velocities, resume = check_yes_or_no(velocities, "velocities"), check_yes_or_no(resume, "resume")
         self._folder = path_of(path).absolute()  # wherever the program goes meanwhile
-        self._world, self._shapes = world, shapes_of(world.model)
+        self._runner, self._shapes = world.runner, shapes_of(world.store.model)
         if not self._shapes.soft_count + self._shapes.box_count:
             raise ParameterError("the world has no bodies, and none can be added to a trajectory; add them first")
         bodies = _digest(self._shapes)
@@ -71,10 +69,10 @@ class TrajectoryWriter:
             if resume and os.path.lexists(self._folder / NAME):
                 self._held = self._found(bodies)
             else:
-                self._held = self._new(Manifest(bodies, self._velocities, labels_of(world)))
+                self._held = self._new(Manifest(bodies, self._velocities, world.store.labels()))
         except OSError as error:
             raise _refused(self._folder, error, 0) from error
-        self._begun = self._held.base.times[0] if self._held.base.chunks else world.time
+        self._begun = self._held.base.times[0] if self._held.base.chunks else world.store.time
         self._tried: Manifest | None = None  # what was last begun to be written
         self._is_open = True
 
@@ -99,8 +97,8 @@ class TrajectoryWriter:
         """
         if not self._is_open:
             raise ParameterError(f"{self._folder} is closed; open it with another TrajectoryWriter and resume=True")
-        with self._world._my_turn():
-            time, frame = self._world.time, self._checked()
+        with self._runner.store.exclusive():
+            time, frame = self._runner.store.time, self._checked()
         last = self.last_time
         if time < last:
             raise ParameterError(
@@ -132,15 +130,15 @@ class TrajectoryWriter:
             check_range(time_step, "time_step", "s", above=0.0, most=1.0 / self._rate)
         is_first = not self.frames
         if is_first:
-            self._begun = self._world.time
-        if is_first or (time_step is None and self._world.time > self.last_time):
+            self._begun = self._runner.store.time
+        if is_first or (time_step is None and self._runner.store.time > self.last_time):
             self.frame()
         if time_step is None:
-            for _ in self._world.frames(seconds, self._rate):
+            for _ in frames(self._runner, seconds, self._rate):
                 self.frame()
             return
-        frames = self.frames, self._begun
-        for _ in frames_by_steps(self._world, seconds, time_step, self._rate, frames, substeps, allow_unstable):
+        taken = self.frames, self._begun
+        for _ in frames_by_steps(self._runner, seconds, time_step, self._rate, taken, substeps, allow_unstable):
             self.frame()
 
     def flush(self) -> None:
@@ -172,17 +170,17 @@ class TrajectoryWriter:
 
     def _checked(self) -> Snapshot:
         """Return what is kept of the world as it is; raises ParameterError."""
-        shapes = shapes_of(self._world.model)
+        shapes = shapes_of(self._runner.store.model)
         if any(now is not before for now, before in zip(shapes, self._shapes)):
             _check_same(
                 shapes, self._shapes, ParameterError, "bodies were added or removed; keep the world from now on"
             )
             self._shapes = shapes
-        now = {name: array[None] for name, array in frame_of(self._world.state, self._velocities).items()}
+        now = {name: array[None] for name, array in frame_of(self._runner.store.state, self._velocities).items()}
         try:
             frame = checked_frames(Entries(now, "a frame"), 1, shapes, self._velocities)
         except SnapshotError as error:
-            raise ParameterError(f"the frame at {self._world.time:.6g} s cannot be kept: {error}") from error
+            raise ParameterError(f"the frame at {self._runner.store.time:.6g} s cannot be kept: {error}") from error
         return {name: array[0] for name, array in frame.items()}
 
     def _new(self, manifest: Manifest) -> _Held:
@@ -205,13 +203,15 @@ class TrajectoryWriter:
         disk = read_manifest(self._folder)
         if disk.bodies != bodies:
             there = f"{self._folder} is of other bodies; resume it with those, or keep this world"
-            _check_same(shapes_of(self._world.model), read_shapes(self._folder, MOST_BYTES), TrajectoryError, there)
+            _check_same(
+                shapes_of(self._runner.store.model), read_shapes(self._folder, MOST_BYTES), TrajectoryError, there
+            )
             raise TrajectoryError(f"{there} in a new folder")
         if disk.velocities != self._velocities:
             raise TrajectoryError(
                 f"{self._folder} was begun with velocities={disk.velocities}; resume it with the same"
             )
-        now, pending = self._world.time, list[tuple[float, Snapshot]]()
+        now, pending = self._runner.store.time, list[tuple[float, Snapshot]]()
         stays = [chunk for chunk in disk.chunks if chunk.times[-1] <= now]
         if len(stays) < len(disk.chunks):
             cut = disk.chunks[len(stays)]

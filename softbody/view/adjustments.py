@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from softbody.model.settings import INTEGRATORS, check_name
-
-if TYPE_CHECKING:
-    from softbody.bodies.rigid_box import Box
-    from softbody.bodies.soft_body import SoftBody
-    from softbody.world import World
+from softbody.bodies.rigid_box import Box, boxes_of
+from softbody.bodies.soft_body import SoftBody, soft_bodies_of
+from softbody.bodies.store import HasStore
+from softbody.model.settings import check_name, integrator_name, with_integrator
 
 
 class Slider(NamedTuple):
@@ -22,50 +20,50 @@ class Slider(NamedTuple):
     least: float
     most: float
     step: float
-    change: Callable[[World, World, float], None]  # (world, as it began, value)
+    change: Callable[[HasStore, HasStore, float], None]  # (world, as it began, value)
 
 
-def scale_stiffness(world: World, start: World, exponent: float) -> None:
+def scale_stiffness(world: HasStore, start: HasStore, exponent: float) -> None:
     """Make all springs 2^exponent times as stiff as they were at the start."""
-    for body, was in zip(world.soft_bodies, start.soft_bodies):
+    for body, was in zip(soft_bodies_of(world), soft_bodies_of(start)):
         body.set_springs(stiffness=was.stiffness * 2.0**exponent)
 
 
-def scale_gas(world: World, start: World, exponent: float) -> None:
+def scale_gas(world: HasStore, start: HasStore, exponent: float) -> None:
     """Let all bodies have 2^exponent times the gas of the start."""
-    for body, was in zip(world.soft_bodies, start.soft_bodies):
+    for body, was in zip(soft_bodies_of(world), soft_bodies_of(start)):
         body.gas = was.gas * 2.0**exponent
 
 
-def set_gravity(world: World, start: World, size: float) -> None:
+def set_gravity(world: HasStore, start: HasStore, size: float) -> None:
     """Let gravity be `size` [m/s²], the way it was at the start, or down where there was none."""
-    was = start.gravity
+    was = start.store.controls.gravity
     length = float(np.linalg.norm(was))
     down = was / length if length > 0.0 else np.array([0.0, 0.0, -1.0])
-    world.gravity = size * down
+    world.store.controls.gravity[:] = size * down
 
 
-def set_friction(world: World, start: World, value: float) -> None:
+def set_friction(world: HasStore, start: HasStore, value: float) -> None:
     """Let everything have the same coefficient of friction."""
     for body in _all(world):
         body.friction = value
-    world.model = world.model._replace(ground_friction=value)
+    world.store.replace(model=world.store.model._replace(ground_friction=value))
 
 
-def set_restitution(world: World, start: World, value: float) -> None:
+def set_restitution(world: HasStore, start: HasStore, value: float) -> None:
     """Let everything have the same coefficient of restitution."""
     for body in _all(world):
         body.restitution = value
-    world.model = world.model._replace(ground_restitution=value)
+    world.store.replace(model=world.store.model._replace(ground_restitution=value))
 
 
-def set_substeps(world: World, start: World, value: float) -> None:
+def set_substeps(world: HasStore, start: HasStore, value: float) -> None:
     """Let contacts be found and resolved once for so many steps of springs and gas."""
-    world.substeps = round(value)
+    world.store.settings = world.store.settings._replace(substeps=round(value))
 
 
-def _all(world: World) -> list[SoftBody | Box]:
-    return [*world.soft_bodies, *world.boxes]
+def _all(world: HasStore) -> list[SoftBody | Box]:
+    return [*soft_bodies_of(world), *boxes_of(world)]
 
 
 SLIDERS = {
@@ -78,27 +76,27 @@ SLIDERS = {
 }
 
 
-def shown_at_start(world: World) -> dict[str, float]:
+def shown_at_start(world: HasStore) -> dict[str, float]:
     """Return what each slider shows before anybody has moved it: of what differs from body to body, the mean."""
     bodies = _all(world)
     return {
         "stiffness": 0.0,
         "gas": 0.0,
-        "gravity": float(np.linalg.norm(world.gravity)),
+        "gravity": float(np.linalg.norm(world.store.controls.gravity)),
         "friction": float(np.mean([body.friction for body in bodies])) if bodies else 0.0,
         "restitution": float(np.mean([body.restitution for body in bodies])) if bodies else 0.0,
-        "substeps": float(world.substeps),
+        "substeps": float(world.store.settings.substeps),
     }
 
 
 class Adjustments:
     """What somebody has changed in a world that is watched; it can be done again after a restart."""
 
-    def __init__(self, world: World, start: World) -> None:
+    def __init__(self, world: HasStore, start: HasStore) -> None:
         self._world = world
         self._start = start
         self._changed: dict[str, float] = {}
-        self._integrator = world.integrator
+        self._integrator = integrator_name(world.store.settings)
 
     def set_slider(self, name: str, value: float) -> None:
         """Change what a slider of SLIDERS stands for, between its least and its most."""
@@ -109,12 +107,11 @@ class Adjustments:
 
     def set_integrator(self, name: str) -> None:
         """Move soft bodies by another integrator; their damping stays."""
-        check_name(name, "integrator", tuple(INTEGRATORS))
+        self._world.store.settings = with_integrator(self._world.store.settings, name)
         self._integrator = name
-        self._world.integrator = name
 
     def repeat(self) -> None:
         """Do all once more, in a world that is as at the start."""
-        self._world.integrator = self._integrator
+        self.set_integrator(self._integrator)
         for name, value in self._changed.items():
             SLIDERS[name].change(self._world, self._start, value)

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from softbody.bodies.energies import energy_of
+from softbody.bodies.soft_body import soft_bodies_of
 from softbody.dynamics.energy import kinetic_energy
 from softbody.dynamics.joint_forces import joint_ends
 from softbody.render.quantities import QUANTITIES
-
-if TYPE_CHECKING:
-    from softbody.world import World
+from softbody.stepping.runner import Steppable
 
 TOUCHING = 1e-9  # of a metre above the ground: where what was lifted on to it lies, up to rounding
 
@@ -32,26 +32,27 @@ class Frame(NamedTuple):
     total: float  # energy [J]
 
 
-def frame_of(world: World, quantity: str | None = None, pull: np.ndarray | None = None) -> Frame:
+def frame_of(world: Steppable, quantity: str | None = None, pull: np.ndarray | None = None) -> Frame:
     """Return what is shown of a world now, with a quantity of QUANTITIES for each vertex if it is named."""
-    bodies = world.soft_bodies
+    store = world.store
+    bodies = soft_bodies_of(world)
     return Frame(
-        world.time,
+        store.time,
         [body.positions.astype(np.float32) for body in bodies],
         quantity,
         [QUANTITIES[quantity](body) for body in bodies] if quantity else [],
-        world.state.box_position.copy(),
-        world.state.box_orientation.copy(),
+        store.state.box_position.copy(),
+        store.state.box_orientation.copy(),
         contact_points(world).astype(np.float32),
-        joint_ends(world._parts.joints, world.state).astype(np.float32),
+        joint_ends(store.joints, store.state).astype(np.float32),
         pull,
-        kinetic_energy(world.model, world.state),
-        world.energy(),
+        kinetic_energy(store.model, store.state),
+        energy_of(store),
     )
 
 
-def contact_points(world: World) -> np.ndarray:
+def contact_points(world: Steppable) -> np.ndarray:
     """Return where bodies touch (c, 3) [m]: contacts of the last step, and particles that lie on the ground."""
-    touching, positions = world.contact_points().point, world.state.particle_position
-    lying = positions[positions[:, 2] <= world.model.ground_height + TOUCHING]
+    touching, positions = world.runner.contact_points().point, world.store.state.particle_position
+    lying = positions[positions[:, 2] <= world.store.model.ground_height + TOUCHING]
     return np.concatenate([touching, lying])

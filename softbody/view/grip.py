@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from math import pi
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from softbody.bodies.rigid_box import Box
 from softbody.bodies.soft_body import SoftBody
-
-if TYPE_CHECKING:
-    from softbody.world import World
+from softbody.bodies.store import Store
 
 FREQUENCY = 1.5  # [1/s] at which the whole body would swing on the spring
 DAMPING_RATIO = 0.7
@@ -22,8 +19,8 @@ REACH = 0.5  # of a soft body's radius around the mouse, within which its partic
 class Grip:
     """What holds on to a body, or to none. Forces that acted before come back when it lets go."""
 
-    def __init__(self, world: World) -> None:
-        self._world = world
+    def __init__(self, store: Store) -> None:
+        self._store = store
         self._body: SoftBody | Box | None = None
         self._rows = np.empty(0, np.int64)  # particles that are held
         self._arm = np.zeros(3)  # of a box, in its own frame [m]
@@ -46,7 +43,7 @@ class Grip:
             self._rows = np.flatnonzero(away <= REACH * radius)
             self._before = body.external_force.copy(), np.zeros(3)
         else:
-            controls = self._world.controls
+            controls = self._store.controls
             self._arm = _turned(_conjugate(body.orientation), point - body.position)
             self._before = controls.box_force[body.index].copy(), controls.box_torque[body.index].copy()
         self._body = body

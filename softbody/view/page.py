@@ -10,7 +10,7 @@ import numpy as np
 
 from softbody.bodies.soft_body import SoftBody
 from softbody.model.colours import STATIC, colour_of
-from softbody.model.settings import INTEGRATORS
+from softbody.model.settings import INTEGRATORS, integrator_name
 from softbody.render.camera import VIEW
 from softbody.render.colour_map import SHADES, palette_of
 from softbody.render.drawing import Drawing, framed
@@ -60,7 +60,7 @@ class Page:
 
     def _make_scene(self) -> None:
         scene, world = self._server.scene, self._session.world
-        model, first = world.model, self._session.frame
+        model, first = world.store.model, self._session.frame
         self._triangles = [SoftBody(world, i).triangles for i in range(model.soft_count)]
         drawing = Drawing(world, "plain")
         camera = framed(world, drawing.things(), drawing.joint_ends(), SHAPE)
@@ -132,7 +132,9 @@ class Page:
                 value = min(max(start[name], slider.least), slider.most)
                 handle = gui.add_slider(slider.label, slider.least, slider.most, slider.step, value)
                 handle.on_update(partial(self._slide, name))
-            choice = gui.add_dropdown("integrator", tuple(INTEGRATORS), initial_value=session.world.integrator)
+            choice = gui.add_dropdown(
+                "integrator", tuple(INTEGRATORS), initial_value=integrator_name(session.world.store.settings)
+            )
             choice.on_update(lambda event: session.ask(partial(session.set_integrator, event.target.value)))
         with gui.add_folder("What is shown"):
             colours = gui.add_dropdown("colours", (NOTHING, *QUANTITIES))

@@ -9,16 +9,13 @@ import sys
 import threading
 import webbrowser
 from time import perf_counter, sleep
-from typing import TYPE_CHECKING
 
 from softbody.errors import ViewError
 from softbody.extras import library
 from softbody.model.validation import check_whole
+from softbody.stepping.runner import Steppable
 from softbody.view.page import Page
 from softbody.view.session import Session
-
-if TYPE_CHECKING:
-    from softbody.world import World
 
 LONGEST_TURN = 1.0 / 60.0  # [s] by the clock that a turn of the loop makes up for at most: beyond, the world is slow
 TURN = 1.0 / 120.0  # [s]
@@ -29,7 +26,7 @@ HOST, PORT = "127.0.0.1", 8080
 class LiveView:
     """A world on a port, moved by a thread of its own, until it is closed; a `with` block closes it."""
 
-    def __init__(self, world: World, port: int = PORT, host: str = HOST) -> None:
+    def __init__(self, world: Steppable, port: int = PORT, host: str = HOST) -> None:
         port = check_whole(port, "port", 0, 65535)
         viser = library("viser", "viser", "view", "a live view")
         port = _free_port(host, port)
@@ -98,7 +95,7 @@ class LiveView:
             sleep(max(0.001, FRAME - (perf_counter() - begun)))
 
 
-def view(world: World, port: int, host: str, open_browser: bool) -> None:
+def view(world: Steppable, port: int, host: str, open_browser: bool) -> None:
     """Do what `World.view` says."""
     with LiveView(world, port, host) as live:
         print(f"{live.url} shows the world, until Ctrl-C", flush=True)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from time import perf_counter
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,13 +13,12 @@ from softbody.bodies.soft_body import SoftBody
 from softbody.errors import ParameterError, SimulationError
 from softbody.model.settings import check_name
 from softbody.render.quantities import QUANTITIES
+from softbody.stepping.runner import Steppable
 from softbody.stepping.time_steps import BOX_STEP, OF_STABLE
+from softbody.storage.restore import restore, snapshot_of_store
 from softbody.view.adjustments import Adjustments
 from softbody.view.frame import Frame, frame_of
 from softbody.view.grip import Grip
-
-if TYPE_CHECKING:
-    from softbody.world import World
 
 LONGEST_CALL = 0.008  # [s] by the clock, about, that steps are taken at once: then what was asked for is done
 PULL_FOR = 1.0 / 240.0  # [s] of the world's time that a pull stays as it is
@@ -35,17 +33,17 @@ class Session:
     One thread calls `tick`; others `ask` for changes, which are made between steps, and read `frame` and `status`.
     """
 
-    def __init__(self, world: World, clock: Callable[[], float] = perf_counter) -> None:
+    def __init__(self, world: Steppable, clock: Callable[[], float] = perf_counter) -> None:
         self.world = world
-        self.adjustments = Adjustments(world, _copy_of(world))
-        self.grip = Grip(world)
+        self.adjustments = Adjustments(world, world.store.awake_copy())
+        self.grip = Grip(world.store)
         self.is_playing = True
         self.speed = 1.0  # of the world's time to the clock's that is wanted
         self.real_time_factor = 0.0  # that is had
         self.status = "compiling: the first step takes up to a minute and a half"
         self.quantity: str | None = None
         self.history: deque[tuple[float, float, float]] = deque(maxlen=HISTORY)  # time, kinetic energy, all energy
-        self._start = world.snapshot()
+        self._start = snapshot_of_store(world.store)
         self._clock = clock
         self._asked: deque[Callable[[], None]] = deque()
         self._time_step: float | None = None
@@ -95,7 +93,7 @@ class Session:
     def restart(self) -> None:
         """Begin again, with what was changed since."""
         self.grip.let_go()
-        self.world.restore(self._start)
+        restore(self.world.store, self._start)
         self.adjustments.repeat()
         self.history.clear()
         self._time_step, self._owed = None, 0.0
@@ -113,7 +111,7 @@ class Session:
 
     def _go_on(self, elapsed: float) -> None:
         """Take steps for the world's time that `elapsed` asks for, as long as that much time is left."""
-        begun, before = self._clock(), self.world.time
+        begun, before = self._clock(), self.world.store.time
         self._owed += elapsed * self.speed
         h = self._step_length()
         while self._owed >= h and self.is_playing:
@@ -127,18 +125,18 @@ class Session:
         self._owed = min(self._owed, h)  # what there was no time for is not made up
         took = max(self._clock() - begun, elapsed)
         if took > 0.0:
-            self.real_time_factor += SMOOTHING * ((self.world.time - before) / took - self.real_time_factor)
+            self.real_time_factor += SMOOTHING * ((self.world.store.time - before) / took - self.real_time_factor)
 
     def _step(self, steps: int) -> int:
         """Take steps, and return how many; where the world diverges it is paused."""
         self.grip.pull()
         begun = self._clock()
-        is_first = self.world.steps == 0
+        is_first = self.world.store.steps == 0
         try:
-            self.world.step(self._step_length(), steps)
+            self.world.runner.step(self._step_length(), steps)
         except ParameterError:  # it is stretched so far that stable steps are shorter now
             self._time_step = None
-            self.world.step(self._step_length(), steps, allow_unstable=True)
+            self.world.runner.step(self._step_length(), steps, allow_unstable=True)
         except SimulationError as error:
             self.is_playing, self.status = False, f"stopped: {error}"
             return steps
@@ -150,7 +148,7 @@ class Session:
     def _step_length(self) -> float:
         """Return the time step [s]; it is sought anew when something was changed."""
         if self._time_step is None:
-            self._time_step = min(BOX_STEP, OF_STABLE * self.world.stable_time_step())
+            self._time_step = min(BOX_STEP, OF_STABLE * self.world.runner.stable_time_step())
         return self._time_step
 
     def _frame(self) -> Frame:
@@ -158,10 +156,3 @@ class Session:
         if not self.history or frame.time >= self.history[-1][0] + EVERY:
             self.history.append((frame.time, frame.kinetic, frame.total))
         return frame
-
-
-def _copy_of(world: World) -> World:
-    """Return a world of its own that is as this one is now."""
-    copy = type(world)()
-    copy.restore(world.snapshot())
-    return copy

@@ -76,7 +76,7 @@ def test_a_scene_is_viewed_by_the_settings_that_were_asked_for(capsys, monkeypat
     world, port, more = seen[0]
     assert (port, more) == (0, {"host": "127.0.0.1", "open_browser": False})
     assert world.model.box_count == 8
-    assert world.settings.frictionless
+    assert world.store.settings.frictionless
     assert world.integrator == "rk4"
     assert world.substeps == 3
     assert said(capsys, "view", "box_stack", "--substeps", "0")[0] == command.WRONG_USAGE
@@ -111,7 +111,7 @@ def test_a_scene_file_is_viewed_and_recorded(capsys, tmp_path, monkeypatch, scen
         assert said(capsys, "view", scene_file, *more) == (0, "")
         assert (seen[-1].model.box_count, seen[-1].integrator) == (1, integrator)
     assert said(capsys, "view", scene_file, "--paper")[0] == 0
-    assert seen[-1].settings.frictionless
+    assert seen[-1].store.settings.frictionless
     code, text = said(capsys, "record", scene_file, str(tmp_path / "end.png"), "--seconds", "0.1", "--size", "64", "48")
     assert (code, text) == (0, f"{tmp_path / 'end.png'}: {scene_file} until 0.1 s\n")
 

@@ -96,7 +96,12 @@ def steps_that_help(run: Run) -> Comparison:
     because="yes or no",
     detects="a step that counts and was not taken; another box's name, a limit of the wrong box or in other units",
     faults=(
-        Fault("a step that was not taken counts", step.run, "contacts, 0, DIVERGED, n_", "contacts, 1, DIVERGED, n_"),
+        Fault(
+            "a step that was not taken counts",
+            step.run,
+            "fault, body = DIVERGED, n_",
+            "fault, body, done = DIVERGED, n_, 1",
+        ),
         Fault("the first box alone", rigid_boxes.box_astray, "range(n_)", "range(1)"),
         Fault(
             "turns in a second",

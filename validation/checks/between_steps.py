@@ -9,7 +9,7 @@ import numpy as np
 from softbody import ParameterError, World, icosphere
 from softbody.bodies import body as bodies
 from softbody.bodies import soft_body
-from softbody.stepping import checks, finite_check, time_steps
+from softbody.stepping import checks, finite_check, frames, runner, time_steps
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault
 
@@ -35,15 +35,15 @@ NUMBERS = {"damping": 0.5, "drag": 2.0, "restitution": 1.0, "friction": 1.5}  # 
         Fault(
             "the first body's number set",
             bodies.set_row,
-            "body._row() if rows is None else rows",
+            "body.row() if rows is None else rows",
             "0 if rows is None else rows",
         ),
-        Fault("a number that is only read again", bodies.set_row, "world.replace(model=m_)", "None"),
+        Fault("a number that is only read again", bodies.set_row, "store.replace(model=m_)", "None"),
         Fault(
             "particles that stay pinned",
             soft_body.SoftBody._pin,
-            "self.world.model.particle_inverse_mass[rows].max()",
-            "self.world.model.particle_inverse_mass[rows].min()",
+            "self.store.model.particle_inverse_mass[rows].max()",
+            "self.store.model.particle_inverse_mass[rows].min()",
         ),
         Fault(
             "velocities of what is pinned",
@@ -119,11 +119,9 @@ def _bits(world: World) -> np.ndarray:
             "count = ceil(seconds / time_step)",
             "return count, time_step",
         ),
-        Fault(
-            "a remainder that is lost", time_steps.Remainder.steps, "owed = self.seconds + seconds", "owed = seconds"
-        ),
-        Fault("a remainder that is not paid", time_steps.Remainder.steps, "owed - count * time_step", "owed"),
-        Fault("frames all as long", World.frames, "seconds - (count - 1) * frame", "frame"),
+        Fault("a remainder that is lost", time_steps.whole_steps_owed, "owed += seconds", "owed = seconds"),
+        Fault("a remainder that is not paid", time_steps.whole_steps_owed, "owed - count * time_step", "owed"),
+        Fault("frames all as long", frames.frames, "seconds - (count - 1) * frame", "frame"),
     ),
 )
 def time_is_kept(run: Run) -> Comparison:
@@ -178,7 +176,7 @@ def time_is_kept(run: Run) -> Comparison:
     faults=(
         Fault(
             "a stable step that is estimated before each call",
-            World._step,
+            runner.Runner.step,
             "allow_unstable or self._stable_step.allows(h, model, controls, settings, joints, begun[0])",
             "allow_unstable",
         ),

@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from softbody import Box, SoftBody, World, icosphere
-from softbody.bodies import contact_points
+from softbody.bodies import adding, contact_points
 from softbody.collision import contact
 from softbody.collision.solver import batches
 from softbody.dynamics import particle_ground
@@ -299,12 +299,10 @@ def _meets(one: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.ndarr
     because="Bullet's piles have not quite stopped sinking: 1.1e-5 at worst of thirteen runs",
     detects="a box that is still there for others, another one removed, impulses remembered for the wrong pair",
     faults=(
-        Fault(
-            "the next box removed", World.remove, "without(self._parts, k_, row)", "without(self._parts, k_, row - 1)"
-        ),
+        Fault("the next box removed", adding.remove, "without(p_, k_, row)", "without(p_, k_, row - 1)"),
         Fault(
             "handles that stay at their numbers",
-            World.remove,
+            adding.remove,
             "number - 1 if number > row else GONE",
             "number if number > row else GONE",
         ),
@@ -458,7 +456,7 @@ def sides_of_contacts(run: Run) -> Comparison:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             world.step(1e-3, 3)
-        contacts, count = world.contacts, len(world.state.particle_position)
+        contacts, count = world.store.contacts, len(world.state.particle_position)
         for row in range(contacts.number[0]):
             for side in range(2):
                 box, particles = contacts.box[row, side], contacts.particles[row, side]

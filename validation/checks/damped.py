@@ -10,7 +10,7 @@ import numpy as np
 
 import softbody
 from softbody import Mesh, World
-from softbody.bodies import builder
+from softbody.bodies import adding, builder
 from softbody.dynamics import integrators, ring_forces
 from softbody.model import settings
 from softbody.scenes import from_file, sphere_on_torus
@@ -35,14 +35,14 @@ FIRST_SPRING = Fault(
 )
 NONE = Fault(
     "springs that are not damped, whatever the integrator",
-    World.add_soft_body,
-    "damping is None and self.settings.integrator == RK4_VELOCITY",
+    adding.add_soft_body,
+    "damping is None and store.settings.integrator == RK4_VELOCITY",
     "damping is None",
 )
 TWICE = Fault(
     "springs that are damped where the integrator damps by itself",
-    World.add_soft_body,
-    "damping is None and self.settings.integrator == RK4_VELOCITY",
+    adding.add_soft_body,
+    "damping is None and store.settings.integrator == RK4_VELOCITY",
     "False",
 )
 PAPERS = Fault(

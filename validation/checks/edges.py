@@ -278,7 +278,7 @@ def below(point: np.ndarray, ridge: np.ndarray) -> float:
 
 def held(world: World, k: int) -> np.ndarray:
     """Return (11,) how often the ridge of roof k is held by the other's, and the last time: how, where, by what."""
-    contacts, found = world.contacts, np.zeros(11)
+    contacts, found = world.store.contacts, np.zeros(11)
     for row in range(contacts.number[0]):
         particles, weights = contacts.particles[row], contacts.weights[row]
         if sorted(set(particles[0])) == [6 * k + 2, 6 * k + 5] and list(particles[1, :2] - 6 * (1 - k)) == [2, 5]:
@@ -364,7 +364,7 @@ def edges_that_lead_out(run: Run) -> Comparison:
             world.add_soft_body(mesh, 1.0, 10.0, 0.0)
         world.step(1e-4)
         first_spike, first_roof = (0, 4) if order else (6, 0)
-        contacts, row = world.contacts, np.zeros(2)
+        contacts, row = world.store.contacts, np.zeros(2)
         for number in range(contacts.number[0]):
             particles = contacts.particles[number]
             is_edge = sorted(set(particles[0] - first_spike)) == sorted((names[0], names[k]))

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import softbody
-from softbody import Mesh, SnapshotError, SoftBody, World, world
+from softbody import Mesh, SnapshotError, SoftBody, World
 from softbody.bodies import builder, rigid_box, soft_body
 from softbody.collision import broad_phase
 from softbody.dynamics import integrators, ring_forces, soft_bodies, vertex_rings
@@ -23,8 +23,8 @@ from softbody.geometry import MeshQuery, box, query
 from softbody.mesh import mesh
 from softbody.model import validation
 from softbody.model.shapes import Shapes
-from softbody.stepping import checks, step
-from softbody.storage import snapshot
+from softbody.stepping import checks, runner, step
+from softbody.storage import restore, snapshot
 from softbody.trajectory import writer
 from validation.cases import MESH_KINDS, edge_lengths, random_mesh, random_orientations, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check
@@ -88,8 +88,8 @@ SHAPES = {
         Fault(
             "forces of the first body, whichever is asked",
             soft_body.SoftBody,
-            "self.world.controls.particle_force[self._rows()] = f_",
-            "self.world.controls.particle_force[: len(self.positions)] = f_",
+            "self.store.controls.particle_force[self._rows()] = f_",
+            "self.store.controls.particle_force[: len(self.positions)] = f_",
         ),
     ),
 )
@@ -147,9 +147,9 @@ def springs_that_are_set(run: Run) -> Comparison:
         Fault("sub-steps a hundredth too short", soft_bodies._stretch, "h / substeps", "0.99 * h / substeps"),
         Fault(
             "sub-steps that are not asked for",
-            world.World._step,
-            "self.settings._replace(substeps=substeps)",
-            "self.settings",
+            runner.Runner.step,
+            'settings._replace(substeps=check_whole(substeps, "substeps", 1))',
+            "settings",
         ),
     ),
 )
@@ -205,8 +205,8 @@ def substeps_are_steps(run: Run) -> Comparison:
         Fault(
             "a step that is counted and was not done",
             step.run,
-            "return contacts, done, fault, body",
-            "return contacts, done + 1, fault, body",
+            "contacts.number[0] = contacts.number[1] = 0",
+            "contacts.number[0] = contacts.number[1] = 0\ndone += 1",
         ),
         Fault(
             "the volume at the last start of a step only",
@@ -454,9 +454,12 @@ def a_step_before_the_end(run: Run) -> Comparison:
         world, hasty = World(gravity=rng.normal(0.0, 5.0, 3)), trial % 2 == 1
         for k in range(3):
             world.add_soft_body(softbody.icosphere(1, 0.5), 1.0, 50.0, 0.0, (2.0 * k, 0.0, 0.0), damping=0.0)
-        motion = soft_bodies.motion_of(world.model.soft_particle_start, world.rings)
+        motion = soft_bodies.motion_of(world.model.soft_particle_start, world.store.rings)
         motion.memory.stop[0] = 1
-        h, settings = 0.3 * world.stable_time_step(), world.settings._replace(substeps=int(rng.integers(1 + hasty, 4)))
+        h, settings = (
+            0.3 * world.stable_time_step(),
+            world.store.settings._replace(substeps=int(rng.integers(1 + hasty, 4))),
+        )
         done, _, _ = step.run_alone(world.model, world.controls, world.state, motion, settings, h, 7, hasty)
         fallen = world.state.particle_velocity @ world.gravity / (h * world.gravity @ world.gravity)
         measured.append([done, fallen.min(), fallen.max()])
@@ -506,8 +509,8 @@ def _volume(body: SoftBody) -> float:
         Fault(
             "the torque of the box before",
             rigid_box.Box.apply_torque,
-            "self.world.controls.box_torque[self._row()] += t_",
-            "self.world.controls.box_torque[self._row() - 1] += t_",
+            "self.store.controls.box_torque[self.row()] += t_",
+            "self.store.controls.box_torque[self.row() - 1] += t_",
         ),
     ),
 )
@@ -790,18 +793,18 @@ def state_of(world: World) -> np.ndarray:
     because="bit for bit",
     detects="one array, number or setting that is not kept",
     faults=(
-        Fault("a clock that starts anew", world.World.restore, "_new_clock(steps, time)", "_new_clock()"),
+        Fault("a clock that starts anew", restore.restore, "new_clock(steps, time)", "new_clock()"),
         Fault(
             "what the solver remembers, forgotten",
-            world.World.restore,
+            restore.restore,
             "remembering(cache, FIRST_ROOM)",
-            "new_contacts(FIRST_ROOM)",
+            "store.contacts",
         ),
         Fault(
             "settings that are not restored",
-            world.World.restore,
-            '(self, "settings", settings)',
-            '(self, "settings", self.settings)',
+            restore.restore,
+            '(store, "settings", settings)',
+            '(store, "settings", store.settings)',
         ),
         Fault(
             "a snapshot that shares memory with the world",

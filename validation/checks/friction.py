@@ -518,8 +518,8 @@ def laws_at_every_corner(run: Run) -> Comparison:
                 rotation_matrix(box.orientation),
             )
             world.step(STEP)
-            count = world.contacts.number[0]
-            impulse, arm = world.contacts.impulse[:count], world.contacts.point[:count] - before[0]
+            count = world.store.contacts.number[0]
+            impulse, arm = world.store.contacts.impulse[:count], world.store.contacts.point[:count] - before[0]
             inertia = before[3] @ np.diag(mass / 12.0 * (size @ size - size**2)) @ before[3].T
             gained = mass * (box.velocity - before[1]) + [0.0, 0.0, weight]
             turned = inertia @ (box.angular_velocity - before[2])

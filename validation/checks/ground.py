@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from softbody import ParameterError, World
-from softbody.bodies import ground
+from softbody.bodies import adding, ground
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault
 
 FAMILY = "what users set and ask"
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 
-SET = "self.model._replace(ground_height=height, ground_restitution=restitution, ground_friction=f_)"  # in add_ground
+SET = "store.model._replace(ground_height=height, ground_restitution=restitution, ground_friction=f_)"  # in add_ground
 STEP = 1.0 / 2000.0  # [s]
 FALL = 9.81  # [m/s²]
 
@@ -32,27 +32,27 @@ FALL = 9.81  # [m/s²]
     faults=(
         Fault(
             "a ground at zero",
-            World.add_ground,
+            adding.add_ground,
             SET,
-            "self.model._replace(ground_height=0.0 * height, ground_restitution=restitution, ground_friction=f_)",
+            "store.model._replace(ground_height=0.0 * height, ground_restitution=restitution, ground_friction=f_)",
         ),
         Fault(
             "restitution for friction",
-            World.add_ground,
-            "0.0 if self.settings.frictionless else friction",
+            adding.add_ground,
+            "0.0 if store.settings.frictionless else friction",
             "restitution",
         ),
         Fault(
             "friction for restitution",
-            World.add_ground,
+            adding.add_ground,
             SET,
-            "self.model._replace(ground_height=height, ground_restitution=friction, ground_friction=f_)",
+            "store.model._replace(ground_height=height, ground_restitution=friction, ground_friction=f_)",
         ),
         Fault(
             "what was first said",
-            World.add_ground,
+            adding.add_ground,
             SET,
-            "self.model._replace(ground_height=height, ground_friction=f_)",
+            "store.model._replace(ground_height=height, ground_friction=f_)",
         ),
     ),
 )

@@ -11,11 +11,13 @@ from typing import Any
 import numpy as np
 
 from softbody import Body, Box, ParameterError, SoftBody, World, icosphere, torus
-from softbody import world as host
+from softbody.bodies import adding, joint, soft_body
 from softbody.bodies import body as bodies
-from softbody.bodies import joint, soft_body
+from softbody.bodies.inventory import Inventory
+from softbody.bodies.store import Store
 from softbody.model import arrays
 from softbody.storage import npz
+from softbody.storage import restore as restoring
 from validation.cases import edge_lengths, random_mesh
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.checks.kept import Flight
@@ -78,9 +80,9 @@ EXACT = "rk4 at a hundredth of the stable step: 4e-8 at worst of four seeds"
 @check(
     family=FAMILY,
     claim="Gravity, gas, springs, forces, positions and velocities that are set on the way act from then on: by the"
-    " handle of a body, and all at once by `replace`.",
+    " handle of a body, and all at once by `store.replace`.",
     section="2, 5.1",
-    piece="softbody.SoftBody, softbody.World.gravity, softbody.World.replace",
+    piece="softbody.SoftBody, softbody.World.gravity, softbody.bodies.store.Store.replace",
     reference=REFERENCE,
     engines=("scipy",),
     unit="m and m/s, of a body of some 1 m",
@@ -90,27 +92,27 @@ EXACT = "rk4 at a hundredth of the stable step: 4e-8 at worst of four seeds"
     faults=(
         Fault(
             "a model that is not replaced",
-            World.replace,
-            "self._bodies.parts._replace(**parts)",
-            "self._bodies.parts._replace(**{k: v for k, v in parts.items() if k != 'model' or len(parts) == 1})",
+            Store.replace,
+            "self.contents.parts._replace(**parts)",
+            "self.contents.parts._replace(**{k: v for k, v in parts.items() if k != 'model' or len(parts) == 1})",
         ),
         Fault(
             "controls that are replaced by what they were",
-            World.replace,
-            "self._bodies.parts._replace(**parts)",
-            "self._bodies.parts._replace(**{k: v for k, v in parts.items() if k != 'controls' or len(parts) == 1})",
+            Store.replace,
+            "self.contents.parts._replace(**parts)",
+            "self.contents.parts._replace(**{k: v for k, v in parts.items() if k != 'controls' or len(parts) == 1})",
         ),
         Fault(
             "gravity set on a copy",
-            World,
-            'self.controls.gravity[:] = vector(value, "gravity")',
-            'self.controls.gravity.copy()[:] = vector(value, "gravity")',
+            Inventory,
+            'self.store.controls.gravity[:] = vector(value, "gravity")',
+            'self.store.controls.gravity.copy()[:] = vector(value, "gravity")',
         ),
         Fault(
             "gas set on a copy",
             soft_body.SoftBody,
-            "self.world.controls.soft_gas[r_] = v_",
-            "self.world.controls.soft_gas.copy()[r_] = v_",
+            "self.store.controls.soft_gas[r_] = v_",
+            "self.store.controls.soft_gas.copy()[r_] = v_",
         ),
     ),
 )
@@ -132,7 +134,9 @@ def set_on_the_way(run: Run) -> Comparison:
                 other = fresh.add_soft_body(truth.mesh, truth.mass, truth.stiffness, truth.gas, damping=0.0)
                 other.external_force = truth.force
                 other.positions, other.velocities = truth.position, truth.velocity
-                world.replace(model=fresh.model, controls=fresh.controls, state=fresh.state, rings=fresh.rings)
+                world.store.replace(
+                    model=fresh.model, controls=fresh.controls, state=fresh.state, rings=fresh.store.rings
+                )
             steps = int(np.ceil(0.1 / (PART * world.stable_time_step())))
             world.step(0.1 / steps, steps)
             truth.advance(0.1)
@@ -164,9 +168,9 @@ def set_on_the_way(run: Run) -> Comparison:
         ),
         Fault(
             "settings that are not restored, as SciPy sees it",
-            host.World.restore,
-            '(self, "settings", settings)',
-            '(self, "settings", self.settings)',
+            restoring.restore,
+            '(store, "settings", settings)',
+            '(store, "settings", store.settings)',
         ),
     ),
 )
@@ -211,10 +215,10 @@ def goes_on_from_a_file(run: Run) -> Comparison:
         Fault(
             "a stiffness that is only read again, on the way",
             joint.JointNumber.__set__,
-            "joint.world.replace(joints=j_)",
+            "joint.store.replace(joints=j_)",
             "None",
         ),
-        Fault("the first joint's number", joint.JointNumber.__set__, "joint._row()", "0"),
+        Fault("the first joint's number", joint.JointNumber.__set__, "joint.row()", "0"),
     ),
 )
 def boxes_and_joints_on_the_way(run: Run) -> Comparison:
@@ -295,7 +299,7 @@ def copies_stay(run: Run) -> Comparison:
     " the body's place among its kind, its mass the body's, also where particles are fixed, and it where the body was"
     " put; and of one that is gone it says so.",
     section="9",
-    piece="softbody.World.follow, softbody.World.remove",
+    piece="softbody.bodies.store.Store.follow, softbody.World.remove",
     reference="lists of Python's, from which the same are deleted",
     kind="specification",
     unit=DISAGREEMENTS,
@@ -304,13 +308,16 @@ def copies_stay(run: Run) -> Comparison:
     detects="a handle that is forgotten, that follows another, or is kept instead of another",
     faults=(
         Fault("a mass of what is fixed", soft_body.SoftBody, "i_[self._rows()].max()", "i_[self._rows()].mean()"),
-        Fault("handles that are not followed", World.follow, "self._handles[id(body)] = body", "pass"),
+        Fault("handles that are not followed", Store.follow, "self.handles[id(handle)] = handle", "pass"),
         Fault(
-            "one handle a number", World.follow, "self._handles[id(body)] = body", "self._handles[body.index] = body"
+            "one handle a number",
+            Store.follow,
+            "self.handles[id(handle)] = handle",
+            "self.handles[handle.index] = handle",
         ),
         Fault(
             "handles that stay at their numbers, whatever is removed",
-            World.remove,
+            adding.remove,
             "number - 1 if number > row else GONE",
             "number if number > row else GONE",
         ),
@@ -396,8 +403,8 @@ WHOLE_KINDS: tuple[Any, ...] = (SoftBody, Box, joint.Joint)
     because="yes or no",
     detects="a body one beyond the last, which is no body; another kind's count",
     faults=(
-        Fault("one beyond the last", bodies.Body._row, "self.index < self._count()", "self.index <= self._count()"),
-        Fault("any number", bodies.Body._row, "not self.index < self._count()", "False"),
+        Fault("one beyond the last", bodies.Body.row, "self.index < self._count()", "self.index <= self._count()"),
+        Fault("any number", bodies.Body.row, "not self.index < self._count()", "False"),
     ),
 )
 def numbers_of_no_body(run: Run) -> Comparison:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from softbody import World
+from softbody.bodies.energies import energies_of, energy_of
 from softbody.dynamics import energy, plain_forces
 from validation.cases import MESH_KINDS, edge_lengths, random_mesh, random_orientations
 from validation.check import Comparison, Run, check
@@ -108,20 +109,20 @@ def _kinds(part: Accounts, spring: float = 0.0, gas: float = 0.0, external: floa
     " ten seeds, 2.1e-15 of 1 000 worlds",
     detects="a kind that is another, a gas against another volume, static boxes counted",
     faults=(
-        Fault("gas against 1 m³", World.energies, "np.log(model.soft_mesh_volume[filled])", "0.0 * filled[filled]"),
+        Fault("gas against 1 m³", energies_of, "np.log(model.soft_mesh_volume[filled])", "0.0 * filled[filled]"),
         Fault(
             "a gas that is compressed by expanding",
-            World.energies,
+            energies_of,
             "gas += float(g_)",
             "gas -= float(g_)",
         ),
         Fault(
             "spring and gas interchanged",
-            World.energies,
+            energies_of,
             "spring, gas, gravity, external = p_",
             "gas, spring, gravity, external = p_",
         ),
-        Fault("joints left out", World.energies, "spring += joint_energy(j_, s_)", ""),
+        Fault("joints left out", energies_of, "spring += joint_energy(j_, s_)", ""),
         Fault(
             "weight told with the forces",
             energy.potential_energies,
@@ -151,7 +152,7 @@ def energies_by_kinds(run: Run) -> Comparison:
     detects="a part left out, halved, or of another body",
     faults=(
         Fault(
-            "joints that take what springs give", World.energy, "t_ + joint_energy(j_, s_)", "t_ - joint_energy(j_, s_)"
+            "joints that take what springs give", energy_of, "t_ + joint_energy(j_, s_)", "t_ - joint_energy(j_, s_)"
         ),
         Fault("springs without their half", plain_forces.spring_energy, "0.5 * k_ * s_ * s_", "k_ * s_ * s_"),
         Fault(

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from softbody import Box, Joint, SimulationError, SoftBody, World, icosphere, octahedron
-from softbody import world as host
-from softbody.bodies import builder, joint
+from softbody.bodies import adding, builder, joint
 from softbody.dynamics import joint_forces
 from softbody.storage import snapshot
 from validation.cases import edge_lengths, random_orientations, rotation_matrix
@@ -250,14 +249,14 @@ def _stretch(world: World, seconds: float, joints: list[Joint]) -> float:
             "~(joints.joint_box == body).any(axis=1)",
             "(joints.joint_box != joints.joint_box).any(axis=1)",
         ),
-        Fault("a handle that follows another joint", host.World.remove, "int(stay[:number].sum())", "number"),
+        Fault("a handle that follows another joint", adding.remove, "int(stay[:number].sum())", "number"),
         Fault(
             "joints that are not read again",
             snapshot._checked,
             "Snapped(m_, c_, s_, j_, n_, r_, i_, k_, p_, d_, t_)",
             "Snapped(m_, c_, s_, no_joints(), n_, r_, i_, k_, p_, d_, t_)",
         ),
-        Fault("stiffness that is only read again", joint.JointNumber.__set__, "joint.world.replace(joints=j_)", "None"),
+        Fault("stiffness that is only read again", joint.JointNumber.__set__, "joint.store.replace(joints=j_)", "None"),
         Fault("the other end moved", joint.Joint._place_of_target, "b_[r_, 3 * end_ : 3 * end_ + 3]", "b_[r_, 0:3]"),
     ),
 )

@@ -107,8 +107,8 @@ def rows_now(world: World) -> np.ndarray:
         Fault(
             "a world that is put there at its own time",
             reader.Trajectory.put_into,
-            "(world._clock.time, frame.time)",
-            "(world._clock.time, world.time)",
+            "(store.clock.time, frame.time)",
+            "(store.clock.time, store.time)",
         ),
         Fault(
             "a world that is put there with its own speed",
@@ -121,13 +121,13 @@ def rows_now(world: World) -> np.ndarray:
         Fault(
             "a frame at once wherever two runs meet",
             writer.TrajectoryWriter.run,
-            "is_first or (time_step is None and self._world.time > self.last_time)",
-            "self._world.time > self.last_time",
+            "is_first or (time_step is None and self._runner.store.time > self.last_time)",
+            "self._runner.store.time > self.last_time",
         ),
         Fault(
             "no first frame where the world chooses its steps",
             writer.TrajectoryWriter.run,
-            "is_first or (time_step is None and self._world.time > self.last_time)",
+            "is_first or (time_step is None and self._runner.store.time > self.last_time)",
             "False",
         ),
     ),

@@ -254,9 +254,9 @@ def end_to_end(impacts: Impacts, i: int, sweeps: int = SWEEPS) -> tuple[np.ndarr
         )  # fmt: skip
     world.step(INSTANT)
     v, w = world.state.box_velocity, world.state.box_angular_velocity
-    count = world.contacts.number[0]
+    count = world.store.contacts.number[0]
     after = np.concatenate([v[0], w[0], v[1], w[1]])
-    return after, world.contacts.point[:count], _from_second_to_first(world.contacts, count)
+    return after, world.store.contacts.point[:count], _from_second_to_first(world.store.contacts, count)
 
 
 def _from_second_to_first(contacts: Any, count: int) -> np.ndarray:

@@ -325,7 +325,7 @@ def stack(run: Run) -> Comparison:
 
 def world_iterations() -> int:
     """Return the sweeps of the contact solver in a world by default, for Bullet to have as many."""
-    return World().settings.iterations
+    return World().store.settings.iterations
 
 
 def _rest(position: np.ndarray, velocity: np.ndarray) -> np.ndarray:

@@ -9,6 +9,7 @@ import numpy as np
 
 import softbody
 from softbody import Mesh, OverlapWarning, World
+from softbody.bodies import adding
 from softbody.collision import impulse
 from softbody.collision.boxes import box_ground, single_contact
 from softbody.collision.boxes.sat_boxes import PlacedBox
@@ -422,8 +423,8 @@ def slow_boxes_snap(run: Run) -> Comparison:
     faults=(
         Fault(
             "friction all the same",
-            World._properties,
-            "properties | (none_ if self.settings.frictionless else {})",
+            adding._properties,
+            "properties | (none_ if store.settings.frictionless else {})",
             "properties",
         ),
     ),

@@ -11,7 +11,7 @@ import softbody
 from softbody import Camera, Recorder, World
 from softbody.render import camera as cameras
 from softbody.render import films, png, rasteriser, recorder, webp
-from softbody.stepping import frame_times
+from softbody.stepping import frames
 from validation.cases import BOX_TRIANGLES, corners_of, random_mesh, random_orientations, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault
@@ -20,9 +20,9 @@ FAMILY = "pictures and films"
 
 LATE = Fault(
     "every frame half a frame late",
-    frame_times.frames_by_steps,
-    "round((begun + taken / rate - now) / h)",
-    "round((begun + (taken + 0.5) / rate - now) / h)",
+    frames.frames_by_steps,
+    "round((begun + count / rate - now) / h)",
+    "round((begun + (count + 0.5) / rate - now) / h)",
 )
 
 SIZE = 160, 120  # pixels of most pictures

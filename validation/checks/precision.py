@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from softbody import World, icosphere
+from softbody.collision.boxes.manifold import new_manifold
 from softbody.collision.contact import new_contacts
 from softbody.collision.soft import soft_contacts, soft_response
 from softbody.collision.soft.surface import build_surfaces
@@ -16,6 +17,7 @@ from softbody.compiler.threads import Team
 from softbody.dynamics import integrators, soft_bodies, vertex_rings
 from softbody.dynamics.soft_bodies import motion_of
 from softbody.mesh import mesh
+from softbody.stepping.runner import Runner
 from softbody.stepping.step import Work, run_alone
 from softbody.stepping.step import run as run_together
 from validation.cases import edge_lengths, lumpy_sphere
@@ -111,8 +113,8 @@ def threads_leave_every_bit(run: Run) -> Comparison:
             for k in range(9):
                 mesh = lumpy_sphere(rng, 5 if k in (4, 5) else 2)
                 world.add_soft_body(mesh, 1.0, 100.0, 20.0, (4.0 * k, 0.0, 0.0), damping=1e-4)
-            motion = motion_of(world.model.soft_particle_start, world.rings, threads)
-            parts = world.model, world.controls, world.state, motion, world.settings
+            motion = motion_of(world.model.soft_particle_start, world.store.rings, threads)
+            parts = world.model, world.controls, world.state, motion, world.store.settings
             run_alone(*parts, 0.5 * world.stable_time_step(), run.count(20, 50, 500))
             states.append(np.concatenate([world.state.particle_position, world.state.particle_velocity]))
         for other in states[1:]:
@@ -153,8 +155,8 @@ def threads_by_scipy(run: Run) -> Comparison:
             mesh = lumpy_sphere(rng, 3 if k == 3 else 2)
             world.add_soft_body(mesh, 1.0, 100.0, 20.0, (4.0 * k, 0.0, 0.0), damping=0.0)
         starts = [body.positions.copy() for body in world.soft_bodies]
-        motion = motion_of(world.model.soft_particle_start, world.rings, threads)
-        parts = world.model, world.controls, world.state, motion, world.settings
+        motion = motion_of(world.model.soft_particle_start, world.store.rings, threads)
+        parts = world.model, world.controls, world.state, motion, world.store.settings
         step, steps = 0.02 * world.stable_time_step(), run.count(100, 300, 2_000)
         run_alone(*parts, step, steps)
         for body, start in zip(world.soft_bodies, starts):
@@ -217,13 +219,14 @@ def threads_find_the_same_contacts(run: Run) -> Comparison:
     for threads in (1, 2, 3):
         world = crowd(run.fresh_rng())
         model, state = world.model, world.state
-        motion = motion_of(model.soft_particle_start, world.rings, threads)
+        motion = motion_of(model.soft_particle_start, world.store.rings, threads)
         surfaces = build_surfaces(model, state.particle_position, threads)
         grounded, given = np.zeros(model.box_count, bool), np.zeros_like(state.particle_position)
         bell = np.zeros(1, np.uint8)
-        work = Work(motion, surfaces, world._manifold, state.copy(), grounded, given, None, None, None, bell)
+        work = Work(motion, surfaces, new_manifold(), state.copy(), grounded, given, None, None, None, bell)
         step, steps = 0.5 * world.stable_time_step(), run.count(10, 20, 100)
-        found, *_ = run_together(model, world.controls, state, work, new_contacts(64), world.settings, step, steps)
+        found, settings, clock = new_contacts(10_000), world.store.settings, world.store.clock
+        run_together(model, world.controls, state, work, found, settings, step, steps, clock, (0, 0.0), True, False)
         contacts.append(int(found.number[0]))
         ends.append(np.concatenate([state.particle_position, state.particle_velocity, state.box_velocity]))
     same = [(ends[0].view(np.uint64) == other.view(np.uint64)).all(axis=1) for other in ends[1:]]
@@ -376,9 +379,9 @@ class _Team(Team):
     because="rounding of times over some hundred steps: 3.3e-14 at worst of seven seeds",
     detects="a turn that counts twice, or goes on for longer than was asked for; a run that comes to no end",
     faults=(
-        Fault("turns twice as long", World._run_in_turns, "team.turn(left)", "2 * team.turn(left)"),
+        Fault("turns twice as long", Runner.advance, "team.turn(left)", "2 * team.turn(left)"),
         Fault("turns as long as the clock says", Team.turn, "min(steps, s_)", "s_"),
-        Fault("a call that ends with its first turn", World._run_in_turns, "team.note(n_)", "return 0, -1"),
+        Fault("a call that ends with its first turn", Runner.advance, "team.note(n_)", "return 0, -1"),
     ),
 )
 def turns_of_threads(run: Run) -> Comparison:
@@ -388,7 +391,7 @@ def turns_of_threads(run: Run) -> Comparison:
         flown, h, done = World(threads=2), rng.uniform(1e-4, 1e-2), 0
         start, speed = 10.0 * rng.normal(size=3), rng.normal(size=3)
         box = flown.add_box((0.2, 0.3, 0.4), 1.0, start, velocity=speed)
-        flown._bodies.team = team = _Team(rng, 1_000)
+        flown.runner.memory.team = team = _Team(rng, 1_000)
         for steps in (1, int(rng.integers(2, 17)), int(rng.integers(100, 400))):
             with suppress(_TooManyTurnsError):
                 flown.step(h, steps)

@@ -307,15 +307,15 @@ def shape_at_rest(run: Run) -> Comparison:
         ),
         Fault(
             "bodies that are left as they were, but for the first",
-            World._relax,
-            "positions[slice(*self.model.soft_particle_start[b_:b_ + 2])] = shape",
+            resting.equilibrium,
+            "positions[slice(*store.model.soft_particle_start[b_:b_ + 2])] = shape",
             "positions[: len(shape)] = shape if body == 0 else positions[: len(shape)]",
         ),
         Fault(
             "bodies that go on moving",
-            World._relax,
-            "assign_together((self.state.particle_position, positions), (self.state.particle_velocity, 0.0))",
-            "assign_together((self.state.particle_position, positions))",
+            resting.equilibrium,
+            "assign_together((store.state.particle_position, positions), (store.state.particle_velocity, 0.0))",
+            "assign_together((store.state.particle_position, positions))",
         ),
         Fault(
             "a shape that is nearly at rest",

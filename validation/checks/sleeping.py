@@ -11,12 +11,11 @@ from typing import Any
 import numpy as np
 
 from softbody import Box, Mesh, SoftBody, World, box, icosphere, octahedron
-from softbody import world as host
 from softbody.bodies import body as handles
 from softbody.bodies import contact_points as points
+from softbody.bodies import sleep_tracker
 from softbody.dynamics import soft_bodies
-from softbody.stepping import sleep, sleep_tracker
-from softbody.stepping.step import run_by_clock
+from softbody.stepping import memory, rested, runner, sleep, step
 from softbody.storage import snapshot
 from validation.cases import random_orientations, rotated, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check
@@ -209,9 +208,9 @@ def by_all_its_mass(run: Run) -> Comparison:
         ),
         Fault("no gap", sleep._wake_islands, "GAP * rest.radius[b_]", "-GAP * rest.radius[b_]"),
         Fault("bounds that always meet", sleep._bounds_meet, "return False", "return True"),
-        Fault("a box's number among boxes", handles.SleepyBody._number, "self.kind == 'box'", "self.kind == 'joint'"),
+        Fault("a box's number among boxes", handles.SleepyBody.number, "self.kind == 'box'", "self.kind == 'joint'"),
         Fault(
-            "a call that wakes nobody", handles.SleepyBody.wake, "x_[self._number()] = 0.0", "x_[self._number()] = 1.0"
+            "a call that wakes nobody", handles.SleepyBody.wake, "x_[self.number()] = 0.0", "x_[self.number()] = 1.0"
         ),
         Fault(
             "the first end of a joint twice", sleep._wake_islands,
@@ -585,7 +584,7 @@ def _momentum(world: World) -> np.ndarray:
     " of a metre a second, and by 20 times less what is 20 times as heavy under them",
     detects="gravity that acts on sleepers, forces of theirs that are forgotten, of others that are listed twice",
     faults=(
-        Fault("no contacts of sleepers", host.World.contact_points, "asleep.any()", "False"),
+        Fault("no contacts of sleepers", runner.Runner.contact_points, "asleep.any()", "False"),
         Fault(
             "those of all, of which those awake have theirs twice", points.ContactPoints.and_of,
             "np.append(bodies, False)[[others.a, others.b]].any(axis=0)", "np.ones(len(others), bool)",
@@ -648,16 +647,16 @@ def _bits(body: Any) -> bytes:
     detects="a clock of rest, a mark or a flag that is no part of what is kept",
     faults=(
         Fault("clocks begin anew", snapshot._rested, "Rested(a_, b_)", "Rested(0.0 * a_, b_)"),
-        Fault("nobody is known to have slept", sleep_tracker.Sleepers, "rested_.asleep > 0", "rested.asleep > 1"),
-        Fault("no marks of those who slept", sleep_tracker.Sleepers, "self.rest.time.any()", "False"),
+        Fault("nobody is known to have slept", sleep_tracker.SleepTracker, "rested_.asleep > 0", "rested.asleep > 1"),
+        Fault("no marks of those who slept", rested.note_sleepers, "contents.sleep.rest.time.any()", "False"),
         Fault(
-            "changes before a snapshot are forgotten", sleep_tracker.Sleepers.rested, "self.rest.time.any()", "False"
+            "changes before a snapshot are forgotten", rested.rested, "rest.time.any()", "False"
         ),
         Fault(
-            "other threads wake all", host._Bodies, "self.sleepers = sleepers",
-            "self.sleepers = Sleepers(parts, not_rested(parts.model))",
+            "other threads wake all", memory.Memory, "rest.settled[:] = False",
+            "rest.time[:] = 0.0",
         ),
-        Fault("no marks after a call", run_by_clock, "mark_sleepers(a_, b_, c_, d_, e_)", "None"),
+        Fault("no marks after a call", step.run, "mark_sleepers(a_, b_, c_, d_, e_)", "None"),
     ),
 )  # fmt: skip
 def goes_on_to_the_same_bits(run: Run) -> Comparison:

@@ -124,7 +124,7 @@ def accelerations(world: World) -> np.ndarray:
     """Return (n, 3) [m/s²]: what the fast kernels make of the world as it is."""
     bodies = soft_bodies_of(world.model, world.controls, world.state)
     result = np.empty_like(bodies.position)
-    ring_accelerations(bodies, motion_of(bodies.start, world.rings), result)
+    ring_accelerations(bodies, motion_of(bodies.start, world.store.rings), result)
     return result
 
 

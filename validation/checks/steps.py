@@ -7,6 +7,7 @@ import numpy as np
 from softbody import Mesh, World, icosphere, octahedron, tetrahedron
 from softbody.dynamics import integrators, ring_forces, stability, vertex_rings
 from softbody.model.settings import INTEGRATORS
+from softbody.stepping.runner import Runner
 from validation.cases import MESH_KINDS, edge_lengths, random_mesh, rotated
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
@@ -160,7 +161,7 @@ LIMIT = {"symplectic_euler": 2.0, "rk4_velocity": 2.0, "rk4": 2.0 * np.sqrt(2.0)
             "springs = max(springs, both)",
             "springs = max(springs, 0.5 * both)",
         ),
-        Fault("the step of a part", World.stable_time_step, "self.substeps * x_", "x_"),
+        Fault("the step of a part", Runner.stable_time_step, "store.settings.substeps * x_", "x_"),
         Fault("the first body alone", stability.shortest_stable_step, "range(model.soft_count)", "range(1)"),
     ),
 )
@@ -223,7 +224,7 @@ def blocks_of_particles(run: Run) -> Comparison:
     ]:
         world, count = World(), len(mesh.vertices)
         world.add_soft_body(mesh, 1.0, 100.0, 1.0)
-        blocks, particle = world.rings.block, world.rings.particle
+        blocks, particle = world.store.rings.block, world.store.rings.particle
         neighbours = np.bincount(mesh.edges.ravel(), minlength=count)
         order = np.concatenate([particle[first : first + number] for first, _, number, *_ in blocks])
         # A particle whose triangles are several fans is no ring: it has as many neighbours, and is told apart.

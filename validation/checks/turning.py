@@ -170,7 +170,7 @@ def axes_that_are_taken(run: Run) -> Comparison:
             rules.append(axes[taken])
             kinds.append("an edge of each" if taken >= 6 else "a face of the first" if taken < 3 else "of the second")
         world.step(STEP)
-        contacts = world.contacts
+        contacts = world.store.contacts
         normals = np.zeros((100, 3))
         for row in range(contacts.number[0]):
             normals[contacts.box[row].max() // 2] = contacts.normal[row]
@@ -233,7 +233,7 @@ def as_good_as_flat(run: Run) -> Comparison:
         for each in boxes[::-1] if is_second else boxes:
             world.add_box(*each)
         world.step(STEP)
-        normal = world.contacts.normal[0] if world.contacts.number[0] else np.zeros(3)
+        normal = world.store.contacts.normal[0] if world.store.contacts.number[0] else np.zeros(3)
         faces = turn.apply(np.concatenate([matrices[0].T, matrices[1].T]))
         measured.append(np.abs(faces @ normal).max())
         kinds.append("the fixed one first" if not is_second else "the fixed one second")

@@ -12,12 +12,11 @@ from types import FrameType
 import numpy as np
 
 import softbody
-from softbody import SimulationError, World, world
+from softbody import SimulationError, World
 from softbody.compiler import interrupts
 from softbody.compiler.interrupts import Bell
 from softbody.dynamics import integrators, soft_bodies
-from softbody.stepping import step
-from softbody.stepping.step import run_by_clock
+from softbody.stepping import runner, step
 from validation.cases import edge_lengths
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.checks.features import rich_world
@@ -52,7 +51,7 @@ def same(one: World, other: World) -> bool:
         Fault("nobody looks where balls are thrown", step.step, "_thrown_astray(m_, s_, w_, c_, h_)", "-1"),
         Fault("the first ball may go anywhere", step._thrown_astray, "thrown >= 0", "thrown >= 1"),
         Fault("the first ball's limit", step._thrown_soft_body, "far <= longest[body]", "far <= longest[0]"),
-        Fault("steps that are not undone", step.run, "copy_state(work.start, state)", "pass", nth=0),
+        Fault("steps that are not undone", step.run, "copy_state(s_, state)", "pass"),
     ),
 )
 def thrown_by_a_wall(run: Run) -> Comparison:
@@ -102,8 +101,8 @@ def thrown_by_a_wall(run: Run) -> Comparison:
     faults=(
         Fault(
             "impulses of the step before",
-            world.World._step,
-            "self._bodies.ground_impulse[:] = 0.0",
+            runner.Runner.step,
+            "store.contents.ground_impulse[:] = 0.0",
             "",
         ),
         Fault("a clock that goes on", step.run_alone_by_clock, "done += last", "done += 1"),
@@ -136,7 +135,7 @@ def nothing_touches_after_a_fault(run: Run) -> Comparison:
     claim="A run that is told to stop ends after one step, or, in haste, in the midst of it, and then all is as it was:"
     " state, clock, and what the solver remembers; and it goes on to the bits of a world that nobody has told to stop.",
     section="beyond the paper",
-    piece="softbody.stepping.step.run_by_clock",
+    piece="softbody.stepping.step.run",
     reference="a twin that nobody has told to stop",
     kind="specification",
     unit=DISAGREEMENTS,
@@ -172,10 +171,10 @@ def stopped_in_its_midst(run: Run) -> Comparison:
             one.step(h, before)
         struck = Bell(np.ones(1, np.uint8))
         for hasty in (True, False, True):
-            model, controls, state, *_ = stopped._parts
-            begun, work = (stopped.steps, stopped.time), stopped._work(struck)
-            how = stopped.settings._replace(substeps=SUBSTEPS), h, 7, stopped._clock, begun, True, hasty
-            fault, _ = run_by_clock(model, controls, state, work, stopped.contacts, *how)
+            model, controls, state, *_ = stopped.store.parts
+            begun, work = (stopped.steps, stopped.time), stopped.runner.memory.work(struck)
+            how = stopped.store.settings._replace(substeps=SUBSTEPS), h, 7, stopped.store.clock, begun, True, hasty
+            fault, _ = step.run(model, controls, state, work, stopped.store.contacts, *how)
             if not hasty:
                 twin.step(h, substeps=SUBSTEPS)
             right += [fault == 0, stopped.steps == twin.steps, same(stopped, twin)]
@@ -221,7 +220,7 @@ def stopped_after_a_look(run: Run) -> Comparison:
     worlds, motions = (World(integrator="rk4"), World(integrator="rk4")), []  # steps of four stages
     for one in worlds:
         one.add_soft_body(softbody.icosphere(4, 0.5), 1.0, 100.0, 10.0, velocity=(0.0, 0.0, 3.0))
-        motions.append(soft_bodies.motion_of(one.model.soft_particle_start, one.rings))
+        motions.append(soft_bodies.motion_of(one.model.soft_particle_start, one.store.rings))
     (stopped, twin), (memory, _) = worlds, (each.memory for each in motions)
 
     def wait_and_stop(turns: int) -> None:
@@ -232,7 +231,7 @@ def stopped_after_a_look(run: Run) -> Comparison:
         memory.stop[0] = 1
 
     def moved(k: int, steps: int) -> int:
-        what = worlds[k].model, worlds[k].controls, worlds[k].state, motions[k], worlds[k].settings
+        what = worlds[k].model, worlds[k].controls, worlds[k].state, motions[k], worlds[k].store.settings
         return step.run_alone(*what, 1e-6, steps, True)[0]
 
     right = []
@@ -264,7 +263,7 @@ def stopped_after_a_look(run: Run) -> Comparison:
     because="yes or no",
     detects="an interrupt that waits for the end; another library, such as asyncio, that hears of no signal any more",
     faults=(
-        Fault("nobody listens", world.World._run, "work < WORTH_LISTENING", "True"),
+        Fault("nobody listens", runner.Runner._listening, "self._threads == 1 and work < WORTH_LISTENING", "True"),
         Fault("a file that is not put back", interrupts.listening, "before != bell.file", "False"),
         Fault("others who are not told", interrupts.Bell.still, "os.write(f_, n_)", ""),
         Fault("a file of number 0 that counts as none", interrupts.Bell.still, "self.others >= 0", "self.others > 0"),

@@ -237,7 +237,7 @@ def _spin(body: SoftBody) -> tuple[float, float, float]:
 def _roll(friction: float, seconds: float) -> list[tuple[float, float, float]]:
     """Return what _spin says every 20 ms of the second half of the rolling scene."""
     world = rolling_torus.build()
-    world.model = world.model._replace(ground_friction=friction)
+    world.store.replace(model=world.model._replace(ground_friction=friction))
     body = SoftBody(world, 0)
     step = STEP * world.stable_time_step()
     world.run(0.5 * seconds, step)
@@ -352,4 +352,6 @@ def loaded_world_goes_on_to_the_same_bits(run: Run) -> Comparison:
         world.run(0.4, step)
     parts = [np.concatenate([array.ravel() for array in world.state]).view(np.uint64) for world in worlds]
     same = parts[0] == parts[1]
-    return Comparison(same, np.ones(len(same), bool), notes=[f"{worlds[0].contacts.number[0]} contacts at the end"])
+    return Comparison(
+        same, np.ones(len(same), bool), notes=[f"{worlds[0].store.contacts.number[0]} contacts at the end"]
+    )

@@ -99,9 +99,9 @@ def test_a_soft_body_alone_is_as_if_it_had_been_added_alone():
     for each in (world, alone):
         added(each).external_force = (1.0, 2.0, 3.0)
         each.add_ground()
-    found = soft_body_alone(Parts(world.model, world.controls, world.state, world.rings, world._parts.joints), 1)
+    found = soft_body_alone(Parts(world.model, world.controls, world.state, world.store.rings, world.store.joints), 1)
     without_ground = alone.model._replace(ground_height=-np.inf)
-    expected = Parts(without_ground, alone.controls, alone.state, alone.rings, no_joints())
+    expected = Parts(without_ground, alone.controls, alone.state, alone.store.rings, no_joints())
     for mine, yours in zip(found, expected, strict=True):
         for name in mine._fields:
             assert np.array_equal(getattr(mine, name), getattr(yours, name), equal_nan=True), name

@@ -5,6 +5,7 @@ import pytest
 
 import softbody
 from softbody import World
+from softbody.bodies.store import FIRST_ROOM
 from softbody.collision.contact import (
     GROUND,
     ImpulseCache,
@@ -21,7 +22,6 @@ from softbody.collision.contact import (
 from softbody.model.arrays import NOBODY
 from softbody.model.material import Material
 from softbody.model.surface_point import SurfacePoint, at_particle
-from softbody.world import FIRST_ROOM
 
 
 def filled(capacity, found):
@@ -87,15 +87,15 @@ def test_a_world_that_makes_room_for_its_contacts_has_the_bits_of_one_that_had_i
         return world
 
     growing, roomy = crowded(), crowded()
-    roomy.contacts = new_contacts(10_000)
+    roomy.store.contacts = new_contacts(10_000)
     for world in (growing, roomy):
         world.step(1e-3, 100)
-    assert roomy.contacts.depth.shape == (10_000,)
-    assert FIRST_ROOM < growing.contacts.number[0] <= len(growing.contacts.depth) < 10_000
-    assert growing.contacts.number.tolist() == roomy.contacts.number.tolist()
-    assert growing.contacts.number[1] == 4 * boxes
+    assert roomy.store.contacts.depth.shape == (10_000,)
+    assert FIRST_ROOM < growing.store.contacts.number[0] <= len(growing.store.contacts.depth) < 10_000
+    assert growing.store.contacts.number.tolist() == roomy.store.contacts.number.tolist()
+    assert growing.store.contacts.number[1] == 4 * boxes
     assert growing.state_hash() == roomy.state_hash()
-    for mine, yours in zip(remembered(growing.contacts), remembered(roomy.contacts), strict=True):
+    for mine, yours in zip(remembered(growing.store.contacts), remembered(roomy.store.contacts), strict=True):
         assert (mine == yours).all()
 
 
@@ -107,7 +107,7 @@ def test_a_world_makes_room_for_its_contacts_and_keeps_what_they_remember():
     for i in range(1, 60):
         world.add_box((1.0, 1.0, 1.0), 1.0, (2.0 * i, 0.0, 0.5))
     world.step(1e-3, 10)
-    assert world.contacts.number[0] == 240
+    assert world.store.contacts.number[0] == 240
     assert world.steps == 20
     assert np.abs(world.state.box_velocity).max() < 1e-6  # the solver stops when little changes
     assert first.position[2] == pytest.approx(0.5, abs=1e-9)

@@ -113,13 +113,13 @@ def test_a_step_that_takes_long_is_left_in_its_midst_and_has_not_happened(alarm,
     h = 0.3 * world.stable_time_step()
     for each in (world, other):
         each.step(h, 2)
-    contacts, depth = world.contacts.number.tolist(), world.contacts.depth.copy()
+    contacts, depth = world.store.contacts.number.tolist(), world.store.contacts.depth.copy()
     alarm(0.2)
     with pytest.raises(StopError):
         world.step(400_000 * h, substeps=400_000, allow_unstable=True)
     assert (world.steps, same(world, other)) == (2, True)
-    assert world.contacts.number.tolist() == contacts
-    assert world.contacts.depth.tobytes() == depth.tobytes()  # rows beyond their number hold anything
+    assert world.store.contacts.number.tolist() == contacts
+    assert world.store.contacts.depth.tobytes() == depth.tobytes()  # rows beyond their number hold anything
     for each in (world, other):
         each.step(h, 3)
     assert same(world, other)
@@ -186,7 +186,7 @@ def stopped_at(line, call):
 
 def test_a_restore_that_is_interrupted_anywhere_has_happened_or_has_not():
     first, then = ball(), boxes()
-    then.settings = then.settings._replace(iterations=7)
+    then.store.settings = then.store.settings._replace(iterations=7)
     first.step(1e-4, 3)
     then.step(1e-4, 2)
     snapshot, line, seen = then.snapshot(), 1, set()
@@ -314,7 +314,7 @@ def test_a_world_that_is_being_stepped_says_so_and_is_not_torn():
         lambda: body.set_springs(10.0),
         lambda: setattr(hold, "stiffness", 1.0),
     ]
-    with world._my_turn():  # as `step` does, on whatever thread
+    with world.store.exclusive():  # as `step` does, on whatever thread
         for call in calls:
             with pytest.raises(BusyError, match="being stepped") as caught:
                 call()

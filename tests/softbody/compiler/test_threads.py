@@ -46,7 +46,7 @@ def test_a_crowd_goes_on_to_the_same_bits_when_threads_change_between_steps():
         worlds[1].threads = threads
         for world in worlds:
             world.step(step, 60)
-    assert worlds[0].contacts.number[0] > 0
+    assert worlds[0].store.contacts.number[0] > 0
     assert worlds[0].state_hash() == worlds[1].state_hash()
 
 

@@ -34,7 +34,7 @@ def test_the_force_is_compiled_to_vector_code():
 
 def acceleration(world):
     out = np.empty_like(world.state.particle_position)
-    motion = motion_of(world.model.soft_particle_start, world.rings)
+    motion = motion_of(world.model.soft_particle_start, world.store.rings)
     ring_accelerations(soft_bodies_of(world.model, world.controls, world.state), motion, out)
     return out
 

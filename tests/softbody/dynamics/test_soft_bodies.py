@@ -100,8 +100,8 @@ def test_a_step_in_place_is_that_of_a_run_and_so_is_what_stops_it(precision, spo
             ball.velocities[:] = np.random.default_rng(seed).normal(0.0, 0.5, (42, 3))
         if spoiled is not None:
             world.state.particle_velocity[42 * spoiled + 3, 2] = np.inf
-        motion = motion_of(world.model.soft_particle_start, world.rings)
-        answers.append(move(soft_bodies_of(world.model, world.controls, world.state), motion, world.settings))
+        motion = motion_of(world.model.soft_particle_start, world.store.rings)
+        answers.append(move(soft_bodies_of(world.model, world.controls, world.state), motion, world.store.settings))
         ends.append([world.state.particle_position.tolist(), world.state.particle_velocity.tolist()])
     assert answers[0] == answers[1] == ((1, 0, -1) if spoiled is None else (0, DIVERGED, 1))
     if spoiled is None:  # else whoever asks has to put the bodies back
@@ -163,8 +163,8 @@ def three_balls(threads, precision="double"):
 
 def moved(world, h, steps):
     """Move the bodies of a world that do not meet, without contacts, which take long to compile for threads."""
-    motion = motion_of(world.model.soft_particle_start, world.rings, world.threads)
-    return run_alone(world.model, world.controls, world.state, motion, world.settings, h, steps)
+    motion = motion_of(world.model.soft_particle_start, world.store.rings, world.threads)
+    return run_alone(world.model, world.controls, world.state, motion, world.store.settings, h, steps)
 
 
 @several

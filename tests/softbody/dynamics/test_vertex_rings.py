@@ -89,7 +89,7 @@ def test_stiffness_is_kept_for_bodies_whose_springs_differ_only():
     alike, differ = np.full(len(mesh.edges), 10.0), np.linspace(1.0, 2.0, len(mesh.edges))
     for k, stiffness in enumerate((alike, differ, alike)):
         world.add_soft_body(mesh, 1.0, stiffness, 1.0, (5.0 * k, 0.0, 0.0))
-    rings = world.rings
+    rings = world.store.rings
     assert len(rings.stiffness) * 3 == len(rings.rest_pull)
     assert np.isnan(rings.common_stiffness).tolist() == [False, True, False]
     changed = with_springs(rings, world.model.edge_rest_length, np.tile(differ, 3), world.model.soft_edge_start)
@@ -116,7 +116,7 @@ def test_the_fast_force_is_the_obvious_one(mesh, differ):
     state.particle_position[:] += random.normal(0.0, 0.02, state.particle_position.shape)
     plain, fast = np.empty_like(state.particle_position), np.empty_like(state.particle_position)
     plain_accelerations(world.model, world.controls, state.particle_position, plain)
-    motion = motion_of(world.model.soft_particle_start, world.rings)
+    motion = motion_of(world.model.soft_particle_start, world.store.rings)
     ring_accelerations(soft_bodies_of(world.model, world.controls, state), motion, fast)
     assert fast == pytest.approx(plain, abs=1e-13 * np.abs(plain).max())
     assert (fast[0] == 0.0).all()

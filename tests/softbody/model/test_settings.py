@@ -5,7 +5,7 @@ import pytest
 
 import softbody
 from softbody import ParameterError, World
-from softbody.model.settings import INTEGRATORS, WORDS, Choices, Settings
+from softbody.model.settings import INTEGRATORS, WORDS, Choices, Settings, settings_of
 
 BALL = softbody.icosphere(1)
 
@@ -37,15 +37,17 @@ def test_a_world_is_refused_by_the_name_of_its_bad_parameter(name, value):
         World(**{name: value})
 
 
-def test_a_choice_that_a_world_does_not_have_is_refused_with_those_that_it_has():
+def test_a_choice_that_a_world_does_not_have_is_refused():
+    with pytest.raises(TypeError, match=r"unexpected keyword argument 'rules'"):
+        World(rules="paper")
     with pytest.raises(
         ParameterError, match=r"a World has no 'rules'; choose from integrator, substeps, axes, contact, "
     ):
-        World(rules="paper")
+        settings_of({"rules": "paper"})
 
 
 def test_every_choice_is_a_setting_and_the_defaults_are_those_of_the_kernels():
-    assert World().settings == Settings()
+    assert World().store.settings == Settings()
     assert {WORDS[name][0] if name in WORDS else name for name in Choices.__annotations__} == set(Settings._fields)
 
 
@@ -53,7 +55,7 @@ def test_the_integrator_may_be_changed_between_steps_and_is_checked():
     world = World(integrator="rk4")
     assert world.integrator == "rk4"
     world.integrator = "symplectic_euler"
-    assert world.settings.integrator == INTEGRATORS["symplectic_euler"]
+    assert world.store.settings.integrator == INTEGRATORS["symplectic_euler"]
     with pytest.raises(
         ParameterError, match="integrator is 'euler'; choose one of rk4_velocity, rk4, symplectic_euler"
     ):
@@ -62,7 +64,7 @@ def test_the_integrator_may_be_changed_between_steps_and_is_checked():
 
 
 def test_the_papers_world_has_all_that_the_paper_chose():
-    world, settings = World.paper(), World.paper().settings
+    world, settings = World.paper(), World.paper().store.settings
     assert world.integrator == "rk4_velocity"
     assert settings.paper_axes
     assert settings.single_contact
@@ -83,6 +85,6 @@ def test_nothing_has_friction_in_the_papers_world():
 
 
 def test_one_of_the_papers_choices_can_be_changed():
-    settings = World.paper(contact="manifold", gravity=(0.0, 0.0, 0.0)).settings
+    settings = World.paper(contact="manifold", gravity=(0.0, 0.0, 0.0)).store.settings
     assert not settings.single_contact
     assert settings.paper_axes

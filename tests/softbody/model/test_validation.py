@@ -65,7 +65,7 @@ def test_complex_numbers_and_text_are_no_vectors():
 
 
 def test_yes_is_true_and_no_other_word():
-    assert not World(edge_contacts=np.bool_(False)).settings.edge_contacts
+    assert not World(edge_contacts=np.bool_(False)).store.settings.edge_contacts
     for value in ("no", 0, None, []):
         with pytest.raises(ParameterError, match=r"edge_contacts is .*; give True or False"):
             World(edge_contacts=value)

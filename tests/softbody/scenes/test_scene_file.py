@@ -269,12 +269,12 @@ def test_a_time_step_that_is_too_long_for_a_joint_is_told(scene):
 def test_a_scene_file_fills_a_world_by_the_world_s_own_settings(scene):
     world = World.paper()
     assert from_file(scene(GOOD), world) is world
-    assert (world.settings.frictionless, world.integrator) == (True, "rk4_velocity")
+    assert (world.store.settings.frictionless, world.integrator) == (True, "rk4_velocity")
     with pytest.raises(ParameterError, match=r"give a softbody\.World"):
         from_file(scene(GOOD), "world")
     assert from_file(
         scene("world = { paper = true, axes = 'complete' }\n" + GOOD.split("\n\n")[4])
-    ).settings.frictionless
+    ).store.settings.frictionless
 
 
 def test_every_error_is_told_at_once_with_its_line_and_cure(scene):

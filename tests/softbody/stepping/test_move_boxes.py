@@ -16,14 +16,14 @@ def boxes(static=False):
 
 def test_boxes_part_by_their_depth_in_inverse_proportion_to_their_masses():
     world = boxes()
-    collide_boxes(world.model, world.state, boxes_of(world.model, world.state), world.settings)
+    collide_boxes(world.model, world.state, boxes_of(world.model, world.state), world.store.settings)
     assert world.state.box_position[:, 0] == pytest.approx([-0.075, 0.925], abs=1e-14)
     assert world.state.box_velocity[:, 0] == pytest.approx([-3.0, -3.0], rel=1e-14)
 
 
 def test_a_static_box_does_not_give_way():
     world = boxes(static=True)
-    collide_boxes(world.model, world.state, boxes_of(world.model, world.state), world.settings)
+    collide_boxes(world.model, world.state, boxes_of(world.model, world.state), world.store.settings)
     assert world.state.box_position[:, 0] == pytest.approx([0.0, 1.0], abs=1e-14)
     assert world.state.box_velocity[:, 0].tolist() == [0.0, 0.0]
 

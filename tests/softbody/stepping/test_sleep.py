@@ -229,5 +229,5 @@ def test_older_snapshots_have_nobody_asleep(floor):
     snapshot["format"] = np.array(5)
     world = World()
     world.restore(snapshot)
-    assert world.settings.sleep_speed == 0.0
+    assert world.store.settings.sleep_speed == 0.0
     assert not world.boxes[0].is_asleep

@@ -18,7 +18,7 @@ def halfway():
     """Boxes that lie on a torus, its snapshot, and what they are after 40 more steps."""
     world = boxes_on_torus.build()
     world.step(STEP, 400)
-    assert world.contacts.number[0] > 0
+    assert world.store.contacts.number[0] > 0
     snapshot = world.snapshot()
     world.step(STEP, 40)
     return world, snapshot, world.state_hash()
@@ -75,7 +75,7 @@ def test_a_restored_world_takes_more_bodies(halfway):
 
 def test_the_papers_choices_go_along():
     world = pickle.loads(pickle.dumps(World.paper()))
-    assert world.settings == World.paper().settings
+    assert world.store.settings == World.paper().store.settings
     assert world.integrator == "rk4_velocity"
     world.add_box((1.0, 1.0, 1.0), 1.0, friction=0.7)
     assert world.model.box_friction[0] == 0.0
@@ -104,7 +104,7 @@ def mixed():
         world.add_joint((world.soft_bodies[1], k), (world.boxes[k], (0.6, 0.0, 0.2)), 1.0)
     with pytest.warns(OverlapWarning):
         world.step(STEP, 5)
-    assert world.contacts.cache.number[0] > 4
+    assert world.store.contacts.cache.number[0] > 4
     return world.snapshot()
 
 
@@ -240,9 +240,9 @@ def test_vertex_rings_are_rebuilt_as_they_were(precision):
             body = softbody.SoftBody(world, changed)
             count = len(meshes[changed].edges)
             body.set_springs(np.linspace(1.0, 3.0, count) if changed == 0 else 5.0, np.linspace(0.1, 0.2, count))
-        before = world.rings
+        before = world.store.rings
         world.restore(world.snapshot())
-        for name, array in world.rings._asdict().items():
+        for name, array in world.store.rings._asdict().items():
             assert array.dtype == getattr(before, name).dtype
             np.testing.assert_array_equal(array, getattr(before, name), name)
 

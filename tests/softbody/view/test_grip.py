@@ -33,7 +33,7 @@ def act(world):
 @pytest.mark.parametrize("make", [soft_world, box_world])
 def test_what_is_pulled_comes_to_the_mouse_and_hangs_a_little_below(make):
     world, body, centre = make()
-    before, grip = act(world).copy(), Grip(world)
+    before, grip = act(world).copy(), Grip(world.store)
     grip.grab(body, centre() + [0.0, 0.0, 0.5])
     grip.target = TARGET
     for _ in range(1500):
@@ -52,7 +52,7 @@ def test_what_is_pulled_comes_to_the_mouse_and_hangs_a_little_below(make):
 @pytest.mark.parametrize("make", [soft_world, box_world])
 def test_a_mouse_that_is_far_away_tears_nothing(make):
     world, body, centre = make()
-    before, grip = act(world).copy(), Grip(world)
+    before, grip = act(world).copy(), Grip(world.store)
     grip.grab(body, centre())
     grip.target = np.array([1e9, 0.0, 0.0])
     grip.pull()
@@ -63,7 +63,7 @@ def test_a_mouse_that_is_far_away_tears_nothing(make):
 def test_a_box_that_cannot_move_is_not_pulled():
     world = softbody.World()
     box = world.add_box((1.0, 1.0, 1.0), None)
-    grip = Grip(world)
+    grip = Grip(world.store)
     grip.grab(box, box.position)
     grip.target = TARGET
     grip.pull()
@@ -73,7 +73,7 @@ def test_a_box_that_cannot_move_is_not_pulled():
 def test_a_second_grab_lets_go_of_the_first():
     world, body, centre = soft_world()
     other = world.add_soft_body(softbody.icosphere(1), 1.0, 300.0, 30.0, (5.0, 0.0, 1.0))
-    before, grip = act(world).copy(), Grip(world)
+    before, grip = act(world).copy(), Grip(world.store)
     grip.grab(body, centre())
     grip.target = TARGET
     grip.pull()
@@ -84,5 +84,5 @@ def test_a_second_grab_lets_go_of_the_first():
 def test_an_empty_hand_pulls_nothing():
     world, _, _ = soft_world()
     before = act(world).copy()
-    Grip(world).pull()
+    Grip(world.store).pull()
     np.testing.assert_array_equal(act(world), before)

@@ -16,11 +16,11 @@ def test_contacts_beyond_the_capacity_are_counted_and_found_again_when_there_is_
         world.add_box((1.0, 1.0, 1.0), 1.0, (0.0, 0.0, 0.5 + i))
     few = new_contacts(5)
     what = world.model, world.controls, world.state, new_manifold()
-    more = find_box_contacts(*what, few, world.settings, 1e-3)
+    more = find_box_contacts(*what, few, world.store.settings, 1e-3)
     assert few.number.tolist() == more.number.tolist() == [12, 12]
     assert more.depth.shape[0] >= 12
     assert (more.box[:5] == few.box).all()
-    again = find_box_contacts(*what, more, world.settings, 1e-3)
+    again = find_box_contacts(*what, more, world.store.settings, 1e-3)
     assert again.depth.shape == more.depth.shape
     assert (again.box[:12] == more.box[:12]).all()
 
@@ -57,7 +57,7 @@ def test_boxes_that_fall_alike_and_meet_nothing_fly_as_if_alone():
     together = falling([9.0, 10.03], ground=False)
     alone = falling([9.0], ground=False)
     together.step(STEP, 5)
-    assert together.contacts.number[1] > 0
+    assert together.store.contacts.number[1] > 0
     alone.step(STEP, 5)
     np.testing.assert_array_equal(together.state.box_position[0], alone.state.box_position[0])
     np.testing.assert_array_equal(together.state.box_velocity[1], together.state.box_velocity[0])

@@ -58,7 +58,7 @@ def solved(seed, steps=40):
     motion = load_motion(bodies) + np.random.default_rng(seed).normal(0.0, 0.1, (len(bodies.inverse_mass) + 1, 6))
     motion[-1] = 0.0
     motion[:-1][bodies.inverse_mass == 0.0] = 0.0
-    return world.contacts, sweep_order(world.contacts, bodies).pairs, motion
+    return world.store.contacts, sweep_order(world.store.contacts, bodies).pairs, motion
 
 
 def combined(row, k, column, impulse):
@@ -144,5 +144,5 @@ def test_boxes_that_do_not_touch_fill_batches():
         world.add_box((1.0, 1.0, 1.0), 1.0, (2.0 * i, 0.0, 0.5))
     world.step(1e-3)
     bodies = boxes_of(world.model, world.state)
-    batches = batches_of(world.contacts, sweep_order(world.contacts, bodies).pairs, 20)
+    batches = batches_of(world.store.contacts, sweep_order(world.store.contacts, bodies).pairs, 20)
     assert np.diff(batches.start).tolist() == [4, 4, 4]

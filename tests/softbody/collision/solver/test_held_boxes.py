@@ -15,7 +15,7 @@ def loosenesses(world, push, arm=(0.0, 0.0, 0.0), box=0):
     """Return the looseness of all boxes if one is pushed at `arm` from its centre."""
     rows = np.zeros((world.model.box_count, 6))
     rows[box] = *push, *np.cross(arm, push)
-    return looseness_of_boxes(world.contacts, boxes_of(world.model, world.state), rows)
+    return looseness_of_boxes(world.store.contacts, boxes_of(world.model, world.state), rows)
 
 
 def standing(*masses):
@@ -90,5 +90,5 @@ def test_a_gap_that_stays_open_holds_nothing():
     for height in (0.05, 0.53):  # the lower box lands in this step, and the upper one stays 3 cm above it
         world.add_box((1.0, 1.0, 0.4), 1.0, (0.0, 0.0, height + 0.2), velocity=(0.0, 0.0, -6.0))
     world.step(1.0 / 60.0)
-    assert (world.contacts.box[: world.contacts.number[1], 1] == 0).any()
+    assert (world.store.contacts.box[: world.store.contacts.number[1], 1] == 0).any()
     assert loosenesses(world, DOWN, box=1)[1] == 1.0

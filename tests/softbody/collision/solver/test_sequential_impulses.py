@@ -36,10 +36,10 @@ def test_ten_boxes_stand_for_twenty_seconds():
 def test_the_impulses_under_a_stack_carry_its_weight():
     world, _ = stack(3)
     world.step(1e-3, 2000)
-    count = world.contacts.number[0]
-    below = world.contacts.box[:count, 1]
+    count = world.store.contacts.number[0]
+    below = world.store.contacts.box[:count, 1]
     for box, weight in ((NOBODY, 3 * G), (0, 2 * G), (1, G)):
-        assert world.contacts.impulse[:count][below == box].sum(axis=0) == pytest.approx(
+        assert world.store.contacts.impulse[:count][below == box].sum(axis=0) == pytest.approx(
             [0.0, 0.0, weight * 1e-3], abs=1e-9
         )
 
@@ -107,7 +107,7 @@ def test_boxes_that_start_deep_inside_each_other_part_without_gaining_speed(offs
     world.step(1e-2, 500)
     assert np.abs(world.state.box_velocity).max() == 0.0
     assert np.abs(world.state.box_angular_velocity).max() == 0.0
-    contacts = world.contacts
+    contacts = world.store.contacts
     assert (contacts.depth[: contacts.number[0]] < 1e-3).all()
 
 
@@ -150,8 +150,8 @@ def test_impulses_conserve_momentum(seed, e):
 def test_contacts_only_push_and_friction_stays_in_its_cone(seed):
     world = tangle(seed, friction=0.3)
     world.step(1e-3, 5)
-    count = world.contacts.number[0]
-    normal, impulse = world.contacts.normal[:count], world.contacts.impulse[:count]
+    count = world.store.contacts.number[0]
+    normal, impulse = world.store.contacts.normal[:count], world.store.contacts.impulse[:count]
     push = np.sum(normal * impulse, axis=1)
     assert (push >= -1e-15).all()
     assert (np.linalg.norm(impulse - push[:, None] * normal, axis=1) <= 0.3 * push + 1e-12).all()

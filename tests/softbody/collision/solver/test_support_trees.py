@@ -32,7 +32,7 @@ def pile(count, drop=0.0, friction=0.5, order=None):
 
 def before_the_sweeps(world):
     """Prepare the contacts of the world's last step once more, up to what the sweeps would start from."""
-    boxes, contacts = boxes_of(world.model, world.state), world.contacts
+    boxes, contacts = boxes_of(world.model, world.state), world.store.contacts
     prepare_contacts(contacts, boxes)
     warm_start(contacts)
     accelerate_boxes(world.model, world.controls, world.state, H)

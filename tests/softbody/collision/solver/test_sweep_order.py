@@ -11,8 +11,8 @@ from softbody.model.arrays import boxes_of
 def ordered(world):
     """Take a step; return the pairs of bodies in the order of the sweeps, and the level of each body."""
     world.step(1e-3)
-    order = sweep_order(world.contacts, boxes_of(world.model, world.state))
-    return world.contacts.box[order.pairs[:, 0]].tolist(), order.level.tolist()
+    order = sweep_order(world.store.contacts, boxes_of(world.model, world.state))
+    return world.store.contacts.box[order.pairs[:, 0]].tolist(), order.level.tolist()
 
 
 @pytest.mark.parametrize("heights", [(0, 1, 2, 3), (3, 2, 1, 0), (2, 0, 3, 1)])
@@ -42,11 +42,11 @@ def test_each_pair_is_listed_once_with_all_its_contacts():
     for k in range(6):
         world.add_box((1.0, 1.0, 1.0), 1.0, (0.6 * (k % 3), 0.0, 0.5 + k // 3))
     world.step(1e-3)
-    order = sweep_order(world.contacts, boxes_of(world.model, world.state))
+    order = sweep_order(world.store.contacts, boxes_of(world.model, world.state))
     contacts = np.concatenate([np.arange(first, end) for first, end in order.pairs])
-    assert sorted(contacts.tolist()) == list(range(world.contacts.number[1]))
+    assert sorted(contacts.tolist()) == list(range(world.store.contacts.number[1]))
     for first, end in order.pairs:
-        assert (world.contacts.box[first:end] == world.contacts.box[first]).all()
+        assert (world.store.contacts.box[first:end] == world.store.contacts.box[first]).all()
 
 
 def test_no_contacts_no_pairs():

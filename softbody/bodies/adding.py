@@ -1,0 +1,117 @@
+"""Bodies, joints and ground come into a world, and leave it: with their names, and with handles that stay right."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from softbody.bodies.body import Body
+from softbody.bodies.builder import joints_that_stay, properties_of, with_box, with_joint, with_soft_body, without
+from softbody.bodies.ground import Ground
+from softbody.bodies.joint import End, ends_of
+from softbody.bodies.names import GONE
+from softbody.bodies.store import FIRST_ROOM, Contents, Store
+from softbody.collision.contact import remembered, remembering, without_box
+from softbody.compiler.interrupts import set_together
+from softbody.errors import ParameterError
+from softbody.mesh.mesh import Mesh
+from softbody.model.settings import RK4_VELOCITY
+from softbody.model.validation import check_range, shown
+
+
+def add_soft_body(
+    store: Store,
+    mesh: Mesh,
+    amounts: tuple[float, float],
+    springs: tuple[ArrayLike, ArrayLike | None],
+    motion: tuple[ArrayLike, ArrayLike],
+    fixed: ArrayLike,
+    name: str | None,
+    properties: dict[str, Any],
+) -> int:
+    """Do what `World.add_soft_body` says; return the body's number.
+
+    `amounts`: mass and gas; `springs`: stiffness and rest length; `motion`: position and velocity.
+    """
+    damping = properties["damping"]
+    if damping is None and store.settings.integrator == RK4_VELOCITY:
+        properties = {**properties, "damping": 0.0}
+    checked = _properties(store, "soft", properties)
+    with store.exclusive():
+        number = store.model.soft_count
+        names = store.names.renamed(("soft", number), name)
+        store.contents = Contents(with_soft_body(store.parts, mesh, amounts, springs, motion, fixed, checked), names)
+        return number
+
+
+def add_box(
+    store: Store,
+    size: ArrayLike,
+    mass: float | None,
+    pose: tuple[ArrayLike, ArrayLike],
+    motion: tuple[ArrayLike, ArrayLike],
+    name: str | None,
+    properties: dict[str, Any],
+) -> int:
+    """Do what `World.add_box` says; return the box's number.
+
+    `pose`: position and orientation; `motion`: velocity and angular velocity.
+    """
+    checked = _properties(store, "box", properties)
+    with store.exclusive():
+        number = store.model.box_count
+        names = store.names.renamed(("box", number), name)
+        store.contents = Contents(with_box(store.parts, size, mass, pose, motion, checked), names)
+        return number
+
+
+def add_joint(store: Store, ends: tuple[End, End], numbers: dict[str, tuple[float, str]], name: str | None) -> int:
+    """Do what `World.add_joint` says; return the joint's number. `numbers`: name → value and unit."""
+    checked = {f"joint_{key}": check_range(value, key, unit, least=0.0) for key, (value, unit) in numbers.items()}
+    with store.exclusive():
+        number = len(store.joints.joint_box)
+        names = store.names.renamed(("joint", number), name)
+        store.contents = Contents(with_joint(store.parts, ends_of(store, *ends), checked), names)
+        return number
+
+
+def add_ground(store: Store, height: float, restitution: float, friction: float) -> None:
+    """Do what `World.add_ground` says."""
+    height, restitution = Ground.height.checked(height), Ground.restitution.checked(restitution)
+    friction = Ground.friction.checked(friction)
+    with store.exclusive():
+        model = store.model._replace(
+            ground_height=height,
+            ground_restitution=restitution,
+            ground_friction=0.0 if store.settings.frictionless else friction,
+        )
+        store.replace(model=model)
+
+
+def remove(store: Store, body: Body) -> None:
+    """Do what `World.remove` says."""
+    if not isinstance(body, Body) or body.store is not store:
+        raise ParameterError(f"{shown(body)} is no body of this world; give a handle of one, as of world.boxes")
+    with store.exclusive():
+        (kind, row), cache = body.who(), remembered(store.contacts)
+        stay = joints_that_stay(store.parts, kind, row)
+
+        def then(of: str, number: int) -> int:
+            """Return the number that one of a kind has afterwards."""
+            if of == "joint":
+                return int(stay[:number].sum()) if stay[number] else GONE
+            return number if of != kind or number < row else number - 1 if number > row else GONE
+
+        names = store.names.renumbered(then)
+        contents = Contents(without(store.parts, kind, row), names, is_fresh=store.contents.is_fresh)
+        contacts = remembering(without_box(cache, row) if kind == "box" else cache, FIRST_ROOM)
+        held = [each for each in store.handles.values() if each.is_there]
+        moved = [(each, "_index", then(*each.who())) for each in held]
+        set_together((store, "contents", contents), (store, "contacts", contacts), *moved)
+
+
+def _properties(store: Store, kind: str, given: dict[str, Any]) -> dict[str, Any]:
+    """Return the properties of a new body of a kind, checked."""
+    properties = properties_of(kind, given)
+    return properties | ({f"{kind}_friction": 0.0} if store.settings.frictionless else {})

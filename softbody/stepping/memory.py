@@ -1,0 +1,87 @@
+"""What steps of a world work with, besides what it is: made for its bodies, and kept until there are others."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softbody.bodies.store import Store
+from softbody.collision.boxes.manifold import new_manifold
+from softbody.collision.soft.surface import Surfaces, build_surfaces
+from softbody.compiler.interrupts import SILENT, Bell
+from softbody.compiler.threads import Team
+from softbody.dynamics.joint_forces import joint_memory
+from softbody.dynamics.soft_bodies import Motion, motion_of
+from softbody.dynamics.stability import most_extents
+from softbody.model.arrays import Controls, Model, State
+from softbody.stepping.checks import may_carry_too_much
+from softbody.stepping.step import Work
+
+
+class Memory:
+    """The memory of steps on so many `threads`, for the bodies that are in a store now."""
+
+    def __init__(self, store: Store, threads: int) -> None:
+        self.contents = store.contents  # that it was made for
+        self.threads = threads
+        self.team = Team(threads)
+        self._store = store
+        self._motion: Motion | None = None
+        self._surfaces: Surfaces | None = None
+        self._manifold = new_manifold()
+        self._start: State | None = None  # memory for that of a step
+        self._grounded: np.ndarray | None = None  # memory for which boxes touch the ground
+        self._acting: Controls | None = None  # memory for what acts in a step that has joints
+        self._limits_of: tuple[Model | None, bytes] = None, b""  # for which springs and gas extents are limited
+        self._unlike_of: tuple[Model | None, bool] = None, False  # of which masses, and whether any are too unlike
+        rest = store.contents.sleep.rest
+        rest.settled[:] = False  # bounds of those who sleep are not known here
+
+    def work(self, flag: Bell) -> Work:
+        """Return what a step needs, with nothing for a kind of bodies that there is none of."""
+        store, has_boxes = self._store, self._store.model.box_count > 0
+        motion = self.motion(flag) if store.model.soft_count else None
+        if self._start is None:
+            self._start = store.state.copy()
+            self._grounded = np.zeros(store.model.box_count, bool) if has_boxes else None
+            self._acting = joint_memory(store.state, store.controls) if len(store.joints.joint_box) else None
+        return Work(
+            motion,
+            self.surfaces(),
+            self._manifold if has_boxes else None,
+            self._start,
+            self._grounded,
+            self.contents.ground_impulse,
+            store.joints if self._acting is not None else None,
+            self._acting,
+            self.contents.sleep.rest if store.may_sleep else None,
+            flag.struck,
+        )
+
+    def motion(self, flag: Bell) -> Motion:
+        """Return what moves soft bodies."""
+        store, model = self._store, self._store.model
+        motion = self._motion
+        if motion is None or motion.rings is not store.rings:
+            memory = motion.memory if motion else motion_of(model.soft_particle_start, store.rings, self.threads).memory
+            if store.may_sleep:
+                memory = memory._replace(asleep=self.contents.sleep.rest.asleep[: model.soft_count])
+            motion = self._motion = Motion(store.rings, memory, None if self.threads == 1 else self.threads)
+        gas = store.controls.soft_gas.tobytes()
+        if not (self._limits_of[0] is model and self._limits_of[1] == gas):
+            motion.memory.most_extent[:] = most_extents(model, store.controls)
+            self._limits_of = model, gas
+        if flag is SILENT:
+            return motion
+        return motion._replace(memory=motion.memory._replace(stop=flag.struck))
+
+    def surfaces(self) -> Surfaces | None:
+        """Return what finds the contacts of soft bodies, if there are any."""
+        if self._surfaces is None and self._store.model.soft_count:
+            self._surfaces = build_surfaces(self._store.model, self._store.state.particle_position, self.threads)
+        return self._surfaces
+
+    def may_carry_too_much(self, model: Model) -> bool:
+        """Tell what `checks.may_carry_too_much` says of a model, which is asked once."""
+        if self._unlike_of[0] is not model:
+            self._unlike_of = model, may_carry_too_much(model)
+        return self._unlike_of[1]

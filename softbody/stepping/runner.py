@@ -1,0 +1,201 @@
+"""A run of steps: from the call of a user to the kernels, and what is said where they stop."""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager, nullcontext
+from typing import NamedTuple, Protocol
+
+import numba
+
+from softbody.bodies.contact_points import ContactPoints, contact_points
+from softbody.bodies.store import HasStore, Store
+from softbody.collision.contact import remembered, remembering
+from softbody.compiler.interrupts import SILENT, Bell, listening
+from softbody.compiler.threads import team_of
+from softbody.errors import ParameterError
+from softbody.model.settings import Settings
+from softbody.model.validation import check_range, check_whole, check_yes_or_no, shown
+from softbody.stepping.checks import (
+    StableStep,
+    check_finite,
+    check_pace,
+    fault_of,
+    helpful_step,
+    longest_step_of_joints,
+    stable_time_step,
+    warn_of_mass_ratios,
+    warn_of_overlap,
+)
+from softbody.stepping.memory import Memory
+from softbody.stepping.step import NO_ROOM, UNSEEN, run, run_alone_by_clock
+
+WORTH_LISTENING = 50_000  # particles moved by a sub-step in a call, from which it may take so long that one waits
+
+
+class Call(NamedTuple):
+    """A call of a user: steps of `h` [s] by some settings, at which step and time [s] it began, and who stops it."""
+
+    h: float
+    settings: Settings
+    begun: tuple[int, float]
+    bell: Bell
+
+
+class Runner:
+    """Advances what is in a store."""
+
+    def __init__(self, store: Store, threads: int = 1) -> None:
+        self.store = store
+        self._stable_step = StableStep()
+        self._awake: tuple[object, bytes, ContactPoints] | None = None  # contacts of sleepers, see `contact_points`
+        self.threads = threads
+
+    @property
+    def threads(self) -> int:
+        """Threads that move soft bodies and find their contacts; may be changed."""
+        return self._threads
+
+    @threads.setter
+    def threads(self, value: int) -> None:
+        value = check_whole(value, "threads", 1)
+        most = numba.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
+        if value > most:
+            raise ParameterError(
+                f"threads is {shown(value)}, and there are {most} here; give a number from 1 to {most}"
+            )
+        with self.store.exclusive():
+            self._threads, self._memory = value, Memory(self.store, value)
+
+    @property
+    def memory(self) -> Memory:
+        """What steps work with: made anew where there are other bodies."""
+        if self._memory.contents is not self.store.contents:
+            self._memory = Memory(self.store, self._threads)
+        return self._memory
+
+    def step(self, time_step: float, steps: int = 1, substeps: int | None = None, allow_unstable: bool = False) -> None:
+        """Do what `World.step` says."""
+        h = check_range(time_step, "time_step", "s", above=0.0)
+        steps = check_whole(steps, "steps", 0)
+        store, settings = self.store, self.store.settings
+        if substeps is not None:
+            settings = settings._replace(substeps=check_whole(substeps, "substeps", 1))
+        if steps * settings.substeps > 2**62:
+            raise ParameterError(f"steps × substeps is {steps * settings.substeps}; give fewer, up to 2**62")
+        allow_unstable = check_yes_or_no(allow_unstable, "allow_unstable")
+        with store.exclusive(), self._listening(steps * settings.substeps) as bell:
+            model, controls, state, _, joints = store.parts
+            begun, is_first = (store.steps, store.time), steps > 0 and store.contents.is_fresh
+            call = Call(h, settings, begun, bell)
+            # Where all is as the last call has left it, the kernels look at what they begin with.
+            fault, body = UNSEEN, -1
+            is_known = allow_unstable or self._stable_step.allows(h, model, controls, settings, joints, begun[0])
+            if is_known and steps > 0 and not is_first:
+                fault, body = self.advance(call, begun[0] + steps, is_seen=False)
+            # Elsewhere it is looked at here, with an error that names the culprit.
+            if fault == UNSEEN:
+                check_finite(model, controls, state, joints)
+                if not allow_unstable:
+                    self._stable_step.check(h, model, controls, state, settings, joints, begun[0])
+                fault, body = self._first_step(call) if is_first else (0, -1)
+                if not fault:
+                    fault, body = self.advance(call, begun[0] + steps, is_seen=True)
+            store.time_step = h
+            if fault:
+                store.contents.ground_impulse[:] = 0.0
+                check_finite(model, controls, state, joints)  # a target that was written over
+                if body >= model.soft_count and store.steps == begun[0]:
+                    check_pace(model, state, h, body - model.soft_count)
+                advice = helpful_step(model, controls, state, settings, joints, body)
+                raise fault_of(fault, body, model, h / settings.substeps, advice, store.steps, store.names)
+            if model.box_count and self.memory.may_carry_too_much(model):
+                warn_of_mass_ratios(model, controls, store.contacts, store.names)
+
+    def _listening(self, parts: int) -> AbstractContextManager[Bell]:
+        """Return what yields a bell for a call of so many sub-steps: signals strike it where that may take long."""
+        work = parts * (len(self.store.state.particle_position) + 10 * self.store.model.box_count)
+        return nullcontext(SILENT) if self._threads == 1 and work < WORTH_LISTENING else listening()
+
+    def _first_step(self, call: Call) -> tuple[int, int]:
+        """Do the first step after bodies were added, and warn of those that overlap; return (fault, body)."""
+        surfaces = self.memory.surfaces() if self._may_collide() else None
+        if surfaces is not None:
+            surfaces.deepest[0] = 0.0
+        stopped = self.advance(call, call.begun[0] + 1, is_seen=True)
+        self.store.contents.is_fresh = False
+        if surfaces is not None:
+            warn_of_overlap(self.store.model, surfaces, self.store.names)
+        return stopped
+
+    def advance(self, call: Call, end: int, is_seen: bool) -> tuple[int, int]:
+        """Run kernels until the clock shows `end` steps; return (fault, body), see `step.run`.
+
+        A run of kernels is over when the bell is struck: in the midst of a step, once. Then one is always done, so that
+        the world goes on however often it rings. With threads it is all of them, or one, as is faster just now.
+        """
+        store, memory, team = self.store, self.memory, self.memory.team
+        (model, controls, state, *_), contacts, bell = store.parts, store.contacts, call.bell
+        collides, hasty = self._may_collide(), True
+        if store.may_sleep:
+            model = store.contents.sleep.model_of(model)
+        with team_of(self._threads):
+            while (left := end - store.steps) > 0:
+                before = store.steps
+                if self._threads > 1:
+                    numba.set_num_threads(team.now)
+                    left = team.turn(left)
+                bell.still()
+                how = call.settings, call.h, left, store.clock, call.begun, is_seen, hasty
+                if collides:
+                    fault, body = run(model, controls, state, memory.work(bell), contacts, *how)
+                else:
+                    given = store.contents.ground_impulse
+                    fault, body = run_alone_by_clock(model, controls, state, memory.motion(bell), *how, given)
+                if fault == NO_ROOM:
+                    contacts = store.contacts = remembering(remembered(contacts), body)
+                elif fault:
+                    return fault, body
+                if self._threads > 1:
+                    team.note(store.steps - before)
+                is_seen, hasty = True, hasty and store.steps > before
+        return 0, -1
+
+    def _may_collide(self) -> bool:
+        """Tell whether there is more than one soft body and, perhaps, the ground."""
+        model = self.store.model
+        is_more = model.box_count > 0 or model.soft_count > 1 or len(self.store.joints.joint_box) > 0
+        return is_more or self.store.may_sleep
+
+    def stable_time_step(self) -> float:
+        """Do what `World.stable_time_step` says."""
+        store = self.store
+        of_joints = longest_step_of_joints(store.model, store.joints)
+        stable = stable_time_step(store.model, store.controls, store.state, store.settings, of_joints)
+        return min(store.settings.substeps * stable, of_joints)
+
+    def contact_points(self) -> ContactPoints:
+        """Do what `World.contact_points` says."""
+        store = self.store
+        given, asleep = store.contents.ground_impulse, store.contents.sleep.rest.asleep
+        found = contact_points(store.model, store.state.particle_position, store.contacts, given, store.time_step)
+        if not (store.may_sleep and asleep.any() and store.time_step > 0.0):  # 0: no step since it was restored
+            return found
+        return found.and_of(asleep, self._contacts_if_awake())
+
+    def _contacts_if_awake(self) -> ContactPoints:
+        """Return the contacts of the next step if nobody slept in it."""
+        store, sleep = self.store, self.store.contents.sleep
+        key = sleep.key(store.time_step)
+        if self._awake is None or self._awake[0] is not sleep or self._awake[1] != key:
+            twin = Runner(store.awake_copy(), self._threads)
+            twin.step(store.time_step, allow_unstable=True)
+            self._awake = sleep, key, twin.contact_points()
+        return self._awake[2]
+
+
+class Steppable(HasStore, Protocol):
+    """A World, as what films, keeps and shows it sees it."""
+
+    @property
+    def runner(self) -> Runner:
+        """What advances it."""
