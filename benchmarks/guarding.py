@@ -1,4 +1,4 @@
-"""What do guards cost a step, and listening for interrupts a run? Beside bare kernels, in turns, with equal answers.
+"""What guards cost a step, and listening for interrupts a run: beside bare kernels, in turns, with equal answers.
 
 `python -m benchmarks guards`. Two worlds begin alike and take the same steps; one is stepped by `World.step`, which
 checks its arguments, the stable step and that all is finite, and listens where that is worth it; the other by kernels
@@ -16,24 +16,34 @@ import numpy as np
 
 import softbody
 from softbody import World
-from softbody.compiler.interrupts import SILENT, listening
+from softbody.compiler.interrupts import SILENT, Bell, listening
 
 ROUND = 0.01  # [s] of the processor's time that a side steps in a round, about: others who use it too are not counted
 MOST_STEPS = 20_000
 LONG = 100  # steps that a run has at least
 
 
-def ball(subdivisions: int) -> World:
+class Bare(World):
+    """A world that can be stepped by its kernels alone, too."""
+
+    __slots__ = ()
+
+    def run_kernels(self, h: float, steps: int, bell: Bell) -> None:
+        """Do what `World.step` does between its guards; the bell may be struck meanwhile."""
+        self._run_until(self.steps + steps, h, self.settings, (self.steps, self.time), True, bell)
+
+
+def ball(subdivisions: int) -> Bare:
     """Return a soft ball that falls on the ground."""
-    world = World()
+    world = Bare()
     world.add_ground()
     world.add_soft_body(softbody.icosphere(subdivisions, 0.5), 1.0, 200.0, 30.0, (0.0, 0.0, 0.6))
     return world
 
 
-def joined() -> World:
+def joined() -> Bare:
     """Return two balls and a box that hang on each other."""
-    world = World()
+    world = Bare()
     one, other = (world.add_soft_body(softbody.icosphere(3, 0.5), 1.0, 200.0, 30.0, (2.0 * k, 0, 0)) for k in range(2))
     box = world.add_box((0.3, 0.3, 0.3), 1.0, (1.0, 0.0, 0.0))
     for a, b in (((one, 0), (box, box.position)), ((other, 0), (box, box.position)), ((one, 5), (0.0, 0.0, 2.0))):
@@ -41,13 +51,20 @@ def joined() -> World:
     return world
 
 
-WORLDS: dict[str, Callable[[], World]] = {
+def filled(build: Callable[[int, World], World], count: int) -> Bare:
+    """Return a scene of so many bodies."""
+    world = Bare()
+    build(count, world)
+    return world
+
+
+WORLDS: dict[str, Callable[[], Bare]] = {
     "a ball of 42 particles": lambda: ball(1),
     "a ball of 642 particles": lambda: ball(3),
     "a ball of 10 242 particles": lambda: ball(5),
-    "a pile of 10 boxes": lambda: softbody.scenes.box_pile.build(10),
-    "a pile of 100 boxes": lambda: softbody.scenes.box_pile.build(100),
-    "a tray of 10 balls": lambda: softbody.scenes.tray.build(10),
+    "a pile of 10 boxes": lambda: filled(softbody.scenes.box_pile.build, 10),
+    "a pile of 100 boxes": lambda: filled(softbody.scenes.box_pile.build, 100),
+    "a tray of 10 balls": lambda: filled(softbody.scenes.tray.build, 10),
     "two balls and a box on joints": joined,
 }
 
@@ -69,23 +86,23 @@ class Cost(NamedTuple):
         return f"{self.world}, {self.what}: {100.0 * self.more:+.2f} % ({low:+.2f} … {high:+.2f}) of {each}"
 
 
-Side = Callable[[World, float, int], None]
+Side = Callable[[Bare, float, int], None]
 
 
-def guarded(world: World, h: float, steps: int) -> None:
+def guarded(world: Bare, h: float, steps: int) -> None:
     """Step as users do."""
     world.step(h, steps)
 
 
-def deaf(world: World, h: float, steps: int) -> None:
+def deaf(world: Bare, h: float, steps: int) -> None:
     """Step by the kernels alone, which keep the clock, and do not listen."""
-    world._run_until(world.steps + steps, h, world.settings, (world.steps, world.time), True, SILENT)
+    world.run_kernels(h, steps, SILENT)
 
 
-def hearing(world: World, h: float, steps: int) -> None:
+def hearing(world: Bare, h: float, steps: int) -> None:
     """Step by the kernels alone, and listen."""
     with listening() as bell:
-        world._run_until(world.steps + steps, h, world.settings, (world.steps, world.time), True, bell)
+        world.run_kernels(h, steps, bell)
 
 
 def costs(rounds: int = 100, names: str = "") -> Iterator[Cost]:
@@ -104,7 +121,7 @@ def costs(rounds: int = 100, names: str = "") -> Iterator[Cost]:
 
 
 def cost(
-    name: str, what: str, build: Callable[[], World], sides: tuple[Side, Side], counts: tuple[int, int], rounds: int
+    name: str, what: str, build: Callable[[], Bare], sides: tuple[Side, Side], counts: tuple[int, int], rounds: int
 ) -> Cost:
     """Return what the second of two `sides` costs more than the first; `counts`: steps a call, and calls a round."""
     steps, calls = counts

@@ -18,7 +18,7 @@ from validation.check import Check, Comparison, Run
 def traced(check: Check) -> Iterator[tuple[Check, Any]]:
     """Give a check that does the same, and a digest of what it has computed once it has been run."""
     bits = hashlib.sha256()
-    step = World._step
+    step = World.step
 
     def step_and_note(world: World, *args: Any, **options: Any) -> Any:
         try:
@@ -33,8 +33,8 @@ def traced(check: Check) -> Iterator[tuple[Check, Any]]:
         bits.update(repr(measured.tolist()).encode())
         return comparison
 
-    World._step = step_and_note  # type: ignore[method-assign, assignment]
+    World.step = step_and_note  # type: ignore[method-assign, assignment]
     try:
         yield replace(check, compare=compare_and_note), bits
     finally:
-        World._step = step  # type: ignore[method-assign]
+        World.step = step  # type: ignore[method-assign]

@@ -10,6 +10,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -29,6 +30,8 @@ from softbody.trajectory import writer
 from validation.cases import MESH_KINDS, edge_lengths, random_mesh, random_orientations, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault
+
+AnyWorld = TypeVar("AnyWorld", bound=World)
 
 FAMILY = "what users set and ask"
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process
@@ -755,7 +758,12 @@ def depth_in_a_box(run: Run) -> Comparison:
 
 def rich_world(rng: np.random.Generator, precision: str = "double") -> World:
     """Return a world with everything that a user can set, some of it not as by default, in motion and in contact."""
-    world = World((0.3, 0.0, -9.0), precision=precision, integrator="symplectic_euler", iterations=25, gyroscopic=True)
+    return rich_world_of(World, rng, precision)
+
+
+def rich_world_of(kind: type[AnyWorld], rng: np.random.Generator, precision: str = "double") -> AnyWorld:
+    """Return such a world of a kind that a claim needs."""
+    world = kind((0.3, 0.0, -9.0), precision=precision, integrator="symplectic_euler", iterations=25, gyroscopic=True)
     world.add_ground(-0.1, restitution=0.2, friction=0.4)
     for k, shape in enumerate((softbody.icosphere(1, 0.4), softbody.torus(0.3, 0.12, 9, 7))):
         stiffness = rng.uniform(80.0, 120.0, len(shape.edges))

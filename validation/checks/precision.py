@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from softbody import World, icosphere
+from softbody.collision.boxes.manifold import new_manifold
 from softbody.collision.contact import new_contacts
 from softbody.collision.soft import soft_contacts, soft_response
 from softbody.collision.soft.surface import build_surfaces
@@ -221,7 +222,7 @@ def threads_find_the_same_contacts(run: Run) -> Comparison:
         surfaces = build_surfaces(model, state.particle_position, threads)
         grounded, given = np.zeros(model.box_count, bool), np.zeros_like(state.particle_position)
         bell = np.zeros(1, np.uint8)
-        work = Work(motion, surfaces, world._manifold, state.copy(), grounded, given, None, None, None, bell)
+        work = Work(motion, surfaces, new_manifold(), state.copy(), grounded, given, None, None, None, bell)
         step, steps = 0.5 * world.stable_time_step(), run.count(10, 20, 100)
         found, *_ = run_together(model, world.controls, state, work, new_contacts(64), world.settings, step, steps)
         contacts.append(int(found.number[0]))
@@ -245,19 +246,19 @@ def threads_find_the_same_contacts(run: Run) -> Comparison:
     because="bodies that are near by rounding, or by the sphere that is chosen, are not tried",
     detects="a row beyond the last; a body that is overlooked, or asked twice; shares of a number that is none",
     faults=(
-        Fault("one row too many", soft_contacts._near_bodies, "b_ < soft_", "b <= soft", nth=1),
-        Fault("boxes that have as many particles as soft bodies", soft_contacts._even_shares, "other_ < soft_",
+        Fault("one row too many", soft_contacts.near_bodies, "b_ < soft_", "b <= soft", nth=1),
+        Fault("boxes that have as many particles as soft bodies", soft_contacts.even_shares, "other_ < soft_",
               "not other < soft"),
-        Fault("bounds that are not asked", soft_contacts._near_bodies, "boxes_meet(a_, b_)", "True"),
+        Fault("bounds that are not asked", soft_contacts.near_bodies, "boxes_meet(a_, b_)", "True"),
         Fault(
             "faces that are not asked",
-            soft_contacts._near_bodies,
+            soft_contacts.near_bodies,
             "_sphere_may_meet_box(model_, state_, x_, b_)",
             "True",
         ),
         Fault(
             "spheres of half the radius",
-            soft_contacts._near_bodies,
+            soft_contacts.near_bodies,
             "radius_about(middle, points)",
             "0.5 * radius_about(middle, points)",
         ),
@@ -284,7 +285,7 @@ def near_bodies_and_shares(run: Run) -> Comparison:
         model, state = world.model, world.state
         surfaces = build_surfaces(model, state.particle_position, threads)
         asked = model, state, surfaces.shapes, surfaces.desks, None, False
-        start, other = soft_contacts._near_bodies(*asked)
+        start, other = soft_contacts.near_bodies(*asked)
         for form, found in (("compiled", (start, other)), ("by Python", _by_python(*asked))):
             lists = [sorted(found[1][found[0][i] : found[0][i + 1]].tolist()) for i in range(soft)]
             agree += [one == judged for one, judged in zip(lists, near)]
@@ -293,7 +294,7 @@ def near_bodies_and_shares(run: Run) -> Comparison:
         work = [
             (numbers[i] if near[i] else 0) + sum(numbers[k] if k < soft else 8 for k in near[i]) for i in range(soft)
         ]
-        cut, total = soft_contacts._even_shares(model, start, other, threads)
+        cut, total = soft_contacts.even_shares(model, start, other, threads)
         shares = [sum(work[a:b]) for a, b in pairwise(cut)]
         agree.append(bool(np.isclose(total, sum(work), rtol=1e-12)))
         agree.append(
@@ -330,7 +331,7 @@ def _near(world: World) -> list[list[int]] | None:
 
 def _by_python(*asked: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return what Python finds where the core has a kernel; nothing if it leaves an array."""
-    kernel = soft_contacts._near_bodies
+    kernel = soft_contacts.near_bodies
     try:
         found: tuple[np.ndarray, np.ndarray] = getattr(kernel, "py_func", kernel)(*asked)
     except IndexError:
@@ -363,6 +364,16 @@ class _Team(Team):
         return self._time
 
 
+class _InTurns(World):
+    """A world whose threads take turns as the judge says."""
+
+    __slots__ = ()
+
+    def take_turns_by(self, team: Team) -> None:
+        """Put a team in place of the world's own, until bodies are added or removed."""
+        self._bodies.team = team
+
+
 @check(
     family=FAMILY,
     claim="A world that may use two threads takes as many steps as it is asked for, in turns that two threads and one"
@@ -385,10 +396,11 @@ def turns_of_threads(run: Run) -> Comparison:
     rng = run.fresh_rng()
     measured, expected = [], []
     for _ in range(run.count(4, 20, 200)):
-        flown, h, done = World(threads=2), rng.uniform(1e-4, 1e-2), 0
+        flown, h, done = _InTurns(threads=2), rng.uniform(1e-4, 1e-2), 0
         start, speed = 10.0 * rng.normal(size=3), rng.normal(size=3)
         box = flown.add_box((0.2, 0.3, 0.4), 1.0, start, velocity=speed)
-        flown._bodies.team = team = _Team(rng, 1_000)
+        team = _Team(rng, 1_000)
+        flown.take_turns_by(team)
         for steps in (1, int(rng.integers(2, 17)), int(rng.integers(100, 400))):
             with suppress(_TooManyTurnsError):
                 flown.step(h, steps)

@@ -46,7 +46,7 @@ def as_fire_has_it(run: Run) -> Comparison:
         pins = rng.choice(count, 3, replace=False)
         world = World(gravity=rng.normal(0.0, 5.0, 3))
         world.add_soft_body(mesh, mass, stiffness, gas, damping=0.0, fixed=pins)
-        model, controls, state, rings, _ = world._parts
+        model, controls, state, rings = world.model, world.controls, world.state, world.rings
         start = mesh.vertices * rng.uniform(0.8, 1.2, 3)
         longest = 1.0 / highest_frequency(model, controls, start, 0)
         free = np.ones(count, bool)

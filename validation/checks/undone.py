@@ -20,7 +20,7 @@ from softbody.stepping import step
 from softbody.stepping.step import run_by_clock
 from validation.cases import edge_lengths
 from validation.check import DISAGREEMENTS, Comparison, Run, check
-from validation.checks.features import rich_world
+from validation.checks.features import rich_world_of
 from validation.fault import Fault
 
 FAMILY = "what users set and ask"
@@ -165,17 +165,14 @@ def stopped_in_its_midst(run: Run) -> Comparison:
     right, kinds = [], []
     for _ in range(run.count(3, 10, 100)):
         seed = int(rng.integers(2**31))
-        stopped, twin = (rich_world(np.random.default_rng(seed)) for _ in range(2))
+        stopped, twin = (rich_world_of(_Stoppable, np.random.default_rng(seed)) for _ in range(2))
         h = 0.5 * twin.stable_time_step()
         before = int(rng.integers(20, 60))
         for one in (stopped, twin):
             one.step(h, before)
         struck = Bell(np.ones(1, np.uint8))
         for hasty in (True, False, True):
-            model, controls, state, *_ = stopped._parts
-            begun, work = (stopped.steps, stopped.time), stopped._work(struck)
-            how = stopped.settings._replace(substeps=SUBSTEPS), h, 7, stopped._clock, begun, True, hasty
-            fault, _ = run_by_clock(model, controls, state, work, stopped.contacts, *how)
+            fault = stopped.run_kernels(h, 7, struck, hasty)
             if not hasty:
                 twin.step(h, substeps=SUBSTEPS)
             right += [fault == 0, stopped.steps == twin.steps, same(stopped, twin)]
@@ -193,6 +190,19 @@ def _read(file: int) -> bytes:
         return os.read(file, 100)
     except BlockingIOError:
         return b""
+
+
+class _Stoppable(World):
+    """A world whose kernels can be run by themselves."""
+
+    __slots__ = ()
+
+    def run_kernels(self, h: float, steps: int, bell: Bell, hasty: bool) -> int:
+        """Run them once, for so many steps of SUBSTEPS or until the bell is struck; return the fault."""
+        begun, settings = (self.steps, self.time), self.settings._replace(substeps=SUBSTEPS)
+        how = settings, h, steps, self._clock, begun, True, hasty
+        fault, _ = run_by_clock(self.model, self.controls, self.state, self._work(bell), self.contacts, *how)
+        return int(fault)
 
 
 class _StopError(Exception):
