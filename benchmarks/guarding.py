@@ -1,4 +1,4 @@
-"""What do guards cost a step, and listening for interrupts a run? Beside bare kernels, in turns, with equal answers.
+"""What guards cost a step, and listening for interrupts a run: beside bare kernels, in turns, with equal answers.
 
 `python -m benchmarks guards`. Two worlds begin alike and take the same steps; one is stepped by `World.step`, which
 checks its arguments, the stable step and that all is finite, and listens where that is worth it; the other by kernels

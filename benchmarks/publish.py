@@ -36,7 +36,7 @@ def publish(document: Document, folder: Path) -> None:
 
 
 def document_of(records: Sequence[Record], trends: Sequence[Trend], calibration: Calibration | None) -> Document:
-    """Return the trends of some runs, oldest first, and on what they were measured (schema: `reports/trends.py`)."""
+    """Return the trends of runs, oldest first, and on what they were measured (schema: `reports.trends_document`)."""
     return {
         "schema": SCHEMA,
         "machine": _machine(records[-1]),

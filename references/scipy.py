@@ -125,10 +125,10 @@ def hanging(
     flat = found.x
     for _ in range(NEWTON_STEPS):
         x = put(flat)
-        left = body._gradient(x).ravel()[rows] - load[free].ravel()
-        flat = flat - scipy.linalg.solve(body._hessian(x)[np.ix_(rows, rows)], left, assume_a="sym")
+        left = body.gradient(x).ravel()[rows] - load[free].ravel()
+        flat = flat - scipy.linalg.solve(body.hessian(x)[np.ix_(rows, rows)], left, assume_a="sym")
     x = put(flat).copy()
-    left = (body._gradient(x) - load)[free]
+    left = (body.gradient(x) - load)[free]
     return Equilibrium(x, float(np.abs(left).max() / np.max(body.stiffness * _lengths(x, edges))))
 
 
@@ -141,7 +141,7 @@ def forces(
     gas: float,
 ) -> np.ndarray:
     """Return −∂U/∂x (n, 3) [N]; arguments as of equilibrium."""
-    return -_Body(edges, rest_length, stiffness, triangles, gas)._gradient(vertices)
+    return -_Body(edges, rest_length, stiffness, triangles, gas).gradient(vertices)
 
 
 def dampers(x: np.ndarray, v: np.ndarray, edges: np.ndarray, damping: float) -> np.ndarray:
@@ -190,7 +190,7 @@ def motion(
 
     def derivative(_: float, y: np.ndarray) -> np.ndarray:
         x, v = y.reshape(2, -1, 3)
-        total = force - body._gradient(x)
+        total = force - body.gradient(x)
         if damping > 0.0:
             total = total + dampers(x, v, edges, damping)
         return np.concatenate([v.ravel(), total.ravel() / particle_mass])
@@ -211,7 +211,7 @@ def highest_frequency(
     particle_mass: float,
 ) -> float:
     """Return the highest angular frequency [rad/s] of small motions about `vertices`: √ of H's eigenvalue over m."""
-    hessian = _Body(edges, rest_length, stiffness, triangles, gas)._hessian(np.asarray(vertices, float))
+    hessian = _Body(edges, rest_length, stiffness, triangles, gas).hessian(np.asarray(vertices, float))
     return float(np.sqrt(scipy.linalg.eigvalsh(hessian)[-1] / particle_mass))
 
 
@@ -229,12 +229,12 @@ class _Body(NamedTuple):
             return np.inf, np.zeros_like(flat)  # a line search that turned the body inside out steps back
         stretch = _lengths(x, self.edges) - self.rest_length
         energy = 0.5 * np.sum(self.stiffness * stretch**2) - self.gas * np.log(volume)
-        return energy, self._gradient(x).ravel()
+        return energy, self.gradient(x).ravel()
 
     def residual(self, x: np.ndarray) -> float:
-        return float(np.abs(self._gradient(x)).max() / np.max(self.stiffness * _lengths(x, self.edges)))
+        return float(np.abs(self.gradient(x)).max() / np.max(self.stiffness * _lengths(x, self.edges)))
 
-    def _gradient(self, x: np.ndarray) -> np.ndarray:
+    def gradient(self, x: np.ndarray) -> np.ndarray:
         """Return ∂U/∂x (n, 3) [N]."""
         d = x[self.edges[:, 1]] - x[self.edges[:, 0]]
         length = np.linalg.norm(d, axis=1)
@@ -247,13 +247,13 @@ class _Body(NamedTuple):
     def newton_step(self, x: np.ndarray) -> np.ndarray:
         """Return H⁻¹ ∂U/∂x (n, 3) [m] without any rigid motion, of which neither H nor the gradient knows."""
         n = len(x)
-        hessian = self._hessian(x)
+        hessian = self.hessian(x)
         rigid = np.concatenate([np.tile(np.eye(3), (n, 1, 1)), _cross_matrix(x - x.mean(axis=0))], axis=2)
         rigid, _ = np.linalg.qr(rigid.reshape(3 * n, 6))
         hessian += np.abs(hessian).max() * (rigid @ rigid.T)
-        return scipy.linalg.solve(hessian, self._gradient(x).ravel(), assume_a="sym").reshape(n, 3)
+        return scipy.linalg.solve(hessian, self.gradient(x).ravel(), assume_a="sym").reshape(n, 3)
 
-    def _hessian(self, x: np.ndarray) -> np.ndarray:
+    def hessian(self, x: np.ndarray) -> np.ndarray:
         """Return ∂²U/∂x² (3n, 3n) [N/m]."""
         blocks = np.zeros((len(x), len(x), 3, 3))
         spring = self._spring_blocks(x)

@@ -1,17 +1,14 @@
-"""Which claims judge which piece of the core, by which section of the paper, and who judges? Gathered from a record."""
+"""Which claims judge which piece of the core, by which section of the paper, and who judges: from a record."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
+from reports.rows import Row
 from reports.sensitivity import CAUGHT
 from reports.verdicts import verdict
 from validation.record import FAILS, HOLDS, OUTSIDE, ClaimRecord, Report
-
-if TYPE_CHECKING:
-    from reports.page import Row
 
 MOST_PARTS = 20  # sections, and pieces, of one claim: what comes after is one more
 

@@ -1,4 +1,4 @@
-"""What stands on the page of trends? Gathers it from the document and pours it into the template."""
+"""The page of trends: gathers it from the document and pours it into the template."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from markupsafe import Markup
 from reports.notation import THIN, percent
 from reports.template import rendered
 from reports.trend_plots import trend_plot
-from reports.trends import Calibration, Trends
+from reports.trends_document import Calibration, Trends
 from validation.record import Trend
 
 

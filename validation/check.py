@@ -8,6 +8,7 @@ import random
 import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from math import inf
 from typing import Any
 
@@ -202,10 +203,16 @@ def all_checks() -> dict[str, Check]:
     package = importlib.import_module(CLAIMS)
     for module in sorted(info.name for info in pkgutil.iter_modules(package.__path__)):
         importlib.import_module(f"{CLAIMS}.{module}")
-    plug_ins.load_claims()
+    _load_plug_ins()
     for name, why in plug_ins.BROKEN.items():
         CHECKS[name] = _broken(name, why)
     return CHECKS
+
+
+@cache
+def _load_plug_ins() -> None:
+    """Import the claims of other packages, once a process."""
+    plug_ins.load_claims(CHECKS)
 
 
 def _broken(name: str, why: str) -> Check:

@@ -13,11 +13,11 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, MutableMapping
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from validation.declared import Declared, read_file
 from validation.plain_text import plain
@@ -46,21 +46,19 @@ def subjects() -> list[Declared]:
     return _each(SUBJECTS, lambda point: read_file(_file_of(point.module), point.name, point.module))
 
 
-@cache
-def load_claims() -> None:
-    """Import the claims of other packages, which declares them; of one that is broken, none is left."""
-    from validation.check import CHECKS
+def load_claims(declared: MutableMapping[str, Any]) -> None:
+    """Import the claims of other packages, which declares them; of one that is broken, none is left in `declared`."""
 
     def declare(point: metadata.EntryPoint) -> None:
         why = _fatal(point.module)
         if why:
             raise ValueError(why)
-        before = set(CHECKS)
+        before = set(declared)
         try:
             importlib.import_module(point.module)
         except BaseException:
-            for name in set(CHECKS) - before:
-                del CHECKS[name]
+            for name in set(declared) - before:
+                del declared[name]
             raise
 
     _each(CLAIMS, declare)

@@ -31,17 +31,17 @@ def self_intersections(vertices: np.ndarray, triangles: np.ndarray, place: np.nd
     """
     tree = build_bvh(vertices, triangles)
     found = np.empty((FIRST_ROOM, 3), np.int64)
-    count = _find_pairs(tree, vertices, place, search_space(tree), found)
+    count = find_pairs(tree, vertices, place, search_space(tree), found)
     if count > len(found):
         found = np.empty((count, 3), np.int64)
-        _find_pairs(tree, vertices, place, search_space(tree), found)
+        find_pairs(tree, vertices, place, search_space(tree), found)
     found = found[:count]
     found = found[np.lexsort((found[:, 1], found[:, 0]))]
     return found[found[:, 2] == MEET, :2], found[found[:, 2] == COINCIDE, :2]
 
 
 @jit
-def _find_pairs(tree: BVH, vertices: np.ndarray, place: np.ndarray, search: Search, found: np.ndarray) -> int:
+def find_pairs(tree: BVH, vertices: np.ndarray, place: np.ndarray, search: Search, found: np.ndarray) -> int:
     """Write (t, u, MEET or COINCIDE) of pairs t < u into `found` (m, 3); return how many there are, also beyond m."""
     count = 0
     for leaf in range(tree.corners.shape[0]):

@@ -13,7 +13,7 @@ from benchmarks.calibration import Calibration
 from benchmarks.history import run_record
 from benchmarks.publish import document_of
 from benchmarks.trends import trends_of
-from reports.trends import read_trends
+from reports.trends_document import read_trends
 
 RUNS = 8
 

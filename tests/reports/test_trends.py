@@ -11,7 +11,8 @@ from click.testing import CliRunner
 
 from reports import trends_page
 from reports.trend_plots import span, trend_plot
-from reports.trends import Calibration, Rate, Run, Trends, main, read_trends
+from reports.trends import main
+from reports.trends_document import Calibration, Rate, Run, Trends, read_trends
 from tests.reports.parsed import Parsed
 from validation.record import Trend, TrendStep
 

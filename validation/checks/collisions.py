@@ -171,8 +171,8 @@ def collisions_add_no_energy(run: Run) -> Comparison:
         Fault(
             "impulses where the surface is now, not where it was when they acted",
             soft_response._place_on_b,
-            "_line_meets_triangle(c_, k_, p_, direction_, ago_)",
-            "_line_meets_triangle(c_, k_, p_, direction_, 0.0)",
+            "line_meets_triangle(c_, k_, p_, direction_, ago_)",
+            "line_meets_triangle(c_, k_, p_, direction_, 0.0)",
         ),
     ),
 )

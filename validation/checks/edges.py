@@ -392,15 +392,15 @@ def edges_that_lead_out(run: Run) -> Comparison:
     faults=(
         Fault(
             "a cosine that is a hundredth larger",
-            soft_response._line_meets_triangle,
+            soft_response.line_meets_triangle,
             "ALONG_SURFACE * np.sqrt(s_)",
             "1.01 * ALONG_SURFACE * np.sqrt(square)",
         ),
-        Fault("any line", soft_response._line_meets_triangle, "ALONG_SURFACE * np.sqrt(s_)", "0.0 * np.sqrt(square)"),
-        Fault("weights that do not add up", soft_response._line_meets_triangle, "w_[0] - u - v", "weights[0] - u + v"),
+        Fault("any line", soft_response.line_meets_triangle, "ALONG_SURFACE * np.sqrt(s_)", "0.0 * np.sqrt(square)"),
+        Fault("weights that do not add up", soft_response.line_meets_triangle, "w_[0] - u - v", "weights[0] - u + v"),
         Fault(
             "a corner as it is now",
-            soft_response._line_meets_triangle,
+            soft_response.line_meets_triangle,
             "_place(particles, at_particle(corners[2]), ago)",
             "_place(particles, at_particle(corners[2]), 0.0)",
         ),
@@ -428,7 +428,7 @@ def where_pushes_act(run: Run) -> Comparison:
         contacts.particles[0], contacts.weights[0] = [(0, 1, 2), (3, 4, 5)], [own, others]
         particles = Particles(np.ones(6), position, velocity)
         rows = Listing(*(getattr(contacts, name) for name in Listing._fields))
-        measured.append(soft_response._line_meets_triangle(rows, 0, particles, tuple(direction.tolist()), ago))
+        measured.append(soft_response.line_meets_triangle(rows, 0, particles, tuple(direction.tolist()), ago))
         # p + t d = a + v (b − a) + w (c − a)
         solved = np.linalg.solve(np.column_stack([direction, a - b, a - c]), a - own @ then[:3])
         expected.append(others if times < 1.0 else np.array([1.0 - solved[1] - solved[2], solved[1], solved[2]]))

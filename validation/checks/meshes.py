@@ -88,7 +88,7 @@ def intersections_of_the_surface_with_itself(run: Run) -> Comparison:
             "own_ > 0.0 and others_ >= 0.0",
         ),
         Fault("what touches an edge goes by", self_intersections._have_one_sign, "u >= 0.0", "u > 0.0"),
-        Fault("a pair before the first", self_intersections._find_pairs, "count = 0", "count = 1"),
+        Fault("a pair before the first", self_intersections.find_pairs, "count = 0", "count = 1"),
     ),
 )
 def triangles_of_whole_numbers(run: Run) -> Comparison:
@@ -124,7 +124,7 @@ def triangles_of_whole_numbers(run: Run) -> Comparison:
             pairs += truth or len(shared) == 3
         if not is_flat.any():
             tree, room = build_bvh(points, faces), np.empty((1, 3), np.int64)
-            ours.append(self_intersections._find_pairs(tree, points, place, search_space(tree), room) == pairs)
+            ours.append(self_intersections.find_pairs(tree, points, place, search_space(tree), room) == pairs)
             theirs.append(True)
             kinds.append("how many")
     return Comparison(np.array(ours), np.array(theirs), 1.0, kinds)

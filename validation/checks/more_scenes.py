@@ -208,7 +208,7 @@ def boxes_heap(run: Run) -> Comparison:
     detects="balls that pass through each other or a wall; depths that do not vanish with the step",
     faults=(
         Fault("walls too near by their thickness", tray.build, "sign * (inner + WALL)", "sign * (inner - WALL)"),
-        Fault("soft bodies that do not meet", soft_contacts._near_bodies, "boxes_meet(a_, b_)", "False"),
+        Fault("soft bodies that do not meet", soft_contacts.near_bodies, "boxes_meet(a_, b_)", "False"),
         Fault("gas that pushes with a third", pressure.gas_pressure, "gas_ / volume_", "gas_ / volume_ / 3.0"),
     ),
 )

@@ -531,7 +531,7 @@ def _is_struck(before: np.ndarray, after: np.ndarray, rounding: float) -> bool:
     " whose cosine is from 0.98 to 0.99995, of which it does not matter whether they count as parallel",
     detects="an axis that is left out, or one beyond the last; a length that is halved",
     faults=(
-        Fault("axes beyond the last", swept_boxes._project_travel, "range(3)", "range(4)"),
+        Fault("axes beyond the last", swept_boxes.project_travel, "range(3)", "range(4)"),
         Fault("faces of a alone", swept_boxes.rests_on_face, "range(6)", "range(3)"),
         Fault("edges as well", swept_boxes.rests_on_face, "range(6)", "range(7)"),
         Fault("overlaps by half of it", swept_boxes.rests_on_face, "d_ > -least", "d_ > -0.5 * least"),
@@ -542,7 +542,7 @@ def resting_by_projections(run: Run) -> Comparison:
 
     rng = run.fresh_rng()
     measured, expected, kinds = [], [], []
-    project = getattr(swept_boxes._project_travel, "py_func", swept_boxes._project_travel)
+    project = getattr(swept_boxes.project_travel, "py_func", swept_boxes.project_travel)
     rests = getattr(swept_boxes.rests_on_face, "py_func", swept_boxes.rests_on_face)
     turns = [axis.as_quat(scalar_first=True) for axis in Rotation.create_group("O")]
     for trial in range(run.count(120, 600, 6_000)):

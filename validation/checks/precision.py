@@ -248,19 +248,19 @@ def threads_find_the_same_contacts(run: Run) -> Comparison:
     because="bodies that are near by rounding, or by the sphere that is chosen, are not tried",
     detects="a row beyond the last; a body that is overlooked, or asked twice; shares of a number that is none",
     faults=(
-        Fault("one row too many", soft_contacts._near_bodies, "b_ < soft_", "b <= soft", nth=1),
-        Fault("boxes that have as many particles as soft bodies", soft_contacts._even_shares, "other_ < soft_",
+        Fault("one row too many", soft_contacts.near_bodies, "b_ < soft_", "b <= soft", nth=1),
+        Fault("boxes that have as many particles as soft bodies", soft_contacts.even_shares, "other_ < soft_",
               "not other < soft"),
-        Fault("bounds that are not asked", soft_contacts._near_bodies, "boxes_meet(a_, b_)", "True"),
+        Fault("bounds that are not asked", soft_contacts.near_bodies, "boxes_meet(a_, b_)", "True"),
         Fault(
             "faces that are not asked",
-            soft_contacts._near_bodies,
+            soft_contacts.near_bodies,
             "_sphere_may_meet_box(model_, state_, x_, b_)",
             "True",
         ),
         Fault(
             "spheres of half the radius",
-            soft_contacts._near_bodies,
+            soft_contacts.near_bodies,
             "radius_about(middle, points)",
             "0.5 * radius_about(middle, points)",
         ),
@@ -287,7 +287,7 @@ def near_bodies_and_shares(run: Run) -> Comparison:
         model, state = world.model, world.state
         surfaces = build_surfaces(model, state.particle_position, threads)
         asked = model, state, surfaces.shapes, surfaces.desks, None, False
-        start, other = soft_contacts._near_bodies(*asked)
+        start, other = soft_contacts.near_bodies(*asked)
         for form, found in (("compiled", (start, other)), ("by Python", _by_python(*asked))):
             lists = [sorted(found[1][found[0][i] : found[0][i + 1]].tolist()) for i in range(soft)]
             agree += [one == judged for one, judged in zip(lists, near)]
@@ -296,7 +296,7 @@ def near_bodies_and_shares(run: Run) -> Comparison:
         work = [
             (numbers[i] if near[i] else 0) + sum(numbers[k] if k < soft else 8 for k in near[i]) for i in range(soft)
         ]
-        cut, total = soft_contacts._even_shares(model, start, other, threads)
+        cut, total = soft_contacts.even_shares(model, start, other, threads)
         shares = [sum(work[a:b]) for a, b in pairwise(cut)]
         agree.append(bool(np.isclose(total, sum(work), rtol=1e-12)))
         agree.append(
@@ -333,7 +333,7 @@ def _near(world: World) -> list[list[int]] | None:
 
 def _by_python(*asked: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return what Python finds where the core has a kernel; nothing if it leaves an array."""
-    kernel = soft_contacts._near_bodies
+    kernel = soft_contacts.near_bodies
     try:
         found: tuple[np.ndarray, np.ndarray] = getattr(kernel, "py_func", kernel)(*asked)
     except IndexError:

@@ -200,7 +200,7 @@ def rest_height_converges(run: Run) -> Comparison:
     faults=(
         Fault(
             "soft bodies and boxes that do not meet",
-            soft_contacts._near_bodies,
+            soft_contacts.near_bodies,
             "_sphere_may_meet_box(model_, state_, sphere_, box_)",
             "False",
         ),

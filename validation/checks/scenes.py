@@ -23,7 +23,7 @@ LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 
 BOXES_UNMET = Fault(
     "soft bodies and boxes that do not meet",
-    soft_contacts._near_bodies,
+    soft_contacts.near_bodies,
     "_sphere_may_meet_box(model_, state_, sphere_, box_)",
     "False",
 )
@@ -210,7 +210,7 @@ def _centres(world: World) -> tuple[np.ndarray, np.ndarray]:
     detects="a sphere that stands on the ground, in the hole of the torus",
     faults=(
         Fault("a sphere that fits into the hole", sphere_on_torus.build, "RADIUS", "0.6"),
-        Fault("soft bodies that do not meet", soft_contacts._near_bodies, "boxes_meet(a_, b_)", "False"),
+        Fault("soft bodies that do not meet", soft_contacts.near_bodies, "boxes_meet(a_, b_)", "False"),
     ),
 )
 def torus_carries_the_sphere(run: Run) -> Comparison:

@@ -462,7 +462,7 @@ def held(run: Run) -> Comparison:
     faults=(
         Fault(
             "a box that hangs on the first thing below it",
-            support_trees._plant,
+            support_trees.plant,
             "_push(contacts_, x_, y_)",
             "0.0",
         ),
@@ -492,7 +492,7 @@ def trees(run: Run) -> Comparison:
         contacts.row[:, NORMAL_IMPULSE : NORMAL_IMPULSE + 3] = push
         contacts.row[:, TARGET] = target = rng.normal(size=len(push))
         order = sweep_order(contacts, crowd.bodies)
-        forest = support_trees._plant(contacts, crowd.bodies, order)
+        forest = support_trees.plant(contacts, crowd.bodies, order)
         # The pair by which each box stands, of those to boxes that are nearer to the ground.
         stands: dict[int, int] = {}
         for i in range(count):
@@ -514,8 +514,8 @@ def trees(run: Run) -> Comparison:
         trial = support_trees.Trial(does, push.copy(), motion.copy(), unsolved, whole, whole.copy())
         shape = (count, 6, 6)
         equations = support_trees.Equations(*np.full((2, *shape), np.nan), *np.full((2, *shape[:2]), np.nan))
-        support_trees._assemble(contacts, crowd.bodies, forest, trial, equations)
-        support_trees._eliminate(crowd.bodies, forest, trial, equations)
+        support_trees.assemble(contacts, crowd.bodies, forest, trial, equations)
+        support_trees.eliminate(crowd.bodies, forest, trial, equations)
         ways = np.stack([crowd.normal, *crowd.tangents()])
         rows = np.stack([crowd.jacobian(way) for way in ways], axis=1)
         inverse, start = crowd.inverse_mass(), crowd.motion()

@@ -125,7 +125,7 @@ KINDS = [(kind, count) for kind in ("soft–soft", "soft–rigid") for count in 
         Fault(
             "reactions where the surface's point was, though it has been moved aside",
             soft_response._place_on_b,
-            "_line_meets_triangle(contacts_, k_, particles_, direction_, ago_)",
+            "line_meets_triangle(contacts_, k_, particles_, direction_, ago_)",
             "surface_point(contacts_, k_, 1).weights",
         ),
     ),

@@ -96,7 +96,7 @@ def meeting_of(boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, limits: Li
     that they would fly past if nothing held them, is none.
     """
     a, b = pair
-    _project_travel(boxes, pair, sweep.travel, memory)
+    project_travel(boxes, pair, sweep.travel, memory)
     rounding, graze = rounding_of(boxes.size, a, b), grazing_depth(boxes, pair, limits.slop)
     touching = limits.slop + rounding
     latest, before, best, acts = -np.inf, 0.0, NO_MEETING, False
@@ -148,9 +148,9 @@ def meeting_of(boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, limits: Li
 @jit_lean
 def _slide(boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, k: int, memory: SatMemory) -> float:
     """Return how far [m] velocities alone move two boxes along axis `k`, seen from each other, within the step."""
-    _project_travel(boxes, pair, sub(sweep.travel, sweep.pull), memory)
+    project_travel(boxes, pair, sub(sweep.travel, sweep.pull), memory)
     _, _, way, _ = _projection(boxes.size, pair, k, memory)
-    _project_travel(boxes, pair, sweep.travel, memory)
+    project_travel(boxes, pair, sweep.travel, memory)
     return abs(way)
 
 
@@ -219,7 +219,7 @@ def _later(box: PlacedBox, travel: Vec, spin: Vec) -> PlacedBox:
 
 
 @jit_lean
-def _project_travel(boxes: BoxFrames, pair: tuple[int, int], travel: Vec, memory: SatMemory) -> None:
+def project_travel(boxes: BoxFrames, pair: tuple[int, int], travel: Vec, memory: SatMemory) -> None:
     """Write `travel`, seen from both boxes' frames, beside the way from b to a."""
     for frame in range(2):
         box = pair[0] if frame == 0 else pair[1]

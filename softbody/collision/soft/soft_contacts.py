@@ -49,7 +49,7 @@ class Pairs(NamedTuple):
     start: np.ndarray  # (b + 1,) other[start[i]:start[i + 1]] are the bodies whose bounds meet those of soft body i
     other: np.ndarray  # boxes are numbered after soft bodies
     cut: np.ndarray  # (threads + 1,) where the soft bodies are cut into shares
-    work: float  # of all shares, see `_even_shares`
+    work: float  # of all shares, see `even_shares`
     with_edges: bool  # or particles and corners only
     with_boxes: bool | None  # see `Surfaces`
 
@@ -66,8 +66,8 @@ def find_soft_contacts(
         return contacts
     shapes, desks = surfaces.shapes, surfaces.desks
     shares = desks.frame.shape[0]
-    start, near = _near_bodies(model, state, shapes, desks, rest, settings.exhaustive_pairs)
-    cut, work = _even_shares(model, start, near, shares)
+    start, near = near_bodies(model, state, shapes, desks, rest, settings.exhaustive_pairs)
+    cut, work = even_shares(model, start, near, shares)
     pairs = Pairs(start, near, cut, work, settings.edge_contacts, surfaces.with_boxes)
     before, found = contacts.number[0], np.zeros(shares, np.int64)
     while True:
@@ -125,7 +125,7 @@ def find_share(
 
 
 @jit
-def _even_shares(model: Model, start: np.ndarray, near: np.ndarray, shares: int) -> tuple[np.ndarray, float]:
+def even_shares(model: Model, start: np.ndarray, near: np.ndarray, shares: int) -> tuple[np.ndarray, float]:
     """Return where to cut the soft bodies into `shares` of about as much work each, (shares + 1,), and all the work.
 
     Work is counted in particles: of each that is asked, and of all that are asked about.
@@ -147,7 +147,7 @@ def _even_shares(model: Model, start: np.ndarray, near: np.ndarray, shares: int)
 
 
 @jit
-def _near_bodies(
+def near_bodies(
     model: Model, state: State, shapes: Shapes, desks: Desks, rest: Rest | None, exhaustive: bool
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return (start, other) of `Pairs`. (Contacts of boxes among themselves are found elsewhere.)"""

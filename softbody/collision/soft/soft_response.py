@@ -330,7 +330,7 @@ def _place_on_b(contacts: Listing, k: int, bodies: Bodies, direction: Vec, ago: 
     """Return where on b side a was `ago` [s], seen along a direction: an impulse there has no moment. See `Replay`."""
     box = contacts.box[k, 1]
     if box == NOBODY:
-        return _line_meets_triangle(contacts, k, bodies.particles, direction, ago)
+        return line_meets_triangle(contacts, k, bodies.particles, direction, ago)
     place = _place(bodies.particles, surface_point(contacts, k, 0), ago)
     return sub(add(place, scale(ago, load(bodies.boxes.velocity, box))), load(bodies.boxes.position, box))
 
@@ -415,7 +415,7 @@ def _split_inverse_mass(inverse_mass: np.ndarray, weight_sum: np.ndarray, point:
 
 
 @jit_lean
-def _line_meets_triangle(contacts: Listing, k: int, particles: Particles, direction: Vec, ago: float) -> Vec:
+def line_meets_triangle(contacts: Listing, k: int, particles: Particles, direction: Vec, ago: float) -> Vec:
     """Return the weights of where the line through side a meets the plane of b's triangle, as both were `ago` [s].
 
     There the reaction to an impulse along the line has no moment about it. b's own, if the line is all but along the

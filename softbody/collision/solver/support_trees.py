@@ -103,21 +103,21 @@ def solve_trees(contacts: Contacts, bodies: RigidBodies, order: SweepOrder, moti
     Speeds of `enough` [m/s] are the least that matter. Of the correction of each tree as much is taken as its contacts
     ask for: where nothing slides, as much as takes away most energy. It never adds any.
     """
-    forest = _plant(contacts, bodies, order)
+    forest = plant(contacts, bodies, order)
     trial = _begin(contacts, forest, motion, enough)
     shape = (bodies.inverse_mass.shape[0], 6, 6)
     equations = Equations(np.empty(shape), np.empty(shape), np.empty(shape[:2]), np.empty(shape[:2]))
     for _ in range(ROUNDS):
         if not trial.unsolved.any():
             break
-        _assemble(contacts, bodies, forest, trial, equations)
-        _eliminate(bodies, forest, trial, equations)
+        assemble(contacts, bodies, forest, trial, equations)
+        eliminate(bodies, forest, trial, equations)
         _correct(contacts, forest, trial, equations, enough)
     _take(contacts, forest, trial, motion, SLIDING * enough)
 
 
 @jit
-def _plant(contacts: Contacts, bodies: RigidBodies, order: SweepOrder) -> Forest:
+def plant(contacts: Contacts, bodies: RigidBodies, order: SweepOrder) -> Forest:
     """Return the forest: every box hangs on the pair below it that pushed it most in the last step."""
     count, number, level = bodies.inverse_mass.shape[0], order.pairs.shape[0], order.level
     best, most = np.full(count, NOBODY), np.full(count, -1.0)
@@ -204,7 +204,7 @@ def _is_unsolved(forest: Forest, trial: Trial, pair: int) -> bool:
 
 
 @jit
-def _assemble(contacts: Contacts, bodies: RigidBodies, forest: Forest, trial: Trial, equations: Equations) -> None:
+def assemble(contacts: Contacts, bodies: RigidBodies, forest: Forest, trial: Trial, equations: Equations) -> None:
     """Set up the equations of the unsolved trees."""
     for pair in range(forest.pairs.shape[0]):
         if _is_unsolved(forest, trial, pair):
@@ -249,7 +249,7 @@ def _add_contact(contacts: Contacts, held: tuple[int, int], i: int, impulse: flo
 
 
 @jit
-def _eliminate(bodies: RigidBodies, forest: Forest, trial: Trial, equations: Equations) -> None:
+def eliminate(bodies: RigidBodies, forest: Forest, trial: Trial, equations: Equations) -> None:
     """Solve the equations of the unsolved trees: from the tips to the roots, and back.
 
     Every body passes on to its carrier what is left of its pull, and how stiffly it holds on: that of the contacts
