@@ -7,7 +7,7 @@ in a process of its own, and without compiling: what it writes is kept, and not 
     git worktree add --detach ../old ba809c3
     python -m validation.golden.make 1 --checkout ../old
 
-This file runs beside any softbody since format 1, so it imports nothing else of ours, and asks what there is. Never make
+This file runs beside any softbody since format 1: it imports nothing else of ours, and asks what there is. Never make
 the files of a format by a later revision than that: they would say nothing of the old one any more.
 """
 
@@ -174,7 +174,7 @@ def told_of_world(world: World) -> dict[str, Any]:
         "entries": {name: sha(array) for name, array in snapshot.items() if not name.startswith(NOT_TOLD)},
     }
     if hasattr(world, "soft_bodies"):
-        told["masses"] = [body.mass for body in (*world.soft_bodies, *world.boxes)]
+        told["masses"] = [*(body.mass for body in world.soft_bodies), *(box.mass for box in world.boxes)]
     if hasattr(world, "joints"):
         told["joints"] = len(world.joints)
         told["kinematic"] = [box.is_kinematic for box in world.boxes]
