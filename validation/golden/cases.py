@@ -22,7 +22,7 @@ FILES = Path(__file__).parent / "files"
 
 SMALL = {"subdivisions": 2, "bodies": 3, "boxes": 6}  # arguments of scenes, where they have such
 FALL = 4.0  # [m/s] at which everything comes down at first, so that it meets within few steps
-SLEEP: dict[str, Any] = {"sleep_speed": 0.1, "sleep_after": 0.02}
+SLEEP: dict[str, Any] = {"sleep_speed": 2.0, "sleep_after": 0.02}  # so fast that some fall asleep within few steps
 
 
 class Case(NamedTuple):
@@ -105,7 +105,7 @@ def cases() -> dict[str, Case]:
     """Return all worlds, by name."""
     found = {f"scene {name}": Case(partial(scene, name), 5e-4, 600) for name in scenes.__all__}
     for precision, threads, substeps in product(("double", "single"), (1, 2), (1, 2)):
-        how = {"precision": precision, "threads": threads, "substeps": substeps}
+        how: dict[str, Any] = {"precision": precision, "threads": threads, "substeps": substeps}
         called = f"{precision}, {threads} threads, {substeps} substeps"
         found[f"tray: {called}"] = Case(partial(scene, "tray", **how), 2e-3, 200, threads)
         if threads == 1 or precision == "single":  # every other way is compiled for some tens of seconds
