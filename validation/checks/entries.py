@@ -219,7 +219,6 @@ def together(saved: Arrays, rng: np.random.Generator) -> Iterator[Trial]:
     yield from of_contacts(saved)
     yield from of_rest(saved)
     yield from of_names(saved)
-    yield from of_old_formats(saved)
 
 
 def of_joints(saved: Arrays) -> Iterator[Trial]:
@@ -376,18 +375,6 @@ def of_names(saved: Arrays) -> Iterator[Trial]:
             yield Trial("no letter", saved | {"precision": no_letter[0:1].reshape(())}, "precision holds 0x110000")
 
 
-def of_old_formats(saved: Arrays) -> Iterator[Trial]:
-    """Yield trials of the formats of old, which lack one thing after another, and of what must not be in them."""
-    lacks: dict[int, str | tuple[str, ...]] = {5: ("rest.", "settings.sleep_"), 4: "names.", 3: "state.box_time_left"}
-    lacks |= {2: "joints.", 1: "format"}
-    old = dict(saved)
-    for number, lacking in lacks.items():
-        old = {name: array for name, array in old.items() if not name.startswith(lacking)}
-        rings = {"rings.particle": np.array([-1]), "rings.of_old": np.zeros(3)} if number == 1 else {}
-        yield Trial(f"format {number}", old | ({"format": np.array(number)} if number > 1 else rings), None)
-        yield Trial(f"format {number} said to be later", old | {"format": np.array(6)}, "is missing")
-
-
 def right_about(trial: Trial, world: World) -> bool:
     """Tell whether a world takes a trial, with every entry as it is there, or refuses it by the name that it must."""
     try:
@@ -409,7 +396,7 @@ def _same(one: np.ndarray, other: np.ndarray) -> bool:
     family=FAMILY,
     claim="Each entry of a saved world that is altered, to and beyond the limits of what it may be, by itself and with"
     " those that it must go with, is taken as it is, or refused by its name: numbers, kinds, shapes, masses, turns,"
-    " ends of joints, surfaces, contacts, settings and names; and the formats of old.",
+    " ends of joints, surfaces, contacts, settings and names.",
     section="9",
     piece="softbody.World.restore, softbody.World.load",
     reference="what is said of each entry where it is declared, tried one by one",
@@ -430,7 +417,6 @@ def _same(one: np.ndarray, other: np.ndarray) -> bool:
         Fault("settings as they come", snapshot._settings, "check_settings(s_, n_)", ""),
         Fault("contacts in any order", snapshot._impulses, "np.diff(b) >= 0", "True"),
         Fault("letters that are none", snapshot_entries.Entries.words, "_check_letters(n_, a_)", ""),
-        Fault("times left that are not there in format 3", snapshot._checked, "number < 4", "number < 3"),
     ),
 )
 def entries_of_saved_worlds(run: Run) -> Comparison:

@@ -1,0 +1,1 @@
+"""What softbody wrote and computed at known revisions, kept to be compared with."""
