@@ -14,9 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from softbody import Trajectory, World, scenes, snapshot
+from softbody import Trajectory, World, scenes
 from softbody.__main__ import main as softbody_command
 from softbody.scenes import scene_file
+from softbody.storage import snapshot
 from softbody.trajectory import manifest, reader
 from validation.check import DISAGREEMENTS, Comparison, Run, check
 from validation.fault import Fault
@@ -178,7 +179,7 @@ def last_frame_in_world(folder: Path) -> dict[str, Any]:
         Fault("bodies of a world under another name", reader.Trajectory.put_into, "'bodies'", "'shapes'"),
         Fault("no names for those who have none", reader.Trajectory.__init__, "x_ or unlabelled(s_)", "x_"),
         Fault("velocities that are not read", reader.Trajectory.__getitem__, "rows.get('box_velocity')", "None"),
-        Fault("a run that never was", "softbody.run_folder.WORLD", "'world.npz'", "'state.npz'"),
+        Fault("a run that never was", "softbody.cli.run_folder.WORLD", "'world.npz'", "'state.npz'"),
     ),
 )
 def trajectories_and_runs(run: Run) -> Comparison:
