@@ -7,7 +7,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from softbody.bodies.body import Body
-from softbody.bodies.builder import joints_that_stay, properties_of, with_box, with_joint, with_soft_body, without
+from softbody.bodies.builder import joints_that_stay, with_box, with_joint, with_soft_body, without
 from softbody.bodies.ground import Ground
 from softbody.bodies.joint import End, ends_of
 from softbody.bodies.names import GONE
@@ -16,6 +16,7 @@ from softbody.collision.contact import remembered, remembering, without_box
 from softbody.compiler.interrupts import set_together
 from softbody.errors import ParameterError
 from softbody.mesh.mesh import Mesh
+from softbody.model.properties import properties_of
 from softbody.model.settings import RK4_VELOCITY
 from softbody.model.validation import check_range, shown
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import Any, ClassVar, overload
 
-from softbody.bodies.builder import checked_property
 from softbody.bodies.names import GONE, Who
 from softbody.bodies.store import HasStore, Store
 from softbody.bodies.strict_names import StrictNames
 from softbody.errors import ParameterError
+from softbody.model.properties import checked_property, known_properties
 from softbody.model.validation import check_whole
 
 
@@ -120,11 +120,17 @@ class SleepyBody(Body):
 
 
 class BodyProperty:
-    """A number of a body's own in the Model, as an attribute of its handle: checked when it is set."""
+    """A number of a body's own in the Model, as an attribute of its handle: checked when it is set.
 
-    def __init__(self, field: str, doc: str) -> None:
-        self.field = field
-        self.__doc__ = doc
+    The field of the Model that is called so after the kind of body declares it.
+    """
+
+    field = ""
+
+    def __set_name__(self, kind: type[Body], name: str) -> None:
+        """Learn which field it is, and what it says of itself."""
+        self.field = f"{kind.kind.split()[0]}_{name}"
+        self.__doc__ = known_properties()[self.field].doc
 
     @overload
     def __get__(self, body: None, kind: type) -> BodyProperty: ...

@@ -6,7 +6,6 @@ where the field is; here is how rows are checked, added and taken apart, for all
 
 from __future__ import annotations
 
-from functools import cache
 from math import sqrt
 from typing import Any, NamedTuple, TypeVar, get_type_hints
 
@@ -28,7 +27,6 @@ from softbody.model.arrays import (
     Controls,
     Joints,
     Model,
-    Property,
     Rows,
     State,
     VertexRings,
@@ -83,37 +81,6 @@ def _empty(kind: type[Part]) -> Part:
         shape = (1 if name.endswith("_start") else 0, *([rows.columns] if rows.columns else []))
         values[name] = np.zeros(shape, np.int64 if rows.whole else np.float64)
     return kind(**values)
-
-
-def properties_of(kind: str, given: dict[str, Any]) -> dict[str, Any]:
-    """Return the Properties of a new body of a `kind`, "soft" or "box": those `given`, and the others' defaults.
-
-    Keys are fields of a Model. One of None is left to `with_soft_body`. Raises ParameterError for a number out of its
-    range or a name that is none.
-    """
-    values, left = dict[str, Any](), dict(given)
-    for field, note in known_properties().items():
-        if field.startswith(f"{kind}_"):
-            value = left.pop(field.removeprefix(f"{kind}_"), note.default)
-            values[field] = None if value is note.default is None else checked_property(field, value)
-    if left:
-        known = ", ".join(field.removeprefix(f"{kind}_") for field in values)
-        raise ParameterError(f"a {kind} body has no {next(iter(left))!r}; choose from {known}")
-    return values
-
-
-def checked_property(field: str, value: float) -> float:
-    """Return a Property of a Model, checked; raises ParameterError for a number out of its range."""
-    note = known_properties()[field]
-    return check_range(value, field.split("_", 1)[1], note.unit, least=note.least, most=note.most)
-
-
-@cache
-def known_properties() -> dict[str, Property]:
-    """Return the fields of a Model that are Properties."""
-    hints = get_type_hints(Model, include_extras=True)
-    notes = {field: getattr(hint, "__metadata__", (None,))[0] for field, hint in hints.items()}
-    return {field: note for field, note in notes.items() if isinstance(note, Property)}
 
 
 def default_damping(stiffness: np.ndarray, mass: float) -> float:

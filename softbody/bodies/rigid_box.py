@@ -47,8 +47,8 @@ class Box(SleepyBody):
         """Whether it has no mass, and moves: by its velocities, which nothing in the world changes."""
         return self.mass is None and bool(self.velocity.any() or self.angular_velocity.any())
 
-    restitution = BodyProperty("box_restitution", "Restitution in contacts, 0 … 1.")
-    friction = BodyProperty("box_friction", "Coulomb coefficient of friction in contacts, ≥ 0.")
+    restitution = BodyProperty()
+    friction = BodyProperty()
 
     @property
     def position(self) -> np.ndarray:

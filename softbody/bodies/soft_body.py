@@ -65,15 +65,11 @@ class SoftBody(SleepyBody):
         """Mass [kg], shared equally by the particles."""
         return len(self.positions) / float(self.store.model.particle_inverse_mass[self._rows()].max())
 
-    damping = BodyProperty(
-        "soft_damping", "Damping of the springs [N s/m], against the speed at which their ends part."
-    )
-    drag = BodyProperty("soft_drag", "Rate at which all velocities fade [1/s].")
-    restitution = BodyProperty("soft_restitution", "Restitution in contacts, 0 … 1.")
-    friction = BodyProperty("soft_friction", "Coulomb coefficient of friction in contacts, ≥ 0.")
-    deflated_below = BodyProperty(
-        "soft_deflated_below", "Fraction of the mesh's volume at which it has collapsed, 0 … 1."
-    )
+    damping = BodyProperty()
+    drag = BodyProperty()
+    restitution = BodyProperty()
+    friction = BodyProperty()
+    deflated_below = BodyProperty()
 
     @property
     def gas(self) -> float:

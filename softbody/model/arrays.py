@@ -32,13 +32,21 @@ class Rows(NamedTuple):
 class Property(NamedTuple):
     """A number that a user may give each body, as a keyword of `add_soft_body` or `add_box`: the field without `soft_`.
 
-    A field of a Model that is annotated with one needs nothing else: it is filled in, checked, saved and restored.
+    A field of a Model that is annotated with one is filled in, checked, a key of scene files, saved and restored. Files
+    of formats before `since` do not have it: bodies in them get the default. A line `name = BodyProperty()` in the
+    class of the handle makes it an attribute, with `doc` as its docstring.
     """
 
     default: float | None  # None: `softbody.bodies.builder` works it out from what the body is
+    doc: str
     unit: str = ""
     least: float = 0.0
     most: float = inf
+    since: int = 1  # format of snapshots and files
+
+
+RESTITUTION = "Restitution in contacts, 0 … 1."
+FRICTION = "Coulomb coefficient of friction in contacts, ≥ 0."
 
 
 class Model(NamedTuple):
@@ -58,16 +66,21 @@ class Model(NamedTuple):
     soft_thickness: Annotated[np.ndarray, Rows(above=0.0)]
     soft_edge_length: Annotated[np.ndarray, Rows(above=0.0)]  # (b,) mean, of the mesh as it was added [m]
     soft_mesh_volume: Annotated[np.ndarray, Rows(above=0.0)]  # (b,) of the mesh as it was added [m³]
-    soft_deflated_below: Annotated[np.ndarray, Property(0.0, most=1.0)]  # (b,) of that volume: then it has collapsed
-    soft_damping: Annotated[np.ndarray, Property(None, "N s/m")]  # (b,) of the springs, along their edges
-    soft_drag: Annotated[np.ndarray, Property(0.0, "1/s")]  # (b,) rate at which velocities fade
-    soft_restitution: Annotated[np.ndarray, Property(0.0, most=1.0)]  # (b,)
-    soft_friction: Annotated[np.ndarray, Property(0.5)]  # (b,) Coulomb coefficient
+    soft_deflated_below: Annotated[
+        np.ndarray, Property(0.0, "Fraction of the mesh's volume at which it has collapsed, 0 … 1.", most=1.0)
+    ]  # (b,)
+    soft_damping: Annotated[
+        np.ndarray,
+        Property(None, "Damping of the springs [N s/m], against the speed at which their ends part.", "N s/m"),
+    ]  # (b,)
+    soft_drag: Annotated[np.ndarray, Property(0.0, "Rate at which all velocities fade [1/s].", "1/s")]  # (b,)
+    soft_restitution: Annotated[np.ndarray, Property(0.0, RESTITUTION, most=1.0)]  # (b,)
+    soft_friction: Annotated[np.ndarray, Property(0.5, FRICTION)]  # (b,)
     box_size: Annotated[np.ndarray, Rows(3, above=0.0)]  # (m, 3) full extent [m]
     box_inverse_mass: Annotated[np.ndarray, Rows(least=0.0)]  # (m,) [1/kg]; 0 for a static or kinematic box
     box_inverse_inertia: Annotated[np.ndarray, Rows(3, least=0.0)]  # (m, 3) diagonal in the box's own frame [1/(kg m²)]
-    box_restitution: Annotated[np.ndarray, Property(0.0, most=1.0)]  # (m,)
-    box_friction: Annotated[np.ndarray, Property(0.5)]  # (m,) Coulomb coefficient
+    box_restitution: Annotated[np.ndarray, Property(0.0, RESTITUTION, most=1.0)]  # (m,)
+    box_friction: Annotated[np.ndarray, Property(0.5, FRICTION)]  # (m,)
     ground_height: float  # the ground is z ≤ height [m]; −inf: no ground
     ground_restitution: float  # 0 … 1
     ground_friction: float  # Coulomb coefficient, ≥ 0

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from softbody.bodies.builder import checked_property, known_properties
 from softbody.bodies.names import checked_name
 from softbody.errors import ParameterError
+from softbody.model.properties import checked_property, known_properties
 from softbody.model.settings import PRECISIONS, Choices, check_name, settings_of
 from softbody.model.validation import (
     NO_NUMBERS,

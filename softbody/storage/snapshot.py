@@ -19,6 +19,7 @@ from softbody.dynamics.joint_forces import no_joints
 from softbody.errors import MeshError, ParameterError, SnapshotError
 from softbody.mesh.mesh import check_surface, unique_edges
 from softbody.model.arrays import NOBODY, Controls, Joints, Model, Property, Rows, State
+from softbody.model.properties import known_properties
 from softbody.model.settings import PRECISIONS, Settings, check_name, check_settings
 from softbody.model.sleep_state import Rested, not_rested
 from softbody.model.validation import QUATERNION_TOLERANCE
@@ -96,7 +97,7 @@ def checked(snapshot: Snapshot) -> Snapped:
 
 def _checked(entries: Entries) -> Snapped:
     number = _format(entries)
-    model, counts = _model(entries)
+    model, counts = _model(entries, number)
     if number < 4:
         entries.put("state.box_time_left", np.zeros(model.box_count))
     _check_surfaces(model)
@@ -128,8 +129,8 @@ def _format(entries: Entries) -> int:
     return number
 
 
-def _model(entries: Entries) -> tuple[Model, dict[str, int]]:
-    """Take a Model; return it, and how many rows there are of what fields are named by."""
+def _model(entries: Entries, number: int) -> tuple[Model, dict[str, int]]:
+    """Take a Model of a format; return it, and how many rows there are of what fields are named by."""
     counts = {"soft": entries.whole("model.soft_count"), "box": entries.whole("model.box_count"), "gravity": 3}
     known: dict[str, Any] = {"soft_count": counts["soft"], "box_count": counts["box"]}
     for kind in ("particle", "edge", "triangle"):
@@ -140,6 +141,9 @@ def _model(entries: Entries) -> tuple[Model, dict[str, int]]:
         known[f"soft_{kind}_start"], counts[kind] = start, int(start[-1])
     for field, limits in GROUND.items():
         known[field] = entries.real(f"model.{field}", limits, NO_GROUND if field == "ground_height" else None)
+    for field, note in known_properties().items():
+        if number < note.since:
+            entries.put(f"model.{field}", np.full(counts[field.split("_")[0]], note.default))
     return _part(entries, "model", Model, counts, known), counts
 
 

@@ -242,9 +242,9 @@ except ValueError as error:
 def test_one_more_property_of_each_body_is_one_edit(tmp_path):
     core = Path(softbody.__file__).parent
     shutil.copytree(core, tmp_path / "softbody", ignore=shutil.ignore_patterns("__pycache__"))
-    state = tmp_path / "softbody" / "state.py"
-    line = '    soft_stickiness: Annotated[np.ndarray, Property(0.25, "N", most=2.0)]\n'
-    state.write_text(state.read_text().replace("    soft_damping:", line + "    soft_damping:", 1))
+    arrays = tmp_path / "softbody" / "model" / "arrays.py"
+    line = '    soft_stickiness: Annotated[np.ndarray, Property(0.25, "Sticks.", "N", most=2.0, since=99)]\n'
+    arrays.write_text(arrays.read_text().replace("    soft_damping:", line + "    soft_damping:", 1))
     environment = os.environ | {"PYTHONPATH": str(tmp_path), "NUMBA_DISABLE_JIT": "1", "PYTHONDONTWRITEBYTECODE": "1"}
     done = subprocess.run(
         [sys.executable, "-c", ONE_MORE], cwd=tmp_path, env=environment, capture_output=True, text=True, check=True
