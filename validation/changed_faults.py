@@ -50,9 +50,10 @@ def declarations(source: str) -> Iterator[Declaration]:
     for name, function in functions_of(tree):
         for call in function.decorator_list:
             said = {each.arg: each.value for each in call.keywords} if isinstance(call, ast.Call) else {}
-            if isinstance(said.get("faults"), ast.Tuple):
+            faults = said.get("faults")
+            if isinstance(faults, ast.Tuple):
                 does = what_it_does(function) + "".join(ast.dump(said[each]) for each in JUDGED_BY if each in said)
-                for fault in said["faults"].elts:
+                for fault in faults.elts:
                     known = named.get(fault.id, fault.id) if isinstance(fault, ast.Name) else _wording(fault)
                     yield name, does, known
 

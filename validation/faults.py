@@ -118,7 +118,7 @@ def chosen(pattern: str, since: str | None, count: int | None, seed: int | None)
     if not faults:
         raise click.UsageError(f"no fault and no claim has {pattern!r} in its name")
     if since is None and count is None:
-        return faults, f"all {len(faults)} faults" + (f" that name {pattern!r}" if pattern else "")
+        return faults, f"{len(faults)} faults" + (f" that name {pattern!r}" if pattern else "")
     try:
         news = set() if since is None else changed_faults(checks, since)
         seed = number_of_head() if seed is None and count else seed or 0
