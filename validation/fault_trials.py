@@ -10,17 +10,18 @@ from __future__ import annotations
 
 import json
 import queue
-import random
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from math import isfinite
 from pathlib import Path
+from threading import Event
 from typing import Any
 
 from softbody.compiler.core_digest import core_digest
 from validation.bench import ASLEEP, GREEN, MEASURED, Bench, Seen
 from validation.check import all_checks
+from validation.claim_groups import group_of
 from validation.damaged_core import copy_core
 from validation.engines import missing
 from validation.fault import Fault, plant, plant_switched
@@ -104,12 +105,17 @@ def planted_faults() -> dict[Fault, tuple[str, ...]]:
     return claims
 
 
-def in_any_order(faults: Mapping[Fault, tuple[str, ...]]) -> list[str]:
-    """Return the claims that can be judged, mixed: neighbours, judged side by side, would compile the same kernels."""
-    claims = sorted({claim for claims in faults.values() for claim in claims})
-    claims = [claim for claim in claims if not missing(all_checks()[claim].engines)]
-    random.Random(SEED).shuffle(claims)
-    return claims
+def claims_by_group(faults: Mapping[Fault, tuple[str, ...]]) -> list[list[str]]:
+    """Return the claims that can be judged, those that compile the same kernels together; most of them first.
+
+    Two that are judged side by side would both compile what the second may load from the disk.
+    """
+    groups: dict[str, list[str]] = {}
+    for claim in dict.fromkeys(claim for claims in faults.values() for claim in claims):
+        check = all_checks()[claim]
+        if not missing(check.engines):
+            groups.setdefault(group_of(check), []).append(claim)
+    return sorted(groups.values(), key=len, reverse=True)
 
 
 def try_fault(fault: Fault, claims: tuple[str, ...], judges: Judges, sound: Mapping[str, Seen]) -> Outcome:
@@ -135,13 +141,21 @@ def why_not_seen(claim: str, seen: Seen) -> str:
     return f"not seen by {claim}" if seen.what == GREEN else f"{claim} {seen.what}, and has seen nothing: {seen.why}"
 
 
-def all_at_once(work: Callable[..., Any], tasks: Iterable[tuple[Any, ...]], jobs: int) -> Iterator[Any]:
-    """Call `work` for tasks, so many at a time, and yield what it returns as each ends."""
-    pool = ThreadPoolExecutor(jobs)
+def side_by_side(work: Callable[..., Any], rows: Iterable[Sequence[tuple[Any, ...]]], jobs: int) -> Iterator[Any]:
+    """Call `work` for rows of tasks, each row in turn, so many rows at a time, and yield what it returned as rows end.
+
+    Once nobody asks for more, no more tasks are begun.
+    """
+    pool, is_over = ThreadPoolExecutor(jobs), Event()
+
+    def work_on(row: Sequence[tuple[Any, ...]]) -> list[Any]:
+        return [work(*task) for task in row if not is_over.is_set()]
+
     try:
-        for future in as_completed([pool.submit(work, *task) for task in tasks]):
-            yield future.result()
+        for future in as_completed([pool.submit(work_on, row) for row in rows]):
+            yield from future.result()
     finally:
+        is_over.set()
         pool.shutdown(cancel_futures=True)
 
 

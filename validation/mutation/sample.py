@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import ast
 import random
-import subprocess
 import zlib
 from collections.abc import Iterable
 
 from validation.mutation.core import ROOT, is_left_out
-from validation.mutation.sites import Mutant, functions_of, what_it_does
+from validation.mutation.sites import Mutant
+from validation.revision import changed, functions_in, sources_at, sources_now
+
+CORE = "softbody"  # the folder
 
 
 def in_fair_order(mutants: Iterable[Mutant], seed: int) -> list[Mutant]:
@@ -30,27 +31,10 @@ def in_fair_order(mutants: Iterable[Mutant], seed: int) -> list[Mutant]:
 
 
 def changed_functions(revision: str) -> set[tuple[str, str]]:
-    """Return (file, function) of the core for all that is new, or reads differently, since a revision.
+    """Return (file, function) of the core for all that is new, or does something else, since a revision.
 
-    Raises ValueError if Git does not know the revision.
+    What has only moved has not changed. Raises ValueError if Git does not know the revision.
     """
-    core, changed = ROOT / "softbody", set()
-    asked = ["git", "rev-parse", "--verify", "--quiet", f"{revision}^{{commit}}"]
-    known = subprocess.run(asked, cwd=ROOT, capture_output=True)
-    if known.returncode:
-        raise ValueError(f"Git knows no revision {revision!r}; name a commit, a branch or a tag")
-    for path in sorted(core.rglob("*.py")):
-        file = path.relative_to(core).as_posix()
-        if is_left_out(file):
-            continue
-        name = f"{revision}:softbody/{file}"
-        shown = subprocess.run(["git", "show", name], cwd=ROOT, capture_output=True, text=True)
-        before = _bodies(shown.stdout) if shown.returncode == 0 else {}
-        now = _bodies(path.read_text(encoding="utf-8"))
-        changed |= {(file, function) for function, body in now.items() if before.get(function) != body}
-    return changed
-
-
-def _bodies(source: str) -> dict[str, str]:
-    """Return what each function of a module does."""
-    return {name: what_it_does(function) for name, function in functions_of(ast.parse(source))}
+    found = changed(sources_at(revision, CORE, ROOT), sources_now(CORE, ROOT), functions_in)
+    files = {(path.removeprefix(f"{CORE}/"), function) for path, function in found}
+    return {each for each in files if not is_left_out(each[0])}
