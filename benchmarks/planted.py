@@ -15,7 +15,7 @@ import click
 from benchmarks.cores import CORE, kept
 from benchmarks.sides import Side
 
-KERNEL = "step.py"
+KERNEL = "stepping/step.py"
 BEFORE = "    bodies, material = soft_bodies_of(model, controls, state), BARE\n"
 EXTRA = """    spare = copied(state)
     move_soft_bodies(soft_bodies_of(model, controls, spare), motion, settings, h, (steps * {percent} + 50) // 100)

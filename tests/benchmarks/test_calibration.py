@@ -55,8 +55,8 @@ def test_a_slow_down_is_planted_in_a_core_of_its_own(core):
     planted = slower(core, 3)
     assert planted.folder != core.folder
     assert digest_of(planted.folder / "softbody") == planted.folder.name
-    lines = (planted.folder / "softbody" / "step.py").read_text().splitlines()
-    kernel = (core.folder / "softbody" / "step.py").read_text().splitlines()
+    lines = (planted.folder / "softbody" / "stepping" / "step.py").read_text().splitlines()
+    kernel = (core.folder / "softbody" / "stepping" / "step.py").read_text().splitlines()
     added = [line.strip() for line in lines if line not in kernel]
     assert added == [
         "spare = copied(state)",
@@ -66,7 +66,7 @@ def test_a_slow_down_is_planted_in_a_core_of_its_own(core):
 
 
 def test_a_core_that_reads_otherwise_is_refused(core):
-    kernel = core.folder / "softbody" / "step.py"
+    kernel = core.folder / "softbody" / "stepping" / "step.py"
     kernel.write_text(kernel.read_text().replace(BEFORE, ""))
     with pytest.raises(click.ClickException, match="no slow-down can be planted"):
         slower(Side("x", "x", core.folder), 3)

@@ -242,7 +242,7 @@ def test_what_does_not_compile_is_found_by_numbas_message(tmp_path: Path) -> Non
     file.write_text("def f(x):\n    y = x + 1 if noted_awake(4) else x\n    return y if noted_awake(5) else x\n")
     assert mutants_at(tmp_path, "law.py", 3) == {5}
     assert mutants_at(tmp_path, "law.py", 1) == {4, 5}
-    why = f'raised TypingError: Failed in nopython mode … File "{tmp_path}/softbody/model/material.py", line 2:'
+    why = f'raised TypingError: Failed in nopython mode … File "{tmp_path}/softbody/law.py", line 2:'
     assert culprits(why, tmp_path) == {4}
     assert culprits("raised IndexError: no", tmp_path) == set()
 

@@ -13,18 +13,18 @@ from validation.mutation.sites import Mutant, mutants_in
 
 # Not mutated, and why.
 LEFT_OUT = {
-    "jit.py": "how kernels are compiled",
-    "compile_once.py": "how kernels are compiled",
-    "plain_numba.py": "how kernels are compiled",
-    "cache_file.py": "how machine code is kept",
-    "core_digest.py": "how machine code is kept",
-    "lanes.py": "the interpreted form of lanes, which no kernel that is compiled runs",
-    "compiled_lanes.py": "writes LLVM's code while kernels are compiled, before a switch can be thrown",
-    "threads.py": "how long threads sleep",
+    "compiler/jit.py": "how kernels are compiled",
+    "compiler/compile_once.py": "how kernels are compiled",
+    "compiler/plain_numba.py": "how kernels are compiled",
+    "compiler/cache_file.py": "how machine code is kept",
+    "compiler/core_digest.py": "how machine code is kept",
+    "compiler/simd.py": "the interpreted form of lanes, which no kernel that is compiled runs",
+    "compiler/simd_types.py": "writes LLVM's code while kernels are compiled, before a switch can be thrown",
+    "compiler/threads.py": "how long threads sleep",
     "render/": "what pictures look like is a matter of taste, and tests see the rest",
     "view/": "what is on the screen moves nothing, and tests see what its controls do",
     "extras.py": "which libraries there are",
-    "warmup.py": "compiles ahead of time; computes nothing",
+    "cli/warmup.py": "compiles ahead of time; computes nothing",
     "__main__.py": "the command line",
     "scenes/": "their numbers are a matter of taste",
 }

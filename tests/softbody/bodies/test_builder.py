@@ -12,9 +12,10 @@ import pytest
 
 import softbody
 from softbody import ParameterError, World
-from softbody.bodies.builder import Parts, appended, default_damping, properties_of, soft_body_alone
+from softbody.bodies.builder import Parts, appended, default_damping, soft_body_alone
 from softbody.dynamics.joint_forces import no_joints
 from softbody.model.arrays import Model, Property
+from softbody.model.properties import properties_of
 
 G = 9.81
 BALL = softbody.icosphere(1)

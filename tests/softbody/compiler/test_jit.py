@@ -49,10 +49,10 @@ print(f((0.0, 0.0, 0.0), (3.0, 0.0, 0.0), (0.0, 4.0, 0.0)), sum(f.stats.cache_hi
 
 
 def test_an_edit_in_another_file_of_the_core_is_not_hidden_by_the_cache(copy):
-    """triangle_area calls norm, which calls dot in vec.py: three times the dot product is √3 times the area."""
+    """triangle_area calls norm, which calls dot in linalg/vec.py: three times the dot product is √3 times the area."""
     assert output(AREA, copy) == "6.0 0"
     assert output(AREA, copy) == "6.0 1"
-    vec = copy / "softbody" / "vec.py"
+    vec = copy / "softbody" / "linalg" / "vec.py"
     vec.write_text(vec.read_text().replace("return a[0] * b[0] + a[1]", "return 9 * a[0] * b[0] + 9 * a[1]"))
     vec.write_text(vec.read_text().replace("* b[1] + a[2] * b[2]", "* b[1] + 9 * a[2] * b[2]"))
     assert output(AREA, copy) == "18.0 0"
