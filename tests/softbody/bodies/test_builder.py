@@ -16,6 +16,8 @@ from softbody.bodies.builder import Parts, appended, default_damping, properties
 from softbody.dynamics.joint_forces import no_joints
 from softbody.model.arrays import Model, Property
 
+pytestmark = pytest.mark.interpreted
+
 G = 9.81
 BALL = softbody.icosphere(1)
 SOLID = softbody.octahedron()

@@ -11,6 +11,8 @@ from softbody import MassRatioWarning, OverlapWarning, ParameterError, Simulatio
 from softbody.model.settings import INTEGRATORS
 from softbody.stepping.checks import STABLE_FOR
 
+pytestmark = pytest.mark.interpreted
+
 BALL = softbody.icosphere(1)
 SOLID = softbody.octahedron()
 
@@ -320,6 +322,7 @@ def test_a_box_that_its_torque_spins_up_is_found_after_some_steps():
     assert 0 < world.steps < 1_000
 
 
+@pytest.mark.compiled
 def test_after_a_fault_a_world_goes_on_as_one_that_has_made_as_many_steps():
     """What the solver remembers of the contacts of boxes is that of the last good step, too."""
 
