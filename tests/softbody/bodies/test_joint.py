@@ -269,6 +269,7 @@ def test_nine_tenths_of_the_stable_step_are_taken_with_joints(seed):
         world.step(0.9 * h, 2)
 
 
+@pytest.mark.compiled  # a box that is nowhere has a cell for compiled code only
 def test_a_target_that_was_written_over_is_named(world):
     hold = world.add_joint((0.0, 0.0, 1.0), (world.boxes[0], (2.0, 0.0, 0.0)), 1.0)
     world.step(1e-3)
