@@ -9,20 +9,22 @@ from itertools import chain
 import pytest
 from hypothesis import HealthCheck, settings
 
-# Files, or tests of a file, that take longest. Workers begin with the first, the second … of them: next to one that
-# compiles stands one that starts processes, so that two seldom compile the same.
+# Files, or tests of a file, that take longest, for one worker of two and for the other: where one compiles, the other
+# starts processes, so that both seldom compile the same.
 SLOW = (
-    "tests/test_fuzz.py",
     "tests/softbody/compiler/test_interrupts.py",
-    "tests/validation/test_misbehaviour.py",
-    "tests/softbody/view/test_serving.py",
-    "tests/softbody/compiler/test_jit.py",
-    "tests/validation/test_cluster.py",
+    "tests/test_fuzz.py",
     "tests/test_examples.py",
-    "tests/benchmarks/test_cli.py",
+    "tests/validation/test_misbehaviour.py",
     "tests/test_pages.py",
-    "tests/validation/test_run.py",
+    "tests/softbody/view/test_serving.py",
     "tests/softbody/test_world.py",
+    "tests/validation/test_cluster.py",
+    "tests/softbody/compiler/test_jit.py",
+    "tests/benchmarks/test_cli.py",
+    "tests/softbody/stepping/test_substeps.py",
+    "tests/validation/test_run.py",
+    "tests/softbody/dynamics/test_particle_ground.py",
     "tests/validation/test_cli.py",
 )
 
@@ -37,6 +39,7 @@ def pytest_configure() -> None:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+@pytest.hookimpl(trylast=True)  # of the tests that are selected
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Put slow tests at the head of each worker's share, which is a row of consecutive ones."""
     workers = getattr(config, "workerinput", {}).get("workercount", 1)

@@ -7,6 +7,8 @@ import softbody
 from softbody import ParameterError, World
 from softbody.model.settings import INTEGRATORS, WORDS, Choices, Settings
 
+pytestmark = pytest.mark.interpreted
+
 BALL = softbody.icosphere(1)
 
 
