@@ -13,7 +13,7 @@ report: .venv/ready  ## judge every claim, time the step, make build/report/inde
 	$(RUN) -m validation --require-all $(ARGS)
 
 test: .venv/ready  ## run the project's own tests
-	$(RUN) -m pytest -n auto --dist worksteal $(ARGS)
+	$(RUN) -m tests $(ARGS)
 
 docs: .venv/ready  ## run the examples and the claims' declarations into pages: build/docs/index.html
 	$(RUN) -m sphinx -E -W --keep-going -q $(ARGS) docs build/docs

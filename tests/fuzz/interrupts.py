@@ -13,6 +13,7 @@ import numpy as np
 
 import softbody
 from softbody import World
+from tests.same_bits import same_bits
 
 GOAL = 1_000
 
@@ -60,7 +61,7 @@ def _step(rng: np.random.Generator, kind: str) -> str | None:
     for then in ("", " and three more"):
         if world.time != other.time:
             return f"{world.steps} steps{then} are {world.time!r} s, not {other.time!r}"
-        different = [name for name, rows in world.snapshot().items() if not _same(rows, other.snapshot()[name])]
+        different = [name for name, rows in world.snapshot().items() if not same_bits(rows, other.snapshot()[name])]
         if different:
             return f"after {world.steps} of {steps} steps{then} {', '.join(different)} differ"
         world.step(h, 3, substeps=substeps)
@@ -92,7 +93,7 @@ def _add(rng: np.random.Generator, _: str) -> str | None:
     add(other, number)
     for then in ("", " and three steps"):
         mine, its = world.snapshot(), other.snapshot()
-        if any(not _same(mine[name], its[name]) for name in its):
+        if any(not same_bits(mine[name], its[name]) for name in its):
             return f"{number} of {len(order)} bodies{then} are not those of a world that was not interrupted"
         world.step(1e-4, 3)
         other.step(1e-4, 3)
@@ -142,14 +143,16 @@ def _restore(rng: np.random.Generator, _: str) -> str | None:
     late = _interrupted(rng, go, 0.02)
     if late:
         return late
-    is_like = [k for k in range(2) if all(_same(world.snapshot()[name], rows) for name, rows in snapshots[k].items())]
+    is_like = [
+        k for k in range(2) if all(same_bits(world.snapshot()[name], rows) for name, rows in snapshots[k].items())
+    ]
     if len(is_like) != 1:
         return "the world is neither what it was nor what it was to become"
     whole, h = wholes[is_like[0]]
     for each in (world, whole):
         each.step(h, 3)
     after = whole.snapshot()
-    different = [name for name, rows in world.snapshot().items() if not _same(rows, after[name])]
+    different = [name for name, rows in world.snapshot().items() if not same_bits(rows, after[name])]
     return f"three steps later {', '.join(different)} differ" if different else None
 
 
@@ -218,7 +221,3 @@ def _interrupted(rng: np.random.Generator, call: Callable[[], None], seconds: fl
     if counts_work and heard and heard[0] - begun - delay > SOON:
         return f"heard after {heard[0] - begun - delay:.3f} s"
     return None
-
-
-def _same(a: np.ndarray, b: np.ndarray) -> bool:
-    return a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes()

@@ -16,8 +16,9 @@ ROOT = Path(__file__).parents[2]
 
 
 def validate(*options: str, folder: Path = ROOT, **environment: str) -> subprocess.CompletedProcess[str]:
-    """Run `python -m validation` in a folder."""
-    variables = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "140", **environment}  # xdist says 80
+    """Run `python -m validation` in a folder: without the compiler, for claims are few and small, unless told."""
+    variables = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_DISABLE_JIT": "1", "COLUMNS": "140"}  # xdist says 80
+    variables |= environment
     command = [sys.executable, "-m", "validation", "--level", "quick", *options]
     return subprocess.run(command, cwd=folder, env=variables, capture_output=True, text=True, timeout=300)
 
@@ -36,7 +37,8 @@ def without_fcl(tmp_path: Path) -> dict[str, str]:
 
 
 def test_claims_that_hold_end_with_0_and_leave_page_record_and_junit(tmp_path: Path) -> None:
-    done = validate("-k", "rigid.", "--out", str(tmp_path))
+    claims = "volume.tetrahedra", "volume.inertia_of_boxes"  # whose kernels are small
+    done = validate(*(f"-k{name}" for name in claims), "--out", str(tmp_path), NUMBA_DISABLE_JIT="0")
     assert done.returncode == 0, done.stderr
     assert "2 holds, 0 fails, 0 not run" in done.stdout
     assert {path.name for path in tmp_path.iterdir()} == {"index.html", "badge.svg", "report.json", "junit.xml"}
@@ -46,7 +48,7 @@ def test_claims_that_hold_end_with_0_and_leave_page_record_and_junit(tmp_path: P
 
 def test_the_same_seed_gives_the_same_numbers_and_another_seed_others(tmp_path: Path) -> None:
     def values(seed: int) -> list[float]:
-        validate("-k", "rigid.", "--seed", str(seed), "--out", str(tmp_path))
+        validate("-k", "rigid.thrown_box", "--seed", str(seed), "--out", str(tmp_path))
         return [claim.value for claim in read_report(tmp_path / "report.json").claims]
 
     first = values(1)

@@ -11,6 +11,7 @@ import shutil
 import signal
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -44,20 +45,23 @@ for number in range({count}):
 """
 
 
+def make_place(folder: Path, count: int = 9, seconds: float = 0.0) -> Path:
+    """Make a folder with claims of our own, which take so long; return it.
+
+    Byte code comes along: the copies are as old as the files themselves.
+    """
+    shutil.copytree(ROOT / "validation", folder / "validation", ignore=shutil.ignore_patterns("checks", "*.pyc.*"))
+    checks = folder / "validation" / "checks"
+    checks.mkdir()
+    (checks / "__init__.py").touch()
+    (checks / "many.py").write_text(CLAIMS.format(count=count, seconds=seconds))
+    return folder
+
+
 @pytest.fixture
 def place(tmp_path):
-    """Return a function that makes a folder with claims of our own, which take so long, and returns it."""
-
-    def make(count: int = 9, seconds: float = 0.0) -> Path:
-        ignored = shutil.ignore_patterns("__pycache__", "checks")
-        shutil.copytree(ROOT / "validation", tmp_path / "validation", ignore=ignored, dirs_exist_ok=True)
-        checks = tmp_path / "validation" / "checks"
-        checks.mkdir(exist_ok=True)
-        (checks / "__init__.py").touch()
-        (checks / "many.py").write_text(CLAIMS.format(count=count, seconds=seconds))
-        return tmp_path
-
-    return make
+    """Return a function that makes such a folder."""
+    return partial(make_place, tmp_path)
 
 
 def command(*options: str, before: str = "") -> list[str]:
@@ -67,7 +71,8 @@ def command(*options: str, before: str = "") -> list[str]:
 
 
 def variables() -> dict[str, str]:
-    return {**os.environ, "PYTHONPATH": str(ROOT)}
+    """Return an environment without the compiler: these claims have nothing to compile, and start sooner without."""
+    return {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_DISABLE_JIT": "1"}
 
 
 def run(folder: Path, *options: str, before: str = "") -> subprocess.CompletedProcess[str]:
@@ -95,10 +100,10 @@ def test_results_are_the_same_for_any_number_of_workers(place):
     assert results(folder / "1") == results(folder / "3")
 
 
-@pytest.fixture
-def cut(place):
-    """A folder with a run that was cut short by Ctrl-C after a few claims."""
-    folder = place(seconds=0.4)
+@pytest.fixture(scope="module")
+def cut_once(tmp_path_factory):
+    """A folder with a run that was cut short by Ctrl-C after a few claims, and what it said; not to be changed."""
+    folder = make_place(tmp_path_factory.mktemp("cut"), seconds=0.4)
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     running = subprocess.Popen(
         command("--out", "out", "--workers", "2"), cwd=folder, env=variables(), stderr=subprocess.PIPE, text=True,
@@ -109,13 +114,19 @@ def cut(place):
     for _ in range(2):
         running.stderr.readline()
     running.send_signal(signal.SIGINT)
-    out, err = running.communicate(timeout=100)
+    _, err = running.communicate(timeout=100)
     assert running.returncode == 130, err
-    return folder, out, err
+    return folder, err
 
 
-def test_ctrl_c_keeps_what_is_done_and_names_what_was_running(cut):
-    folder, _, err = cut
+@pytest.fixture
+def cut(cut_once, tmp_path):
+    """A copy of that folder."""
+    return shutil.copytree(cut_once[0], tmp_path / "copy")
+
+
+def test_ctrl_c_keeps_what_is_done_and_names_what_was_running(cut_once, cut):
+    folder, err = cut, cut_once[1]
     claims = read_report(folder / "out" / "report.json").claims
     running = [claim.id for claim in claims if claim.why == "interrupted while it ran"]
     assert 1 <= len(running) <= 2
@@ -144,7 +155,7 @@ def test_ctrl_c_keeps_what_is_done_and_names_what_was_running(cut):
     ],
 )
 def test_a_run_of_other_things_is_not_resumed_and_the_reason_is_said(cut, change, options, why):
-    folder, _, _ = cut
+    folder = cut
     journal = folder / "out" / NAME
     text = journal.read_text()
     head, rest = text.split("\n", 1)
@@ -168,7 +179,7 @@ def test_a_run_of_other_things_is_not_resumed_and_the_reason_is_said(cut, change
 
 
 def test_a_run_is_gone_on_with_by_more_draws(cut):
-    folder, _, _ = cut
+    folder = cut
     done = run(folder, "--out", "out", "--resume", "--draws", "2", "--workers", "2")
     assert done.returncode == 0, done.stderr
     assert "of 18 claims, by seeds of their own, have been judged before" in done.stderr
@@ -176,7 +187,7 @@ def test_a_run_is_gone_on_with_by_more_draws(cut):
 
 
 def test_a_new_run_keeps_what_an_unfinished_one_has_left(cut):
-    folder, _, _ = cut
+    folder = cut
     left = (folder / "out" / NAME).read_bytes()
     done = run(folder, "--out", "out", "-k", "one_1")
     assert "they are kept in out/claims.before.jsonl" in done.stderr

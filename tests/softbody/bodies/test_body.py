@@ -6,6 +6,8 @@ import pytest
 import softbody
 from softbody import ParameterError, World
 
+pytestmark = pytest.mark.interpreted
+
 BALL = softbody.icosphere(1)
 SOLID = softbody.octahedron()
 
@@ -335,6 +337,7 @@ def test_a_kinematic_box_is_saved_with_its_velocities(tmp_path):
     assert again.boxes[0].is_kinematic
 
 
+@pytest.mark.compiled
 def test_what_a_kinematic_box_pushes_does_not_slow_it_and_gets_its_energy_from_it():
     world = World()
     ram = world.add_box((0.2, 1.0, 1.0), None, (0.0, 0.0, 0.5), velocity=(0.5, 0.0, 0.0))

@@ -8,6 +8,8 @@ import pytest
 import softbody
 from softbody import World
 
+pytestmark = pytest.mark.interpreted
+
 WEIGHT = 9.81
 
 

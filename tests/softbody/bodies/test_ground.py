@@ -6,6 +6,8 @@ import pytest
 import softbody
 from softbody import Ground, ParameterError, World
 
+pytestmark = pytest.mark.interpreted
+
 
 def test_the_ground_says_what_it_is_and_may_be_set_number_by_number():
     world = World()

@@ -13,6 +13,8 @@ import pytest
 import softbody
 from softbody import BusyError, Joint, ParameterError, SnapshotError, World
 
+pytestmark = pytest.mark.interpreted
+
 SOLID = softbody.octahedron(0.3)
 
 
@@ -55,6 +57,7 @@ def test_energy_counts_the_springs_of_joints_and_stays():
     assert world.energies().total == pytest.approx(world.energy())
 
 
+@pytest.mark.compiled
 def test_a_target_that_is_moved_takes_the_body_along():
     world = World(gravity=(0.0, 0.0, 0.0))
     ball = world.add_soft_body(softbody.icosphere(1, 0.3), 1.0, 200.0, 10.0, damping=0.5)
@@ -86,6 +89,7 @@ def test_a_step_too_long_for_a_joint_is_refused_with_its_cure(world):
     world.step(0.9 * step, 100)
 
 
+@pytest.mark.compiled
 def test_a_stiff_joint_is_stable_at_the_stable_step():
     world = World()
     boxes = [world.add_box((0.3, 0.1, 0.1), 10.0**k, (0.5 * k, 0.0, 0.0)) for k in range(-1, 2)]
@@ -265,6 +269,7 @@ def test_nine_tenths_of_the_stable_step_are_taken_with_joints(seed):
         world.step(0.9 * h, 2)
 
 
+@pytest.mark.compiled  # a box that is nowhere has a cell for compiled code only
 def test_a_target_that_was_written_over_is_named(world):
     hold = world.add_joint((0.0, 0.0, 1.0), (world.boxes[0], (2.0, 0.0, 0.0)), 1.0)
     world.step(1e-3)

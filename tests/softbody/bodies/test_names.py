@@ -9,6 +9,8 @@ import pytest
 import softbody
 from softbody import ParameterError, SnapshotError, World
 
+pytestmark = pytest.mark.interpreted
+
 SOLID = softbody.octahedron(0.3)
 
 

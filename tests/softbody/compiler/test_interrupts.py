@@ -15,6 +15,7 @@ import softbody
 from softbody import BusyError, Trajectory, TrajectoryWriter, World
 from softbody.compiler.interrupts import SILENT, assign_together, later, listening, set_together
 from softbody.dynamics.vertex_rings import one_rings
+from tests.same_bits import same_bits
 
 compiled = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="Python handles signals anywhere in its own code")
 posix = pytest.mark.skipif(os.name != "posix", reason="signals and timers are those of POSIX")
@@ -52,11 +53,6 @@ def boxes():
     return world
 
 
-def same(one, other):
-    mine, its = one.snapshot(), other.snapshot()
-    return all(mine[name].tobytes() == its[name].tobytes() for name in its)
-
-
 @posix
 @compiled
 @pytest.mark.parametrize("build", [ball, boxes])
@@ -72,10 +68,10 @@ def test_a_long_run_is_interrupted_and_leaves_the_world_of_the_steps_that_it_has
     assert time.process_time() - begun < 0.5
     assert 1 < world.steps < 10**9
     other.step(1e-4, world.steps - 1)
-    assert (world.time, same(world, other)) == (other.time, True)
+    assert (world.time, same_bits(world, other)) == (other.time, True)
     for each in (world, other):
         each.step(1e-4, 100)
-    assert same(world, other)
+    assert same_bits(world, other)
 
 
 @posix
@@ -93,7 +89,7 @@ def test_a_handler_that_raises_nothing_lets_the_run_go_on_to_the_same_bits():
     for _ in range(world.steps // 500):
         other.step(1e-4, 500)
     assert world.time == other.time
-    assert same(world, other)
+    assert same_bits(world, other)
 
 
 def balls_and_a_box():
@@ -117,12 +113,12 @@ def test_a_step_that_takes_long_is_left_in_its_midst_and_has_not_happened(alarm,
     alarm(0.2)
     with pytest.raises(StopError):
         world.step(400_000 * h, substeps=400_000, allow_unstable=True)
-    assert (world.steps, same(world, other)) == (2, True)
+    assert (world.steps, same_bits(world, other)) == (2, True)
     assert world.store.contacts.number.tolist() == contacts
     assert world.store.contacts.depth.tobytes() == depth.tobytes()  # rows beyond their number hold anything
     for each in (world, other):
         each.step(h, 3)
-    assert same(world, other)
+    assert same_bits(world, other)
 
 
 @posix
@@ -141,7 +137,7 @@ def test_signals_that_come_more_often_than_steps_end_do_not_keep_a_world_from_go
         signal.signal(signal.SIGPROF, before)
     other.step(10_000 * h, 3, substeps=10_000)
     assert heard[0] == 0
-    assert (world.steps, same(world, other)) == (3, True)
+    assert (world.steps, same_bits(world, other)) == (3, True)
 
 
 @posix
@@ -195,13 +191,13 @@ def test_a_restore_that_is_interrupted_anywhere_has_happened_or_has_not():
         world.restore(first.snapshot())
         if not stopped_at(line, lambda world=world: world.restore(snapshot)):
             break
-        is_before, is_after = same(world, first), same(world, then)
+        is_before, is_after = same_bits(world, first), same_bits(world, then)
         assert is_before != is_after, line
         seen.add(is_after)
         line += 1
     assert seen == {False}  # what assigns is one line, and the last
     assert line > 15
-    assert same(world, then)
+    assert same_bits(world, then)
 
 
 def test_a_removal_that_is_interrupted_anywhere_has_happened_or_has_not():
@@ -344,7 +340,7 @@ def test_four_threads_that_step_one_world_take_turns_or_are_told():
     assert world.steps == 10 * len(done)
     for _ in done:
         other.step(1e-4, 10)
-    assert same(world, other)
+    assert same_bits(world, other)
     assert len(told) + len(done) == 160
 
 

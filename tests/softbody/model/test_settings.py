@@ -7,6 +7,8 @@ import softbody
 from softbody import ParameterError, World
 from softbody.model.settings import INTEGRATORS, WORDS, Choices, Settings, settings_of
 
+pytestmark = pytest.mark.interpreted
+
 BALL = softbody.icosphere(1)
 
 

@@ -10,15 +10,14 @@ import softbody
 from softbody import MassRatioWarning, OverlapWarning, ParameterError, SimulationError, World
 from softbody.model.settings import INTEGRATORS
 from softbody.stepping.checks import STABLE_FOR
+from tests.same_bits import same_bits
+
+pytestmark = pytest.mark.interpreted
 
 BALL = softbody.icosphere(1)
 SOLID = softbody.octahedron()
 
 integrators = pytest.mark.parametrize("integrator", INTEGRATORS)
-
-
-def same(a, b):
-    return all((x == y).all() for x, y in zip(a, b))
 
 
 @integrators
@@ -29,7 +28,7 @@ def test_a_step_above_the_stable_one_is_refused_with_the_number_to_use(integrato
     before = world.state.copy()
     with pytest.raises(ParameterError, match=rf"a stable time step here is {stable:.6g} s .* or substeps=3, or say"):
         world.step(2.5 * stable)
-    assert same(world.state, before)
+    assert same_bits(world.state, before)
     world.step(2.5 * stable, substeps=3)
     world.step(1.1 * stable, allow_unstable=True)
     assert world.steps == 2
@@ -102,7 +101,7 @@ def test_too_long_a_time_step_stops_at_the_last_good_step(integrator):
     assert all(np.isfinite(array).all() for array in world.state)
     again = jolted()
     again.step(3.0 * stable, error.step, allow_unstable=True)
-    assert same(world.state, again.state)
+    assert same_bits(world.state, again.state)
 
 
 def test_the_error_names_the_body_that_diverged_not_its_neighbour():
@@ -297,6 +296,7 @@ def test_a_box_that_nothing_can_be_computed_of_is_refused_by_name(spoil, message
     assert (world.state_hash(), world.steps) == (before, 0)
 
 
+@pytest.mark.compiled  # a box that is nowhere has a cell for compiled code only
 def test_a_box_that_a_long_step_throws_out_of_all_numbers_is_found_and_a_step_that_helps_is_named():
     world, _ = two_boxes()
     before = world.state_hash()
@@ -320,6 +320,7 @@ def test_a_box_that_its_torque_spins_up_is_found_after_some_steps():
     assert 0 < world.steps < 1_000
 
 
+@pytest.mark.compiled
 def test_after_a_fault_a_world_goes_on_as_one_that_has_made_as_many_steps():
     """What the solver remembers of the contacts of boxes is that of the last good step, too."""
 

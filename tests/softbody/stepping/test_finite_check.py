@@ -6,6 +6,8 @@ import pytest
 from softbody import ParameterError, World, icosphere
 from softbody.stepping.finite_check import begins_finite, fingerprint, is_finite
 
+pytestmark = pytest.mark.interpreted
+
 NUMBERS = np.random.default_rng(0).normal(size=(37, 3))
 
 

@@ -6,6 +6,8 @@ from softbody import World
 from softbody.model.arrays import boxes_of
 from softbody.stepping.move_boxes import collide_boxes, correct_pair
 
+pytestmark = pytest.mark.interpreted
+
 
 def boxes(static=False):
     world = World()

@@ -1,12 +1,12 @@
 """Do bodies fall asleep when they have been slow for long, and does what ought to wake them do so?"""
 
-import pickle
-
 import numpy as np
 import pytest
 
 import softbody
 from softbody import World
+
+pytestmark = pytest.mark.interpreted
 
 STEP = 1.0 / 240.0
 
@@ -143,53 +143,6 @@ def test_a_joint_that_changes_wakes_its_bodies(balls):
     balls.joints[0].stiffness = 10.0
     balls.step(2e-3)
     assert [ball.is_asleep for ball in balls.soft_bodies] == [False, False, False, True]
-
-
-def test_one_that_hits_sleepers_finds_them_as_in_a_world_where_nobody_sleeps():
-    hashes = set()
-    for speed in (0.0, 0.02):
-        world = World(gravity=(0.0, 0.0, 0.0), sleep_speed=speed, sleep_after=0.05)
-        for x in (0.0, 0.7, 1.4):
-            world.add_soft_body(softbody.icosphere(1, 0.3), 1.0, 300.0, 0.0, (x, 0.0, 0.0), damping=0.0)
-        world.add_box((0.3, 0.4, 0.5), 1.0, (-2.0, 0.0, 0.1), velocity=(3.0, 0.0, 0.0))
-        world.run(0.3, 2e-3)
-        assert [ball.is_asleep for ball in world.soft_bodies] == [speed > 0.0] * 3
-        world.run(1.0, 2e-3)
-        assert np.abs(world.state.particle_velocity).max() > 0.3
-        hashes.add(world.state_hash())
-    assert len(hashes) == 1
-
-
-@pytest.mark.parametrize("way", ["restore", "pickle", "threads", "step by step"])
-def test_sleep_goes_on_to_the_same_bits(way):
-    def world_of():
-        world = World(sleep_speed=0.03, sleep_after=0.1)
-        world.add_ground()
-        world.add_box((0.5, 0.5, 0.5), 1.0, (3.0, 0.0, 0.25))
-        world.add_box((0.5, 0.5, 0.5), 1.0, (-6.0, 0.0, 0.25), velocity=(4.6, 0.0, 0.0), friction=0.1)
-        world.add_soft_body(softbody.icosphere(1, 0.3), 1.0, 300.0, 20.0, (0.0, 5.0, 0.3))
-        return world
-
-    one, other = world_of(), world_of()
-    one.step(STEP, 400, substeps=2)
-    if way == "step by step":
-        for _ in range(400):
-            other.step(STEP, substeps=2)
-    else:
-        other.step(STEP, 200, substeps=2)
-        assert other.boxes[0].is_asleep
-        if way == "threads":
-            other.threads = 2
-        elif way == "pickle":
-            other = pickle.loads(pickle.dumps(other))
-        else:
-            snapshot = other.snapshot()
-            other = World()
-            other.restore(snapshot)
-        assert other.boxes[0].is_asleep
-        other.step(STEP, 200, substeps=2)
-    assert other.state_hash() == one.state_hash()
-    assert [box.is_asleep for box in other.boxes] == [box.is_asleep for box in one.boxes]
 
 
 def test_what_is_changed_before_a_snapshot_is_known_after_it(floor):

@@ -9,6 +9,8 @@ import softbody
 from softbody import ParameterError
 from softbody.view.adjustments import SLIDERS, Adjustments, shown_at_start
 
+pytestmark = pytest.mark.interpreted
+
 
 @pytest.fixture
 def both():

@@ -8,6 +8,8 @@ from softbody.collision.boxes.box_contacts import find_box_contacts
 from softbody.collision.boxes.manifold import new_manifold
 from softbody.collision.contact import new_contacts
 
+pytestmark = pytest.mark.interpreted
+
 
 def test_contacts_beyond_the_capacity_are_counted_and_found_again_when_there_is_room():
     world = World()

@@ -15,7 +15,7 @@ from softbody.collision.boxes.sat_boxes import (
     box_pairs_separation,
 )
 from softbody.linalg.quaternion import product, rotate
-from softbody.linalg.vec import add, dot, norm, scale
+from softbody.linalg.vec import add, norm, scale
 
 REST = (1.0, 0.0, 0.0, 0.0)
 ORIGIN = (0.0, 0.0, 0.0)
@@ -110,24 +110,6 @@ def test_the_papers_axes_see_a_hit_where_two_edges_pass_each_other():
     assert box_box_separation(*crossing_edges(1.45), True)[0] < 0.0
 
 
-@given(boxes, boxes)
-def test_the_papers_axes_never_miss_a_hit(a, b):
-    complete = box_box_separation(a, b)[0]
-    paper = box_box_separation(a, b, True)[0]
-    assert paper <= complete
-
-
-@given(boxes, boxes)
-def test_swapping_the_boxes_flips_the_normal_and_nothing_else(a, b):
-    separation, normal, _ = box_box_separation(a, b)
-    swapped, opposite, _ = box_box_separation(b, a)
-    assert swapped == pytest.approx(separation, rel=3e-9, abs=1e-13)
-    # Of two axes with the same overlap either may win: so the opposite normal is as good, if not the same.
-    assert parting(a, b, scale(-1.0, opposite)) == pytest.approx(separation, rel=3e-9, abs=1e-12)
-    if abs(dot(add(normal, opposite), normal)) < 1e-6:
-        assert opposite == pytest.approx(scale(-1.0, normal), abs=1e-6)
-
-
 def parting(a, b, direction):
     """The gap of two boxes along `direction` from b to a, from their corners."""
     corners = [
@@ -137,13 +119,6 @@ def parting(a, b, direction):
     return (corners[0] @ direction).min() - (corners[1] @ direction).max()
 
 
-@given(boxes, boxes)
-def test_the_separation_is_the_gap_of_the_corners_along_the_normal(a, b):
-    separation, normal, _ = box_box_separation(a, b)
-    assert norm(normal) == pytest.approx(1.0, rel=1e-14)
-    assert parting(a, b, np.array(normal)) == pytest.approx(separation, abs=1e-12)
-
-
 @given(boxes, boxes, st.lists(places, min_size=5, max_size=5))
 def test_no_direction_parts_overlapping_boxes_with_less_motion_than_the_depth(a, b, directions):
     separation, _, _ = box_box_separation(a, b)
@@ -151,16 +126,6 @@ def test_no_direction_parts_overlapping_boxes_with_less_motion_than_the_depth(a,
     for d in directions:
         if np.linalg.norm(d) > 0.1:
             assert parting(a, b, np.array(d) / np.linalg.norm(d)) <= separation * (1 - 2e-9) + 1e-12
-
-
-@given(boxes, boxes, quaternions, places)
-def test_rotating_and_moving_both_changes_nothing_but_the_normal(a, b, turn, offset):
-    def moved(box):
-        size, place, orientation = box
-        return PlacedBox(size, add(rotate(turn, place), offset), product(turn, orientation))
-
-    separation, _, _ = box_box_separation(a, b)
-    assert box_box_separation(moved(a), moved(b))[0] == pytest.approx(separation, rel=3e-9, abs=1e-12)
 
 
 @given(boxes, boxes)

@@ -7,6 +7,8 @@ from hypothesis import strategies as st
 
 from softbody.collision.soft.edge_box import edge_in_box
 
+pytestmark = pytest.mark.interpreted
+
 SIZE, HERE, UPRIGHT = (2.0, 2.0, 2.0), (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
 
 numbers = st.floats(-2.0, 2.0).map(lambda x: round(x, 3))

@@ -7,6 +7,8 @@ import softbody
 from softbody import World
 from softbody.collision.soft.edge_mesh import Ridge, edge_across_edge
 
+pytestmark = pytest.mark.interpreted
+
 # The upper edges of a cube of 2 m, and its faces on both sides.
 RIDGE = Ridge((1.0, -1.0, 1.0), (1.0, 1.0, 1.0), (-1.0, 0.0, 1.0), (1.0, 0.0, -1.0))
 DEEPEST = 0.5

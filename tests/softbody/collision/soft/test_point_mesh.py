@@ -10,6 +10,8 @@ from softbody.geometry import closest_triangle
 from softbody.geometry.penetration import points_of
 from softbody.model.surface_point import value_at
 
+pytestmark = pytest.mark.interpreted
+
 
 def surface_of(mesh):
     _, (triangles, _, _, _, _, ridges, wings, sides) = _kind_of(mesh.vertices, mesh.triangles)

@@ -8,6 +8,8 @@ from hypothesis import strategies as st
 import softbody
 from softbody.collision.soft.sat_meshes import faces_part
 
+pytestmark = pytest.mark.interpreted
+
 MESHES = [
     softbody.icosphere(1, 0.5),
     softbody.torus(0.6, 0.2, 9, 6),

@@ -14,6 +14,8 @@ from softbody.model.arrays import Particles, RigidBodies
 from softbody.model.material import Material
 from softbody.model.surface_point import WHOLE, SurfacePoint, at_particle
 
+pytestmark = pytest.mark.interpreted
+
 seeds = st.integers(0, 10**6)
 fractions = st.sampled_from([0.0, 0.3, 0.5, 1.0])
 
