@@ -58,7 +58,7 @@ HISTORY = click.option(
     default=STORE / "history.sqlite",
     show_default=True,
 )
-MACHINE = click.option("--machine", default=None, help="Another one, by its fingerprint. Default: this one.")
+MACHINE = click.option("--machine", default=None, help="Another one, by its checksum. Default: this one.")
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})

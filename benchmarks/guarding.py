@@ -16,7 +16,7 @@ import numpy as np
 
 import softbody
 from softbody import World
-from softbody.compiler.interrupts import SILENT, Bell, listening
+from softbody.compiler.interrupts import NEVER_SET, InterruptFlag, listening
 from softbody.stepping.runner import WORTH_LISTENING, Call
 
 ROUND = 0.01  # [s] of the processor's time that a side steps in a round, about: others who use it too are not counted
@@ -80,17 +80,17 @@ def guarded(world: World, h: float, steps: int) -> None:
 
 def deaf(world: World, h: float, steps: int) -> None:
     """Step by the kernels alone, which keep the clock, and do not listen."""
-    _advance(world, h, steps, SILENT)
+    _advance(world, h, steps, NEVER_SET)
 
 
 def hearing(world: World, h: float, steps: int) -> None:
     """Step by the kernels alone, and listen."""
-    with listening() as bell:
-        _advance(world, h, steps, bell)
+    with listening() as flag:
+        _advance(world, h, steps, flag)
 
 
-def _advance(world: World, h: float, steps: int, bell: Bell) -> None:
-    call = Call(h, world.store.settings, (world.steps, world.time), bell)
+def _advance(world: World, h: float, steps: int, flag: InterruptFlag) -> None:
+    call = Call(h, world.store.settings, (world.steps, world.time), flag)
     world.runner.advance(call, world.steps + steps, is_seen=True)
 
 

@@ -19,7 +19,7 @@ from typing import Any
 
 import click
 
-from benchmarks.machine import fingerprint
+from benchmarks.machine import checksum
 from benchmarks.running import Document
 
 PATIENCE = 60.0  # [s] to wait for another writer
@@ -27,7 +27,7 @@ TABLE = """CREATE TABLE IF NOT EXISTS record (
     digest TEXT PRIMARY KEY,  -- of the document: what is there already is not added again
     kind TEXT NOT NULL,       -- run, or calibration
     started TEXT NOT NULL,    -- ISO 8601
-    machine TEXT NOT NULL,    -- its fingerprint
+    machine TEXT NOT NULL,    -- its checksum
     document BLOB NOT NULL    -- JSON, compressed by zlib
 )"""
 
@@ -134,7 +134,7 @@ def run_record(document: Document) -> Record:
     try:
         for race in document["benchmarks"]:
             race["fullname"], race["stats"]["data"][0]
-        return Record("run", str(document["datetime"]), fingerprint(document["machine_info"]), document)
+        return Record("run", str(document["datetime"]), checksum(document["machine_info"]), document)
     except (KeyError, TypeError, IndexError, AttributeError) as error:
         raise click.ClickException(
             f"this is no document of pytest-benchmark with all rounds in it: {error!r} is missing; write it with "

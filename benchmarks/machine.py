@@ -23,7 +23,7 @@ def circumstances(level: str) -> dict[str, Any]:
     }
 
 
-def fingerprint(machine_info: dict[str, Any]) -> str:
+def checksum(machine_info: dict[str, Any]) -> str:
     """Return a name for a machine, from pytest-benchmark's description: the same for equal processors and systems."""
     cpu = machine_info.get("cpu") or {}
     what = [cpu.get("brand_raw"), cpu.get("count"), machine_info.get("machine"), machine_info.get("system")]
@@ -31,5 +31,5 @@ def fingerprint(machine_info: dict[str, Any]) -> str:
 
 
 def machine_here() -> str:
-    """Return the fingerprint of this machine."""
-    return fingerprint(pytest_benchmark_generate_machine_info())
+    """Return the checksum of this machine."""
+    return checksum(pytest_benchmark_generate_machine_info())

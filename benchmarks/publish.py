@@ -62,7 +62,7 @@ def _machine(record: Record) -> dict[str, str]:
         "cores": cpu.get("count"),
         "system": f"{info.get('system')} {info.get('machine')}",
         "Python": info.get("python_version"),
-        "fingerprint": record.machine,
+        "checksum": record.machine,
     }
     return {name: str(value) for name, value in found.items() if value}
 

@@ -10,7 +10,7 @@ from time import perf_counter
 from typing import Any
 
 from softbody import __version__, scenes
-from softbody.cli.progress import telling
+from softbody.cli.progress import reporter
 from softbody.cli.run_folder import TRAJECTORY, run_scene
 from softbody.cli.warmup import warm_up
 from softbody.errors import ParameterError, SoftbodyError
@@ -146,7 +146,7 @@ def _record(given: argparse.Namespace) -> None:
 
 def _run(given: argparse.Namespace) -> int | None:
     try:
-        print(run_scene(given.scene, given.out, given.resume, telling))
+        print(run_scene(given.scene, given.out, given.resume, reporter))
     except KeyboardInterrupt:
         print(f"softbody: interrupted; {given.out} has what was done, and --resume goes on", file=sys.stderr)
         return INTERRUPTED

@@ -151,7 +151,7 @@ def with_soft_body(
             particle_force=np.zeros((count if len(controls.particle_force) else 0, 3)),
         ),
         _appended(state, particle_position=points, particle_velocity=velocity),
-        _with_rings(rings, in_precision(own_rings, rings.rest_pull.dtype.type), first, len(model.edge_particles)),
+        _with_rings(rings, in_precision(own_rings, rings.rest_tension.dtype.type), first, len(model.edge_particles)),
         joints,
     )
 
@@ -227,7 +227,7 @@ def _with_rings(rings: VertexRings, more: VertexRings, rows: int, edges: int) ->
         block_start=appended(rings.block_start, more.block_start[1:] + len(rings.block)),
         edge=appended(rings.edge, more.edge + np.uint32(edges)),
         neighbour=appended(rings.neighbour, more.neighbour),
-        rest_pull=appended(rings.rest_pull, more.rest_pull),
+        rest_tension=appended(rings.rest_tension, more.rest_tension),
         next_neighbour=appended(rings.next_neighbour, more.next_neighbour),
         stiffness=appended(rings.stiffness, more.stiffness),
         common_stiffness=appended(rings.common_stiffness, more.common_stiffness),
@@ -314,7 +314,7 @@ def without(parts: Parts, kind: str, body: int) -> Parts:
         soft_edge_start=_without_part(model.soft_edge_start, body),
         soft_triangle_start=_without_part(model.soft_triangle_start, body),
     )
-    return Parts(model, controls, state, rings_of(model, rings.rest_pull.dtype.type), joints)
+    return Parts(model, controls, state, rings_of(model, rings.rest_tension.dtype.type), joints)
 
 
 def joints_that_stay(parts: Parts, kind: str, body: int) -> np.ndarray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from softbody.model.arrays import Model
-from softbody.model.sleep_state import Rest, Rested
+from softbody.model.sleep_state import Rested, SleepState
 
 
 class SleepTracker:
@@ -14,7 +14,7 @@ class SleepTracker:
     def __init__(self, model: Model, joints: int, rested: Rested) -> None:
         """Begin with bodies that have `rested`; `joints` is their number."""
         masses, bodies = model.box_inverse_mass, len(rested.time)
-        self.rest = Rest(
+        self.rest = SleepState(
             rested.time.copy(),
             rested.asleep > 0,
             np.zeros(bodies, bool),

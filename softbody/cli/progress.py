@@ -11,7 +11,7 @@ PAUSE = 5.0  # [s] between plain lines
 
 
 @contextmanager
-def telling(total: int, done: int) -> Iterator[Callable[[int], None]]:
+def reporter(total: int, done: int) -> Iterator[Callable[[int], None]]:
     """Yield what is to be told, on stderr, how many frames of `total` there are; `done` were there before."""
     try:
         from rich.console import Console

@@ -30,10 +30,10 @@ SCENE, WORLD, TRAJECTORY = "scene.toml", "world.npz", "trajectory"
 PAUSE = 10.0  # [s] of the clock, at least, between two times that the world is saved: what a kill may cost
 PART = 0.1  # of the time, at most, goes into that
 
-Telling = Callable[[int, int], AbstractContextManager[Callable[[int], None]]]
+Reporter = Callable[[int, int], AbstractContextManager[Callable[[int], None]]]
 
 
-class _Pace(NamedTuple):
+class _Schedule(NamedTuple):
     """How a run goes from frame to frame: the same way, wherever it begins."""
 
     run: Run
@@ -55,7 +55,7 @@ class _Pace(NamedTuple):
         world.step(h, due - world.steps)
 
 
-def run_scene(path: str | os.PathLike[str], out: str | os.PathLike[str], resume: bool, telling: Telling) -> str:
+def run_scene(path: str | os.PathLike[str], out: str | os.PathLike[str], resume: bool, reporter: Reporter) -> str:
     """Run a scene file into the folder `out`, and return what is there then, in words.
 
     With `resume`, go on with the run that is there. Raises SceneError, OutputError, MissingPackageError before any
@@ -72,7 +72,7 @@ def run_scene(path: str | os.PathLike[str], out: str | os.PathLike[str], resume:
         if not is_begun:
             with whole_file(folder / SCENE) as file:
                 file.write(scene.content)
-        _advance(world, folder, scene.run, telling)
+        _advance(world, folder, scene.run, reporter)
         made = [f"{TRAJECTORY}/", WORLD, SCENE]
         if scene.film is not None:
             made.append(scene.film.file)
@@ -117,9 +117,9 @@ def _world_of(folder: Path, scene: SceneFile) -> World:
     return world
 
 
-def _advance(world: World, folder: Path, run: Run, telling: Telling) -> None:
+def _advance(world: World, folder: Path, run: Run, reporter: Reporter) -> None:
     """Go on to the last frame, and save the world then, and now and then before."""
-    pace, is_new = _Pace(run), not (folder / WORLD).exists()
+    schedule, is_new = _Schedule(run), not (folder / WORLD).exists()
     _check_has_frame(folder, world.time, is_new)
     with TrajectoryWriter(world, folder / TRAJECTORY, velocities=run.velocities, resume=True) as kept:
         if not kept.frames:
@@ -127,17 +127,17 @@ def _advance(world: World, folder: Path, run: Run, telling: Telling) -> None:
         if is_new:
             _save(world, folder, kept)
         done = kept.frames - 1
-        with telling(pace.frames, done) as tell:
+        with reporter(schedule.frames, done) as tell:
             due = monotonic() + PAUSE
-            for k in range(done + 1, pace.frames + 1):
-                pace.advance(world, k)
+            for k in range(done + 1, schedule.frames + 1):
+                schedule.advance(world, k)
                 kept.frame()
                 tell(k)
                 if monotonic() >= due:
                     begun = monotonic()
                     _save(world, folder, kept)
                     due = monotonic() + max(PAUSE, (monotonic() - begun) / PART)
-        if done < pace.frames:
+        if done < schedule.frames:
             _save(world, folder, kept)
 
 

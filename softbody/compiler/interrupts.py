@@ -1,4 +1,4 @@
-"""How is an interrupt heard while a kernel runs, and how does none come between what belongs together?
+"""Interrupts: heard while a kernel runs, and never between what belongs together.
 
 Python handles signals between two of its own instructions, in the main thread: so not while a kernel runs, and perhaps
 just when it has ended: what it returned is then lost, and only what it wrote to arrays is there. (So kernels that move
@@ -31,50 +31,50 @@ def set_together(*attributes: tuple[object, str, Any]) -> None:
     list(map(object.__setattr__, objects, names, values))
 
 
-class Bell:
+class InterruptFlag:
     """A byte that a kernel can look at: a signal sets it, before Python handles the signal."""
 
-    def __init__(self, struck: np.ndarray, file: int = -1) -> None:
-        """`struck` (1,) of uint8 is where `file` begins; −1: nobody sets it."""
-        self.struck = struck
+    def __init__(self, is_set: np.ndarray, file: int = -1) -> None:
+        """`is_set` (1,) of uint8 is where `file` begins; −1: nobody sets it."""
+        self.is_set = is_set
         self.file = file
         self.others = -1  # whose file signals were written to before
 
-    def still(self) -> None:
+    def clear(self) -> None:
         """Set the byte to 0. A signal that came before is handled before the next call of a kernel."""
-        if self.struck[0] != 0:  # signals have numbers from 1 on
+        if self.is_set[0] != 0:  # signals have numbers from 1 on
             came = os.lseek(self.file, 0, os.SEEK_CUR)
             os.lseek(self.file, 0, os.SEEK_SET)
             numbers = os.pread(self.file, came, 0)
-            self.struck[0] = 0
+            self.is_set[0] = 0
             if came and self.others >= 0:
                 os.write(self.others, numbers)
 
 
-SILENT = Bell(np.zeros(1, np.uint8))
-_bells: dict[int, Bell] = {}  # one for each process: what is forked must not share its parent's
+NEVER_SET = InterruptFlag(np.zeros(1, np.uint8))
+_flags: dict[int, InterruptFlag] = {}  # one for each process: what is forked must not share its parent's
 
 
 @contextmanager
-def listening() -> Iterator[Bell]:
-    """Yield a Bell that signals strike, or a silent one where signals are not handled: in other threads.
+def listening() -> Iterator[InterruptFlag]:
+    """Yield an InterruptFlag that signals set, or one that nobody sets where signals are not handled: in other threads.
 
     Python writes the number of each signal, when it comes, to a file of one's choice: here one that lies in memory.
     Somebody else's choice, such as asyncio's, is put back, and told what came.
     """
     if os.name != "posix" or threading.current_thread() is not threading.main_thread():
-        yield SILENT
+        yield NEVER_SET
         return
-    bell = _bell_of_process()
-    bell.others = -1
-    bell.still()
-    before = signal.set_wakeup_fd(bell.file, warn_on_full_buffer=False)
-    bell.others = before if before != bell.file else -1
+    flag = _flag_of_process()
+    flag.others = -1
+    flag.clear()
+    before = signal.set_wakeup_fd(flag.file, warn_on_full_buffer=False)
+    flag.others = before if before != flag.file else -1
     try:
-        yield bell
+        yield flag
     finally:
-        signal.set_wakeup_fd(bell.others, warn_on_full_buffer=False)
-        bell.still()
+        signal.set_wakeup_fd(flag.others, warn_on_full_buffer=False)
+        flag.clear()
 
 
 @contextmanager
@@ -99,16 +99,16 @@ def later() -> Iterator[None]:
             signal.raise_signal(signal_number)
 
 
-def _bell_of_process() -> Bell:
-    """Return the bell of this process; it is never closed, so that no signal is written to a file in its place."""
-    bell = _bells.get(os.getpid())
-    if bell is None:
+def _flag_of_process() -> InterruptFlag:
+    """Return the flag of this process; it is never closed, so that no signal is written to a file in its place."""
+    flag = _flags.get(os.getpid())
+    if flag is None:
         file = os.memfd_create("softbody") if hasattr(os, "memfd_create") else _file_on_disk()
         os.ftruncate(file, 1)
         os.set_blocking(file, False)
-        bell = Bell(np.frombuffer(mmap.mmap(file, 1), np.uint8), file)
-        _bells[os.getpid()] = bell
-    return bell
+        flag = InterruptFlag(np.frombuffer(mmap.mmap(file, 1), np.uint8), file)
+        _flags[os.getpid()] = flag
+    return flag
 
 
 def _file_on_disk() -> int:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from softbody.compiler.jit import jit
-from softbody.dynamics.plain_forces import spring_energy
 from softbody.dynamics.pressure import gas_energy, soft_volume
+from softbody.dynamics.reference_forces import spring_energy
 from softbody.linalg.quaternion import load_quaternion, rotate_diagonal
 from softbody.linalg.vec import Vec, add, cross, dot, load, scale
 from softbody.model.arrays import Controls, Model, State

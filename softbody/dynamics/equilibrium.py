@@ -21,7 +21,7 @@ class Glide(NamedTuple):
     """How bodies glide that are being relaxed: what goes on where a run was stopped."""
 
     velocity: np.ndarray  # (n, 3) [m/s]
-    pace: np.ndarray  # (3,) length of the next step [s], part of the mixing, steps downhill so far
+    step_size: np.ndarray  # (3,) length of the next step [s], part of the mixing, steps downhill so far
 
 
 def glide_from_rest(position: np.ndarray, longest: float) -> Glide:
@@ -39,7 +39,7 @@ def relax(bodies: SoftBodies, motion: Motion, longest: float, steps: int, glide:
     """
     position, velocity = bodies.position, glide.velocity
     acceleration = np.empty_like(position)
-    h, mixing, downhill = glide.pace[0], glide.pace[1], glide.pace[2]
+    h, mixing, downhill = glide.step_size[0], glide.step_size[1], glide.step_size[2]
     left = 0
     ring_accelerations(bodies, motion, acceleration)
     for done in range(1, steps + 1):
@@ -68,5 +68,5 @@ def relax(bodies: SoftBodies, motion: Motion, longest: float, steps: int, glide:
         if motion.memory.stop[0] != 0:
             left = steps - done
             break
-    glide.pace[0], glide.pace[1], glide.pace[2] = h, mixing, downhill
+    glide.step_size[0], glide.step_size[1], glide.step_size[2] = h, mixing, downhill
     return np.abs(acceleration).max(), left

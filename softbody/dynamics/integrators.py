@@ -3,7 +3,7 @@
 On x'' = −ω² x (ω h = z): `symplectic_euler`, the default, is of order 1, stable to z = 2, and loses nothing; `rk4` is
 of order 4 and stable to z = 2√2; `rk4_velocity`, the paper's, is of order 1, stable to z = 2, and loses z²/4 of the
 amplitude a step. A step is a few stages, and a stage the force on all particles, by index
-(softbody/dynamics/ring_forces.py), then one of the updates below. Everything is computed in the precision of the
+(softbody/dynamics/one_ring_forces.py), then one of the updates below. Everything is computed in the precision of the
 arrays.
 """
 
@@ -17,9 +17,7 @@ from numba import prange
 
 from softbody.compiler.jit import jit_lean, jit_threaded
 from softbody.compiler.simd import LANES, Lanes, load_lanes, store_lanes, where_less
-from softbody.dynamics.particle_ground import land
-from softbody.dynamics.pressure import gas_pressure
-from softbody.dynamics.ring_forces import (
+from softbody.dynamics.one_ring_forces import (
     AREA,
     INVERSE_MASS,
     NEXT_POSITION,
@@ -33,6 +31,8 @@ from softbody.dynamics.ring_forces import (
     add_load,
     ring_forces,
 )
+from softbody.dynamics.particle_ground import land
+from softbody.dynamics.pressure import gas_pressure
 from softbody.model.arrays import END, FIRST, SoftBodies, VertexRings
 from softbody.model.material import Material
 from softbody.model.settings import RK4, RK4_VELOCITY, SYMPLECTIC_EULER
@@ -41,7 +41,7 @@ STAGES = (4, 4, 1)  # forces a step, by the number of the integrator
 STABILITY_LIMIT = (2.0, 2.0 * 2.0**0.5, 2.0)  # ω h, likewise
 
 
-class Stretch(NamedTuple):
+class StepBatch(NamedTuple):
     """So many steps of so long, by one integrator; on the way the ground, if there is one, stops what comes down."""
 
     h: float  # [s]
@@ -52,7 +52,7 @@ class Stretch(NamedTuple):
     height: float  # of the ground [m]; −inf: there is none
     restitution: float  # of body and ground together, as is the
     friction: float
-    hasty: bool  # where it is to end early, that is in the midst of a step, which then has not happened
+    abort_mid_step: bool  # where it is to end early, that is in the midst of a step, which then has not happened
 
 
 class StageRows(NamedTuple):
@@ -68,7 +68,7 @@ class StageRows(NamedTuple):
     gravity: np.ndarray  # (3,) [m/s²]
 
 
-class Pace(NamedTuple):
+class StageCoefficients(NamedTuple):
     """The numbers of one stage, in the precision of the arrays."""
 
     stage: int
@@ -82,7 +82,7 @@ Part = tuple[int, int]  # first index and end, whole lanes
 
 
 def _advance_body(
-    bodies: SoftBodies, rings: VertexRings, body: int, stretch: Stretch, cut: np.ndarray, work: np.ndarray,
+    bodies: SoftBodies, rings: VertexRings, body: int, batch: StepBatch, cut: np.ndarray, work: np.ndarray,
     block_moment: np.ndarray, stop: np.ndarray,
 ) -> tuple[float, int]:  # fmt: skip
     """Advance one body by a stretch of steps in the rows POSITION and VELOCITY of `work` (WORK_ROWS, n).
@@ -93,7 +93,7 @@ def _advance_body(
     only those to the next landing. In haste a step that follows a landing is left at once, with the rows where it
     began; and so are all before the first landing, but then the rows are scratch: −1.
     """
-    h, steps, integrator = stretch.h, stretch.steps, stretch.integrator
+    h, steps, integrator = batch.h, batch.steps, batch.integrator
     one, other = work[POSITION : POSITION + 6], work[NEXT_POSITION : NEXT_POSITION + 6]
     pull, area = work[PULL : PULL + 3], work[AREA : AREA + 3]
     velocity, shift, inverse_mass = (
@@ -108,13 +108,13 @@ def _advance_body(
     damped, loaded = damping > 0.0 or load.drag > 0.0, load.drag > 0.0 or load.force.shape[0] > 0
     # One call of the force, for the stages of all steps and for the volume at the end: machine code for it is made
     # for every place that it is called from.
-    for turn in range(stages * stretch.steps + 1):
+    for turn in range(stages * batch.steps + 1):
         step = turn // stages
         stage = turn - step * stages
         # Each step starts where the one before ended: the two sets of rows change places.
         start, end = (one, other) if step % 2 == 0 else (other, one)
         x, v = (start, start[3:]) if stage == 0 else (end, velocity)
-        is_done = step == stretch.steps  # only the volume counts
+        is_done = step == batch.steps  # only the volume counts
         for share in prange(cut.shape[0] - 1):
             blocks = cut[share], cut[share + 1]
             ring_forces(rings, Springs(k, damping, not is_done), blocks, Forces(x, v, pull, area), block_moment)
@@ -128,21 +128,23 @@ def _advance_body(
         if stage == 0 and not volume >= least:  # so that NaN stays
             least = volume
         if turn > 0 and stop[0] != 0:
-            if (stretch.begin + step) % stretch.landing == 0 and (stage == 0 or stretch.hasty):
+            if (batch.begin + step) % batch.landing == 0 and (stage == 0 or batch.abort_mid_step):
                 steps = step
-            elif stretch.begin + step < stretch.landing and stretch.hasty:
+            elif batch.begin + step < batch.landing and batch.abort_mid_step:
                 steps = -1
         if step >= steps:
             break
         lead = h if stage >= 2 or integrator == SYMPLECTIC_EULER else 0.5 * h
-        pace = Pace(stage, real(gas_pressure(bodies.gas[body], volume) / 6.0), real(lead), real(h / 6.0), damped)
+        coefficients = StageCoefficients(
+            stage, real(gas_pressure(bodies.gas[body], volume) / 6.0), real(lead), real(h / 6.0), damped
+        )
         for share in prange(cut.shape[0] - 1):
             if cut[share] < cut[share + 1]:
                 part = rings.block[cut[share], FIRST], rings.block[cut[share + 1] - 1, END]
                 rows = StageRows(pull, area, inverse_mass, start, end, velocity, shift, gravity)
-                _update(integrator, part, rows, pace)
-                if stage == stages - 1 and stretch.height > -inf and (stretch.begin + step + 1) % stretch.landing == 0:
-                    land(end[:3], end[3:], part, stretch.height, Material(stretch.restitution, stretch.friction))
+                _update(integrator, part, rows, coefficients)
+                if stage == stages - 1 and batch.height > -inf and (batch.begin + step + 1) % batch.landing == 0:
+                    land(end[:3], end[3:], part, batch.height, Material(batch.restitution, batch.friction))
     if steps % 2 == 1:
         copy_rows(work, NEXT_POSITION, POSITION, rings.block[cut[-1] - 1, END])
     return least, steps
@@ -153,14 +155,14 @@ advance_body_on_threads = jit_threaded(_advance_body)  # the shares side by side
 
 
 @jit_lean
-def _update(integrator: int, part: Part, rows: StageRows, pace: Pace) -> None:
+def _update(integrator: int, part: Part, rows: StageRows, coefficients: StageCoefficients) -> None:
     """Take in the acceleration of one stage by an integrator, for the indices of `part`."""
     if integrator == RK4_VELOCITY:
-        rk4_velocity_stage(part, rows, pace)
+        rk4_velocity_stage(part, rows, coefficients)
     elif integrator == RK4:
-        rk4_stage(part, rows, pace)
+        rk4_stage(part, rows, coefficients)
     else:
-        symplectic_euler_stage(part, rows, pace)
+        symplectic_euler_stage(part, rows, coefficients)
 
 
 @jit_lean
@@ -181,7 +183,7 @@ def acceleration(rows: StageRows, push: float, c: int, i: int) -> Lanes:
 
 
 @jit_lean
-def rk4_velocity_stage(part: Part, rows: StageRows, pace: Pace) -> None:
+def rk4_velocity_stage(part: Part, rows: StageRows, coefficients: StageCoefficients) -> None:
     """Take in the acceleration of one stage of four of the paper's scheme; §5.1, in the right form.
 
     Each of four acceleration estimates moves all velocities from the step's start by the one before, then all
@@ -192,23 +194,23 @@ def rk4_velocity_stage(part: Part, rows: StageRows, pace: Pace) -> None:
     for c in range(3):
         x, v, sums = rows.start[c], rows.start[3 + c], rows.end[3 + c]
         for i in range(part[0], part[1], LANES):
-            a = acceleration(rows, pace.push, c, i)
-            if pace.stage == 0:
+            a = acceleration(rows, coefficients.push, c, i)
+            if coefficients.stage == 0:
                 store_lanes(sums, i, a)
-                u = load_lanes(v, i) + pace.lead * a
-            elif pace.stage < 3:
+                u = load_lanes(v, i) + coefficients.lead * a
+            elif coefficients.stage < 3:
                 store_lanes(sums, i, load_lanes(sums, i) + (a + a))
-                u = load_lanes(v, i) + pace.lead * a
+                u = load_lanes(v, i) + coefficients.lead * a
             else:
-                u = load_lanes(v, i) + pace.sixth * (load_lanes(sums, i) + a)
+                u = load_lanes(v, i) + coefficients.sixth * (load_lanes(sums, i) + a)
                 store_lanes(sums, i, u)
-            store_lanes(rows.end[c], i, load_lanes(x, i) + pace.lead * u)
-            if pace.damped and pace.stage < 3:
+            store_lanes(rows.end[c], i, load_lanes(x, i) + coefficients.lead * u)
+            if coefficients.damped and coefficients.stage < 3:
                 store_lanes(rows.velocity[c], i, u)
 
 
 @jit_lean
-def rk4_stage(part: Part, rows: StageRows, pace: Pace) -> None:
+def rk4_stage(part: Part, rows: StageRows, coefficients: StageCoefficients) -> None:
     """Take in the acceleration of one stage of four of the classical Runge–Kutta scheme on (x, v) (Kutta 1901).
 
     The velocities of the stages are v, v + h/2 a0, v + h/2 a1 and v + h a2, so that x' = x + h v + h²/6 (a0 + a1 + a2).
@@ -217,29 +219,29 @@ def rk4_stage(part: Part, rows: StageRows, pace: Pace) -> None:
     for c in range(3):
         x, v, sums, shift, velocity = rows.start[c], rows.start[3 + c], rows.end[3 + c], rows.shift[c], rows.velocity[c]
         for i in range(part[0], part[1], LANES):
-            a = acceleration(rows, pace.push, c, i)
+            a = acceleration(rows, coefficients.push, c, i)
             u = load_lanes(v, i)
-            if pace.stage == 0:
+            if coefficients.stage == 0:
                 store_lanes(sums, i, a)
                 store_lanes(shift, i, a)
                 moving = u
-            elif pace.stage < 3:
+            elif coefficients.stage < 3:
                 store_lanes(sums, i, load_lanes(sums, i) + (a + a))
                 store_lanes(shift, i, load_lanes(shift, i) + a)
                 moving = load_lanes(velocity, i)
             else:
-                store_lanes(sums, i, u + pace.sixth * (load_lanes(sums, i) + a))
-                moving = u + pace.sixth * load_lanes(shift, i)
-            store_lanes(rows.end[c], i, load_lanes(x, i) + pace.lead * moving)
-            if pace.stage < 3:
-                store_lanes(velocity, i, u + pace.lead * a)
+                store_lanes(sums, i, u + coefficients.sixth * (load_lanes(sums, i) + a))
+                moving = u + coefficients.sixth * load_lanes(shift, i)
+            store_lanes(rows.end[c], i, load_lanes(x, i) + coefficients.lead * moving)
+            if coefficients.stage < 3:
+                store_lanes(velocity, i, u + coefficients.lead * a)
 
 
 @jit_lean
-def symplectic_euler_stage(part: Part, rows: StageRows, pace: Pace) -> None:
+def symplectic_euler_stage(part: Part, rows: StageRows, coefficients: StageCoefficients) -> None:
     """Do the whole step of symplectic Euler: v' = v + h a(x), then x' = x + h v'."""
     for c in range(3):
         for i in range(part[0], part[1], LANES):
-            u = load_lanes(rows.start[3 + c], i) + pace.lead * acceleration(rows, pace.push, c, i)
+            u = load_lanes(rows.start[3 + c], i) + coefficients.lead * acceleration(rows, coefficients.push, c, i)
             store_lanes(rows.end[3 + c], i, u)
-            store_lanes(rows.end[c], i, load_lanes(rows.start[c], i) + pace.lead * u)
+            store_lanes(rows.end[c], i, load_lanes(rows.start[c], i) + coefficients.lead * u)

@@ -14,11 +14,11 @@ from softbody.compiler.jit import jit, jit_lean
 from softbody.linalg.vec import load, scale, store, sub
 from softbody.model.arrays import Model, State
 from softbody.model.material import Material, combined, material_of_ground, material_of_soft, sliding_kept, speed_after
-from softbody.model.sleep_state import Rest, sleeps
+from softbody.model.sleep_state import SleepState, sleeps
 
 
 @jit_lean
-def resolve_ground(model: Model, state: State, impulse: np.ndarray, rest: Rest | None) -> None:
+def resolve_ground(model: Model, state: State, impulse: np.ndarray, rest: SleepState | None) -> None:
     """Lift particles that are below the ground on to it, and let those that still go down bounce.
 
     `impulse` (n, 3) [N s] is set to what the ground has given each particle; of those who sleep it is left.

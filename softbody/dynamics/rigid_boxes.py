@@ -45,7 +45,7 @@ def advance_boxes(model: Model, state: State, h: float, gyroscopic: bool) -> Non
     for i in range(state.box_position.shape[0]):
         v, spin = load(state.box_velocity, i), load(state.box_angular_velocity, i)
         is_free = model.box_inverse_mass[i] > 0.0
-        if not (is_free or stirs(v, spin)):
+        if not (is_free or is_moving(v, spin)):
             continue  # static
         for c in range(3):
             state.box_position[i, c] += h * state.box_velocity[i, c]
@@ -98,7 +98,7 @@ def stop_boxes(state: State, grounded: np.ndarray | None) -> None:
 
 
 @jit_lean
-def stirs(v: Vec, spin: Vec) -> bool:
+def is_moving(v: Vec, spin: Vec) -> bool:
     """Tell whether a box of these velocities moves at all."""
     return v[0] != 0.0 or v[1] != 0.0 or v[2] != 0.0 or spin[0] != 0.0 or spin[1] != 0.0 or spin[2] != 0.0
 
@@ -110,7 +110,7 @@ UNIT = 1e-6  # how far from 1 the square of an orientation's length may be
 
 
 @jit_lean
-def box_astray(model: Model, state: State, h: float) -> int:
+def diverged_box(model: Model, state: State, h: float) -> int:
     """Return the first box that has diverged, as seen before one more step of `h` [s], or −1."""
     for i in range(state.box_position.shape[0]):
         far = turn = length = 0.0

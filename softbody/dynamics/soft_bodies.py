@@ -24,9 +24,8 @@ from softbody.compiler.simd import (
     sum_of_lanes,
     where_less,
 )
-from softbody.dynamics.integrators import Stretch, advance_body, advance_body_on_threads
-from softbody.dynamics.pressure import gas_pressure
-from softbody.dynamics.ring_forces import (
+from softbody.dynamics.integrators import StepBatch, advance_body, advance_body_on_threads
+from softbody.dynamics.one_ring_forces import (
     AREA,
     INVERSE_MASS,
     POSITION,
@@ -39,6 +38,7 @@ from softbody.dynamics.ring_forces import (
     add_load,
     ring_forces,
 )
+from softbody.dynamics.pressure import gas_pressure
 from softbody.linalg.vec import load, store
 from softbody.linalg.vec_lanes import gather_vec, load_vec_lanes, scatter_vec, store_vec_lanes
 from softbody.model.arrays import END, FIRST, NUMBER, SoftBodies, VertexRings
@@ -98,7 +98,7 @@ def motion_of(start: np.ndarray, rings: VertexRings, threads: int = 1) -> Motion
     memory = MotionMemory(
         np.empty((int(start[-1]), 3)),
         np.empty((int(start[-1]), 3)),
-        np.empty((threads, WORK_ROWS, (largest + 15) // 16 * 16 + 8), rings.rest_pull.dtype),
+        np.empty((threads, WORK_ROWS, (largest + 15) // 16 * 16 + 8), rings.rest_tension.dtype),
         np.empty(len(rings.block)),
         np.zeros(len(start) - 1, np.int64),
         np.zeros(len(start) - 1, np.int64),
@@ -118,7 +118,7 @@ def move_soft_bodies(
     steps: int,
     height: float = -np.inf,
     material: Material = BARE,
-    hasty: bool = False,
+    abort_mid_step: bool = False,
 ) -> tuple[int, int, int]:
     """Advance the soft bodies alone by `steps` steps of `h` [s], each in sub-steps; return (steps done, fault, body).
 
@@ -132,12 +132,14 @@ def move_soft_bodies(
     if motion is None or bodies.gas.shape[0] == 0:
         return steps, 0, -1
     rings, memory, threads = motion
-    fault, culprit = _move_all(bodies, rings, memory, _stretch(settings, h, steps, height, material, hasty), threads)
+    fault, culprit = _move_all(
+        bodies, rings, memory, _batch(settings, h, steps, height, material, abort_mid_step), threads
+    )
     least = memory.done.min() // settings.substeps
     while (memory.done != least * settings.substeps).any():
         # Once more, now that it is known how far all can go.
         steps = least
-        _move_all(bodies, rings, memory, _stretch(settings, h, steps, height, material, False), threads)
+        _move_all(bodies, rings, memory, _batch(settings, h, steps, height, material, False), threads)
         least = memory.done.min() // settings.substeps
         if least < steps:  # stopped before there was a fault
             fault, culprit = 0, -1
@@ -150,7 +152,7 @@ def move_soft_bodies(
 
 @jit
 def move_in_place(
-    bodies: SoftBodies, motion: Motion | None, settings: Settings, h: float, hasty: bool
+    bodies: SoftBodies, motion: Motion | None, settings: Settings, h: float, abort_mid_step: bool
 ) -> tuple[int, int, int]:
     """Advance the soft bodies that are awake by one step of `h` [s] like `move_soft_bodies`, where there is no ground.
 
@@ -170,21 +172,23 @@ def move_in_place(
         memory.asleep,
         memory.stop,
     )
-    fault, culprit = _move_all(bodies, rings, here, _stretch(settings, h, 1, -np.inf, BARE, hasty), threads)
+    fault, culprit = _move_all(bodies, rings, here, _batch(settings, h, 1, -np.inf, BARE, abort_mid_step), threads)
     return memory.done.min() // settings.substeps, fault, culprit
 
 
 @jit_lean
-def _stretch(settings: Settings, h: float, steps: int, height: float, material: Material, hasty: bool) -> Stretch:
+def _batch(
+    settings: Settings, h: float, steps: int, height: float, material: Material, abort_mid_step: bool
+) -> StepBatch:
     """Return `steps` steps of `h` [s] as a stretch of sub-steps, after each of which steps the ground acts."""
     substeps = settings.substeps
     e, mu = material
-    return Stretch(h / substeps, 0, steps * substeps, settings.integrator, substeps, height, e, mu, hasty)
+    return StepBatch(h / substeps, 0, steps * substeps, settings.integrator, substeps, height, e, mu, abort_mid_step)
 
 
 @jit
 def _move_all(
-    bodies: SoftBodies, rings: VertexRings, memory: MotionMemory, stretch: Stretch, threads: int | None
+    bodies: SoftBodies, rings: VertexRings, memory: MotionMemory, batch: StepBatch, threads: int | None
 ) -> tuple[int, int]:
     """Write to memory where all bodies are after a stretch of steps; return what stops the first one, and which it is.
 
@@ -192,16 +196,16 @@ def _move_all(
     """
     if threads is None or bodies.start[-1] < FEW:
         for body in range(bodies.gas.shape[0]):
-            move_body(bodies, rings, memory, stretch, body, 0, None)
+            move_body(bodies, rings, memory, batch, body, 0, None)
     else:
-        move_on_threads(bodies, rings, memory, stretch, threads)
+        move_on_threads(bodies, rings, memory, batch, threads)
     culprit = int(np.argmin(memory.done))
     return (memory.fault[culprit], culprit) if memory.fault[culprit] else (0, -1)
 
 
 @jit_threaded
 def move_on_threads(
-    bodies: SoftBodies, rings: VertexRings, memory: MotionMemory, stretch: Stretch, threads: int
+    bodies: SoftBodies, rings: VertexRings, memory: MotionMemory, batch: StepBatch, threads: int
 ) -> None:
     """Move all bodies, the small ones side by side and each large one on all threads; see `_move_all`."""
     start = bodies.start
@@ -209,10 +213,10 @@ def move_on_threads(
         for body in range(start.shape[0] - 1):
             # The thread on whose part of all particles the body's first one lies.
             if start[body] * threads // start[-1] == thread and start[body + 1] - start[body] < LARGE:
-                move_body(bodies, rings, memory, stretch, body, thread, None)
+                move_body(bodies, rings, memory, batch, body, thread, None)
     for body in range(start.shape[0] - 1):
         if start[body + 1] - start[body] >= LARGE:
-            move_body(bodies, rings, memory, stretch, body, 0, threads)
+            move_body(bodies, rings, memory, batch, body, 0, threads)
 
 
 @jit
@@ -233,23 +237,25 @@ def move_body(
     bodies: SoftBodies,
     rings: VertexRings,
     memory: MotionMemory,
-    stretch: Stretch,
+    batch: StepBatch,
     body: int,
     lane: int,
     threads: int | None,
 ) -> None:
     """Move one body in a `lane` of working memory, alone or on so many `threads`; note in memory how far it came."""
     if memory.asleep[body]:
-        memory.done[body], memory.fault[body] = stretch.steps, 0
+        memory.done[body], memory.fault[body] = batch.steps, 0
         return
     work, number = memory.work[lane], rings.number[rings.start[body] : rings.start[body + 1]]
     _load_body(bodies, rings, body, work)
     cut = rings.block_start[body : body + 2] if threads is None else even_cut(rings, body, threads)
     least_volume = bodies.deflated_below[body] * bodies.mesh_volume[body]
     done, fault, look, most = 0, 0, LOOK, memory.most_extent[body]
-    h, _, steps, integrator, landing, height, restitution, friction, hasty = stretch
+    h, _, steps, integrator, landing, height, restitution, friction, abort_mid_step = batch
     while done < steps and fault == 0 and (done == 0 or memory.stop[0] == 0 or done % landing != 0):
-        part = Stretch(h, done, min(look, steps - done), integrator, landing, height, restitution, friction, hasty)
+        part = StepBatch(
+            h, done, min(look, steps - done), integrator, landing, height, restitution, friction, abort_mid_step
+        )
         if threads is None:
             volume, made = advance_body(bodies, rings, body, part, cut, work, memory.block_moment, memory.stop)
         else:

@@ -30,7 +30,7 @@ def no_rings() -> VertexRings:
         block_start=np.zeros(1, np.int64),
         edge=np.empty(0, np.uint32),
         neighbour=np.empty(0, np.uint32),
-        rest_pull=np.empty(0),
+        rest_tension=np.empty(0),
         next_neighbour=np.empty(0, np.uint32),
         stiffness=np.empty(0),
         common_stiffness=np.empty(0),
@@ -117,11 +117,11 @@ def with_springs(
         differ.append(stiffness[rings.edge[entry[0] : end]])
     changed = rings._replace(
         block=block,
-        rest_pull=(stiffness * rest_length)[rings.edge],
+        rest_tension=(stiffness * rest_length)[rings.edge],
         stiffness=np.concatenate(differ),
         common_stiffness=np.array(common),
     )
-    return in_precision(changed, rings.rest_pull.dtype.type)
+    return in_precision(changed, rings.rest_tension.dtype.type)
 
 
 @jit
@@ -209,6 +209,6 @@ def in_precision(rings: VertexRings, real: type[np.floating[Any]]) -> VertexRing
     """Return `rings` with springs in the precision `real`, np.float64 or np.float32."""
     return rings._replace(
         stiffness=rings.stiffness.astype(real, copy=False),
-        rest_pull=rings.rest_pull.astype(real, copy=False),
+        rest_tension=rings.rest_tension.astype(real, copy=False),
         common_stiffness=rings.common_stiffness.astype(real, copy=False),
     )

@@ -173,7 +173,7 @@ class Clock(NamedTuple):
 
     steps: np.ndarray  # (1,) done since the world was made
     time: np.ndarray  # (1,) [s]
-    shape: np.ndarray  # (1,) fingerprint of where the last run has left the particles
+    shape: np.ndarray  # (1,) checksum of where the last run has left the particles
 
 
 class VertexRings(NamedTuple):
@@ -192,7 +192,7 @@ class VertexRings(NamedTuple):
     block_start: np.ndarray  # (b + 1,)
     edge: np.ndarray  # (r,) row in Model.edge_stiffness of the spring of each entry
     neighbour: np.ndarray  # (r,) index; entry first + d m + q: neighbour d of particle q of the m of a block
-    rest_pull: np.ndarray  # (r,) stiffness × rest length [N]
+    rest_tension: np.ndarray  # (r,) stiffness × rest length [N]
     next_neighbour: np.ndarray  # (f,) index that comes next in the ring, for blocks whose entries are not all one cycle
     stiffness: np.ndarray  # (g,) [N/m] of each entry, for bodies whose springs differ
     common_stiffness: np.ndarray  # (b,) [N/m], NaN for a body whose springs differ

@@ -10,7 +10,7 @@ from softbody.compiler.jit import jit_lean
 from softbody.model.arrays import Model
 
 
-class Rest(NamedTuple):
+class SleepState(NamedTuple):
     """Who is at rest, and for how long; boxes are numbered after soft bodies, joints after them."""
 
     time: np.ndarray  # (b + m,) [s] for which each body has been slow
@@ -38,7 +38,7 @@ def not_rested(model: Model) -> Rested:
 
 
 @jit_lean
-def sleeps(rest: Rest | None, body: int) -> bool:
+def sleeps(rest: SleepState | None, body: int) -> bool:
     """Tell whether a body sleeps in this step; `rest` is None where nobody may."""
     if rest is None:
         return False
@@ -46,7 +46,7 @@ def sleeps(rest: Rest | None, body: int) -> bool:
 
 
 @jit_lean
-def is_settled(rest: Rest | None, body: int) -> bool:
+def is_settled(rest: SleepState | None, body: int) -> bool:
     """Tell whether all that is known of a body is as in the last step."""
     if rest is None:
         return False

@@ -188,7 +188,7 @@ def helpful_step(
     return longest if 0.0 < longest < inf else 0.0, ""
 
 
-def check_pace(model: Model, state: State, h: float, box: int) -> None:
+def check_box_motion(model: Model, state: State, h: float, box: int) -> None:
     """Raise ParameterError if a box is, before any step of `h` [s], where or as fast as nothing can be computed."""
     size, position = model.box_size[box], state.box_position[box]
     spin, speed = hypot(*state.box_angular_velocity[box]), hypot(*state.box_velocity[box])

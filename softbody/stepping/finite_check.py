@@ -32,7 +32,7 @@ SHIFT, MASK = 29, 2**39 - 1
 
 
 @jit_lean
-def fingerprint(rows: np.ndarray) -> int:
+def checksum(rows: np.ndarray) -> int:
     """Return a number that tells `rows` (n, k) from others, and from themselves in another order."""
     bits = rows.reshape(-1).view(np.int64)
     total = 0

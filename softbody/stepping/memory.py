@@ -7,7 +7,7 @@ import numpy as np
 from softbody.bodies.store import Store
 from softbody.collision.boxes.manifold import new_manifold
 from softbody.collision.soft.surface import Surfaces, build_surfaces
-from softbody.compiler.interrupts import SILENT, Bell
+from softbody.compiler.interrupts import NEVER_SET, InterruptFlag
 from softbody.compiler.threads import Team
 from softbody.dynamics.joint_forces import joint_memory
 from softbody.dynamics.soft_bodies import Motion, motion_of
@@ -36,7 +36,7 @@ class Memory:
         rest = store.contents.sleep.rest
         rest.settled[:] = False  # bounds of those who sleep are not known here
 
-    def work(self, flag: Bell) -> Work:
+    def work(self, flag: InterruptFlag) -> Work:
         """Return what a step needs, with nothing for a kind of bodies that there is none of."""
         store, has_boxes = self._store, self._store.model.box_count > 0
         motion = self.motion(flag) if store.model.soft_count else None
@@ -54,10 +54,10 @@ class Memory:
             store.joints if self._acting is not None else None,
             self._acting,
             self.contents.sleep.rest if store.may_sleep else None,
-            flag.struck,
+            flag.is_set,
         )
 
-    def motion(self, flag: Bell) -> Motion:
+    def motion(self, flag: InterruptFlag) -> Motion:
         """Return what moves soft bodies."""
         store, model = self._store, self._store.model
         motion = self._motion
@@ -70,9 +70,9 @@ class Memory:
         if not (self._limits_of[0] is model and self._limits_of[1] == gas):
             motion.memory.most_extent[:] = most_extents(model, store.controls)
             self._limits_of = model, gas
-        if flag is SILENT:
+        if flag is NEVER_SET:
             return motion
-        return motion._replace(memory=motion.memory._replace(stop=flag.struck))
+        return motion._replace(memory=motion.memory._replace(stop=flag.is_set))
 
     def surfaces(self) -> Surfaces | None:
         """Return what finds the contacts of soft bodies, if there are any."""

@@ -10,15 +10,15 @@ import numba
 from softbody.bodies.contact_points import ContactPoints, contact_points
 from softbody.bodies.store import HasStore, Store
 from softbody.collision.contact import remembered, remembering
-from softbody.compiler.interrupts import SILENT, Bell, listening
+from softbody.compiler.interrupts import NEVER_SET, InterruptFlag, listening
 from softbody.compiler.threads import team_of
 from softbody.errors import ParameterError
 from softbody.model.settings import Settings
 from softbody.model.validation import check_range, check_whole, check_yes_or_no, shown
 from softbody.stepping.checks import (
     StableStep,
+    check_box_motion,
     check_finite,
-    check_pace,
     fault_of,
     helpful_step,
     longest_step_of_joints,
@@ -38,7 +38,7 @@ class Call(NamedTuple):
     h: float
     settings: Settings
     begun: tuple[int, float]
-    bell: Bell
+    flag: InterruptFlag
 
 
 class Runner:
@@ -83,10 +83,10 @@ class Runner:
         if steps * settings.substeps > 2**62:
             raise ParameterError(f"steps × substeps is {steps * settings.substeps}; give fewer, up to 2**62")
         allow_unstable = check_yes_or_no(allow_unstable, "allow_unstable")
-        with store.exclusive(), self._listening(steps * settings.substeps) as bell:
+        with store.exclusive(), self._listening(steps * settings.substeps) as flag:
             model, controls, state, _, joints = store.parts
             begun, is_first = (store.steps, store.time), steps > 0 and store.contents.is_fresh
-            call = Call(h, settings, begun, bell)
+            call = Call(h, settings, begun, flag)
             # Where all is as the last call has left it, the kernels look at what they begin with.
             fault, body = UNSEEN, -1
             is_known = allow_unstable or self._stable_step.allows(h, model, controls, settings, joints, begun[0])
@@ -105,16 +105,16 @@ class Runner:
                 store.contents.ground_impulse[:] = 0.0
                 check_finite(model, controls, state, joints)  # a target that was written over
                 if body >= model.soft_count and store.steps == begun[0]:
-                    check_pace(model, state, h, body - model.soft_count)
+                    check_box_motion(model, state, h, body - model.soft_count)
                 advice = helpful_step(model, controls, state, settings, joints, body)
                 raise fault_of(fault, body, model, h / settings.substeps, advice, store.steps, store.names)
             if model.box_count and self.memory.may_carry_too_much(model):
                 warn_of_mass_ratios(model, controls, store.contacts, store.names)
 
-    def _listening(self, parts: int) -> AbstractContextManager[Bell]:
-        """Return what yields a bell for a call of so many sub-steps: signals strike it where that may take long."""
+    def _listening(self, parts: int) -> AbstractContextManager[InterruptFlag]:
+        """Return what yields a flag for a call of so many sub-steps: signals set it where that may take long."""
         work = parts * (len(self.store.state.particle_position) + 10 * self.store.model.box_count)
-        return nullcontext(SILENT) if self._threads == 1 and work < WORTH_LISTENING else listening()
+        return nullcontext(NEVER_SET) if self._threads == 1 and work < WORTH_LISTENING else listening()
 
     def _first_step(self, call: Call) -> tuple[int, int]:
         """Do the first step after bodies were added, and warn of those that overlap; return (fault, body)."""
@@ -130,12 +130,12 @@ class Runner:
     def advance(self, call: Call, end: int, is_seen: bool) -> tuple[int, int]:
         """Run kernels until the clock shows `end` steps; return (fault, body), see `step.run`.
 
-        A run of kernels is over when the bell is struck: in the midst of a step, once. Then one is always done, so that
-        the world goes on however often it rings. With threads it is all of them, or one, as is faster just now.
+        A run of kernels is over when the flag is set: in the midst of a step, once. Then one is always done, so that
+        the world goes on however often it is set. With threads it is all of them, or one, as is faster just now.
         """
         store, memory, team = self.store, self.memory, self.memory.team
-        (model, controls, state, *_), contacts, bell = store.parts, store.contacts, call.bell
-        collides, hasty = self._may_collide(), True
+        (model, controls, state, *_), contacts, flag = store.parts, store.contacts, call.flag
+        collides, abort_mid_step = self._may_collide(), True
         if store.may_sleep:
             model = store.contents.sleep.model_of(model)
         with team_of(self._threads):
@@ -144,20 +144,20 @@ class Runner:
                 if self._threads > 1:
                     numba.set_num_threads(team.now)
                     left = team.turn(left)
-                bell.still()
-                how = call.settings, call.h, left, store.clock, call.begun, is_seen, hasty
+                flag.clear()
+                how = call.settings, call.h, left, store.clock, call.begun, is_seen, abort_mid_step
                 if collides:
-                    fault, body = run(model, controls, state, memory.work(bell), contacts, *how)
+                    fault, body = run(model, controls, state, memory.work(flag), contacts, *how)
                 else:
                     given = store.contents.ground_impulse
-                    fault, body = run_alone_by_clock(model, controls, state, memory.motion(bell), *how, given)
+                    fault, body = run_alone_by_clock(model, controls, state, memory.motion(flag), *how, given)
                 if fault == NO_ROOM:
                     contacts = store.contacts = remembering(remembered(contacts), body)
                 elif fault:
                     return fault, body
                 if self._threads > 1:
                     team.note(store.steps - before)
-                is_seen, hasty = True, hasty and store.steps > before
+                is_seen, abort_mid_step = True, abort_mid_step and store.steps > before
         return 0, -1
 
     def _may_collide(self) -> bool:

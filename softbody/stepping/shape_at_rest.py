@@ -22,11 +22,11 @@ ROUND = 500  # steps of relaxation between two looks at what is left and at the 
 def _relax_round(bodies: SoftBodies, motion: Motion, longest: float, steps: int) -> float:
     """Relax by `steps` steps, and let signals be handled on the way; return the largest acceleration [m/s²] left."""
     glide = glide_from_rest(bodies.position, longest)
-    with listening() as bell:
-        motion = motion._replace(memory=motion.memory._replace(stop=bell.struck))
+    with listening() as flag:
+        motion = motion._replace(memory=motion.memory._replace(stop=flag.is_set))
         left = inf
         while steps:
-            bell.still()
+            flag.clear()
             left, steps = relax(bodies, motion, longest, steps, glide)
     return left
 

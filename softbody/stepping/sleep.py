@@ -14,7 +14,7 @@ import numpy as np
 
 from softbody.collision.broad_phase import near_pairs
 from softbody.compiler.jit import jit, jit_lean
-from softbody.dynamics.rigid_boxes import stirs
+from softbody.dynamics.rigid_boxes import is_moving
 from softbody.geometry.aabb import bounding_box
 from softbody.geometry.box import box_corners
 from softbody.geometry.sphere import bounding_spheres
@@ -22,8 +22,8 @@ from softbody.linalg.quaternion import load_quaternion, rotate_inverse
 from softbody.linalg.vec import dot, load, norm, store
 from softbody.model.arrays import NOBODY, Controls, Joints, Model, State, copy_boxes, copy_particles
 from softbody.model.settings import Settings
-from softbody.model.sleep_state import Rest, is_settled
-from softbody.stepping.finite_check import MASK, fingerprint
+from softbody.model.sleep_state import SleepState, is_settled
+from softbody.stepping.finite_check import MASK, checksum
 
 STILL = (0.0, 0.0, 0.0)
 
@@ -34,7 +34,7 @@ GAP = 0.01
 
 @jit
 def let_sleep(
-    model: Model, state: State, joints: Joints | None, rest: Rest | None, settings: Settings, h: float
+    model: Model, state: State, joints: Joints | None, rest: SleepState | None, settings: Settings, h: float
 ) -> bool:
     """Decide who sleeps in the next step of `h` [s]; tell whether nobody has moved in the last one, nor will.
 
@@ -60,18 +60,18 @@ def let_sleep(
 
 
 @jit_lean
-def _stands(model: Model, state: State, rest: Rest, body: int) -> bool:
+def _stands(model: Model, state: State, rest: SleepState, body: int) -> bool:
     """Tell whether a body is a box without mass that does not move."""
     box = body - model.soft_count
     return (
         box >= 0
         and rest.box_inverse_mass[box] == 0.0
-        and not stirs(load(state.box_velocity, box), load(state.box_angular_velocity, box))
+        and not is_moving(load(state.box_velocity, box), load(state.box_angular_velocity, box))
     )
 
 
 @jit
-def _wake_islands(model: Model, state: State, joints: Joints | None, rest: Rest, h: float) -> None:
+def _wake_islands(model: Model, state: State, joints: Joints | None, rest: SleepState, h: float) -> None:
     """Let nobody sleep whom somebody awake, on his way in a step of `h` [s], may touch, or holds by a joint."""
     radius, takes_part = np.empty_like(rest.radius), np.empty_like(rest.asleep)
     margin = np.empty_like(radius)
@@ -99,7 +99,7 @@ def _wake_islands(model: Model, state: State, joints: Joints | None, rest: Rest,
 
 
 @jit_lean
-def _wake_together(rest: Rest, takes_part: np.ndarray, a: int, b: int) -> bool:
+def _wake_together(rest: SleepState, takes_part: np.ndarray, a: int, b: int) -> bool:
     """Let neither of two bodies sleep of which one is awake; tell whether the other slept."""
     if rest.asleep[a] == rest.asleep[b] or not (takes_part[a] and takes_part[b]):
         return False
@@ -134,7 +134,7 @@ def _fastest(model: Model, state: State, body: int, radius: float) -> float:
 
 
 @jit
-def _find_bounds(model: Model, state: State, rest: Rest, body: int) -> None:
+def _find_bounds(model: Model, state: State, rest: SleepState, body: int) -> None:
     """Note the bounding sphere and the bounding box of a body."""
     box = body - model.soft_count
     if box < 0:
@@ -156,7 +156,7 @@ def _find_bounds(model: Model, state: State, rest: Rest, body: int) -> None:
 
 
 @jit_lean
-def _bounds_meet(rest: Rest, a: int, b: int, margin: float) -> bool:
+def _bounds_meet(rest: SleepState, a: int, b: int, margin: float) -> bool:
     """Tell whether the bounding boxes of two bodies are nowhere more than a `margin` [m] apart."""
     for c in range(3):
         if rest.low[a, c] - rest.high[b, c] > margin or rest.low[b, c] - rest.high[a, c] > margin:
@@ -165,7 +165,7 @@ def _bounds_meet(rest: Rest, a: int, b: int, margin: float) -> bool:
 
 
 @jit_lean
-def begin_step(model: Model, state: State, start: State, impulse: np.ndarray, rest: Rest | None) -> None:
+def begin_step(model: Model, state: State, start: State, impulse: np.ndarray, rest: SleepState | None) -> None:
     """Note in `start` how all bodies begin a step, and let those who sleep stand still; see `sleep.let_sleep`.
 
     `impulse` (n, 3) [N s] of the ground in the last step: none acts on those who sleep.
@@ -188,7 +188,7 @@ def begin_step(model: Model, state: State, start: State, impulse: np.ndarray, re
 
 
 @jit_lean
-def note_rest(model: Model, state: State, rest: Rest | None, settings: Settings, h: float) -> None:
+def note_rest(model: Model, state: State, rest: SleepState | None, settings: Settings, h: float) -> None:
     """Count for how long each body has been slow, after a step of `h` [s]."""
     if rest is None:
         return
@@ -200,7 +200,7 @@ def note_rest(model: Model, state: State, rest: Rest | None, settings: Settings,
 
 
 @jit_lean
-def _square_of_speed(model: Model, state: State, rest: Rest, body: int) -> float:
+def _square_of_speed(model: Model, state: State, rest: SleepState, body: int) -> float:
     """Return the mean square of the speeds [m²/s²] of the mass of a body: twice its kinetic energy by its mass."""
     square, box = 0.0, body - model.soft_count
     if box < 0:
@@ -219,7 +219,9 @@ def _square_of_speed(model: Model, state: State, rest: Rest, body: int) -> float
 
 
 @jit
-def wake_changed(model: Model, controls: Controls, state: State, joints: Joints | None, rest: Rest | None) -> None:
+def wake_changed(
+    model: Model, controls: Controls, state: State, joints: Joints | None, rest: SleepState | None
+) -> None:
     """End the rest of those of whom something has changed since `mark_sleepers`."""
     if rest is None:
         return
@@ -242,7 +244,9 @@ def wake_changed(model: Model, controls: Controls, state: State, joints: Joints 
 
 
 @jit_lean
-def mark_sleepers(model: Model, controls: Controls, state: State, joints: Joints | None, rest: Rest | None) -> None:
+def mark_sleepers(
+    model: Model, controls: Controls, state: State, joints: Joints | None, rest: SleepState | None
+) -> None:
     """Note how those who sleep, boxes without mass, joints, and gravity are left."""
     if rest is None:
         return
@@ -260,40 +264,40 @@ def mark_sleepers(model: Model, controls: Controls, state: State, joints: Joints
     if joints is not None:
         for k in range(joints.joint_box.shape[0]):
             rest.mark[bodies + k] = _mark_of_joint(joints, k)
-    rest.mark[-1] = fingerprint(controls.gravity)
+    rest.mark[-1] = checksum(controls.gravity)
 
 
 @jit_lean
 def _mark_of_soft(model: Model, controls: Controls, state: State, body: int) -> int:
     first, end = model.soft_particle_start[body], model.soft_particle_start[body + 1]
-    mark = fingerprint(state.particle_position[first:end])
-    mark = _and(mark, fingerprint(state.particle_velocity[first:end]))
-    mark = _and(mark, fingerprint(controls.soft_gas[body : body + 1]))
+    mark = checksum(state.particle_position[first:end])
+    mark = _and(mark, checksum(state.particle_velocity[first:end]))
+    mark = _and(mark, checksum(controls.soft_gas[body : body + 1]))
     if controls.particle_force.shape[0] > 0:
         force = controls.particle_force[first:end]
         for i in range(force.shape[0]):
             if norm(load(force, i)) != 0.0:  # none is the same as no array of them
-                return _and(mark, fingerprint(force))
+                return _and(mark, checksum(force))
     return mark
 
 
 @jit_lean
 def _mark_of_box(controls: Controls, state: State, box: int) -> int:
-    mark = _and(_mark_of_pose(state, box), fingerprint(state.box_velocity[box]))
-    mark = _and(mark, fingerprint(state.box_angular_velocity[box]))
-    return _and(_and(mark, fingerprint(controls.box_force[box])), fingerprint(controls.box_torque[box]))
+    mark = _and(_mark_of_pose(state, box), checksum(state.box_velocity[box]))
+    mark = _and(mark, checksum(state.box_angular_velocity[box]))
+    return _and(_and(mark, checksum(controls.box_force[box])), checksum(controls.box_torque[box]))
 
 
 @jit_lean
 def _mark_of_pose(state: State, box: int) -> int:
-    return _and(fingerprint(state.box_position[box]), fingerprint(state.box_orientation[box]))
+    return _and(checksum(state.box_position[box]), checksum(state.box_orientation[box]))
 
 
 @jit_lean
 def _mark_of_joint(joints: Joints, k: int) -> int:
-    mark = _and(fingerprint(joints.joint_place[k]), fingerprint(joints.joint_stiffness[k : k + 1]))
-    mark = _and(mark, fingerprint(joints.joint_damping[k : k + 1]))
-    return _and(mark, fingerprint(joints.joint_rest_length[k : k + 1]))
+    mark = _and(checksum(joints.joint_place[k]), checksum(joints.joint_stiffness[k : k + 1]))
+    mark = _and(mark, checksum(joints.joint_damping[k : k + 1]))
+    return _and(mark, checksum(joints.joint_rest_length[k : k + 1]))
 
 
 @jit_lean

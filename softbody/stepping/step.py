@@ -19,7 +19,7 @@ from softbody.collision.solver.warm_start import cache_impulses, copied_cache, c
 from softbody.compiler.jit import jit, jit_inlined, jit_lean
 from softbody.dynamics.joint_forces import with_joints
 from softbody.dynamics.particle_ground import material_on_ground, resolve_ground
-from softbody.dynamics.rigid_boxes import box_astray, limit_boxes, limit_speeds, slow_boxes, stop_boxes
+from softbody.dynamics.rigid_boxes import diverged_box, limit_boxes, limit_speeds, slow_boxes, stop_boxes
 from softbody.dynamics.soft_bodies import BARE, DIVERGED, Motion, move_in_place, move_soft_bodies
 from softbody.linalg.vec import load, sub
 from softbody.model.arrays import (
@@ -36,15 +36,15 @@ from softbody.model.arrays import (
     soft_bodies_of,
 )
 from softbody.model.settings import Settings
-from softbody.model.sleep_state import Rest
-from softbody.stepping.finite_check import begins_finite, fingerprint
+from softbody.model.sleep_state import SleepState
+from softbody.stepping.finite_check import begins_finite, checksum
 from softbody.stepping.move_boxes import hold_boxes, move_boxes, move_boxes_singly
 from softbody.stepping.sleep import begin_step, let_sleep, mark_sleepers, note_rest, wake_changed
 
 # Faults beside DIVERGED and COLLAPSED, of runs that begin or end before a step is taken.
 NO_ROOM = 3  # there are more contacts than rows for them
 UNSEEN = 4  # something is not finite, or particles are not where the last run has left them: to be looked at first
-LEFT = 5  # the step was left before it was done, as somebody is in haste
+ABORTED = 5  # an interrupt ended the step before it was done
 
 
 class Work(NamedTuple):
@@ -61,7 +61,7 @@ class Work(NamedTuple):
     ground_impulse: np.ndarray  # (n, 3) [N s] of the ground on each particle in the last step
     joints: Joints | None
     acting: Controls | None  # memory for what acts in a step that has joints
-    rest: Rest | None  # None: nobody may sleep
+    rest: SleepState | None  # None: nobody may sleep
     stop: np.ndarray  # (1,) what is not 0 ends a run early; somebody else may write it
 
 
@@ -74,21 +74,21 @@ def step(
     contacts: Contacts,
     settings: Settings,
     h: float,
-    hasty: bool,
+    abort_mid_step: bool,
 ) -> tuple[Contacts, int, int]:
     """Advance a world by `h` [s]; return (contacts, fault, body), boxes numbered after soft bodies.
 
     The contacts are those of this step, in longer arrays if there was no room for all. On a fault (DIVERGED, COLLAPSED
-    or LEFT, else 0) the step must be undone, to `work.start`. It is LEFT, with the contacts as they were, only if it is
-    `hasty` and `work.stop` is not 0 while soft bodies move.
+    or ABORTED, else 0) the step must be undone, to `work.start`. It is ABORTED, with the contacts as they were, only if
+    `abort_mid_step` is true and `work.stop` is not 0 while soft bodies move.
     """
     begin_step(model, state, work.start, work.ground_impulse, work.rest)
     slow_boxes(model, state, work.grounded, h)
     controls = with_joints(controls, state, work.joints, work.acting, settings, h)
     bodies = soft_bodies_of(model, controls, state)
-    done, fault, body = move_in_place(bodies, work.motion, settings, h, hasty)
+    done, fault, body = move_in_place(bodies, work.motion, settings, h, abort_mid_step)
     if fault or done == 0:
-        return contacts, fault or LEFT, body
+        return contacts, fault or ABORTED, body
     contacts.number[0] = contacts.number[1] = 0
     if not settings.single_contact:
         contacts = find_box_contacts(model, controls, state, work.manifold, contacts, settings, h)
@@ -97,9 +97,9 @@ def step(
     else:
         move_boxes(model, controls, state, work.grounded, contacts, settings, h)
     limit_boxes(model, state, settings, work.grounded)
-    stray = -1 if work.grounded is None else box_astray(model, state, h)
-    if stray >= 0:
-        return contacts, DIVERGED, model.soft_count + stray
+    diverged = -1 if work.grounded is None else diverged_box(model, state, h)
+    if diverged >= 0:
+        return contacts, DIVERGED, model.soft_count + diverged
     contacts = find_soft_contacts(model, state, work.surfaces, work.rest, settings, contacts)
     if not settings.single_contact:
         cache_impulses(contacts)  # not sooner: had there been no room, the step might have to be undone
@@ -108,27 +108,29 @@ def step(
     if work.grounded is not None:
         limit_speeds(model, state, settings)  # once more: soft bodies have pushed boxes since
     resolve_ground(model, state, work.ground_impulse, work.rest)
-    stray = _thrown_astray(model, state, work, contacts, h)
-    if stray >= 0:
+    diverged = _diverged_by_contacts(model, state, work, contacts, h)
+    if diverged >= 0:
         contacts.cache.number[0] = 0
-        return contacts, DIVERGED, stray
+        return contacts, DIVERGED, diverged
     stop_boxes(state, work.grounded)
     return contacts, 0, -1
 
 
 @jit_lean
-def _thrown_astray(model: Model, state: State, work: Work, contacts: Contacts, h: float) -> int:
+def _diverged_by_contacts(model: Model, state: State, work: Work, contacts: Contacts, h: float) -> int:
     """Return a body that the contacts of soft bodies have thrown out of all bounds, or −1."""
     first, end = contacts.number[1], contacts.number[0]
-    thrown = _thrown_soft_body(model, state, work.start, work.motion, contacts)
+    thrown = _soft_body_out_of_bounds(model, state, work.start, work.motion, contacts)
     if thrown >= 0:
         return thrown
-    stray = box_astray(model, state, h) if end > first else -1
-    return -1 if stray < 0 else model.soft_count + stray
+    diverged = diverged_box(model, state, h) if end > first else -1
+    return -1 if diverged < 0 else model.soft_count + diverged
 
 
 @jit_lean
-def _thrown_soft_body(model: Model, state: State, start: State, motion: Motion | None, contacts: Contacts) -> int:
+def _soft_body_out_of_bounds(
+    model: Model, state: State, start: State, motion: Motion | None, contacts: Contacts
+) -> int:
     """Return a soft body of which contacts have thrown a particle out of all bounds, or −1.
 
     Out of numbers, or in this step alone farther than the body may be long: in the next one the body is that long.
@@ -195,14 +197,14 @@ def run(
     clock: Clock,
     begun: tuple[int, float],
     is_seen: bool,
-    hasty: bool,
+    abort_mid_step: bool,
 ) -> tuple[int, int]:
     """Advance any world by `steps` steps of `h` [s], and its clock; return (fault, body).
 
     Where bodies would jump through each other a step is taken in equal parts. On a fault the state is that of the last
     good step. Unless what it begins with `is_seen` to be good, no step is taken where it may not be: the fault is
     UNSEEN. Where there is no room for all contacts it is NO_ROOM, and "body" is how many rows there must be. Where
-    `work.stop` is not 0, the run ends after the step, or if it is `hasty` before.
+    `work.stop` is not 0, the run ends after the step, or with `abort_mid_step` in its midst.
 
     `begun`: what the clock showed when the first of many such runs began. The time is counted from there, so that it is
     the same to the last bit, however many runs it takes. All that changes is written to the arrays that are given: what
@@ -212,9 +214,9 @@ def run(
         return UNSEEN, -1
     wake_changed(model, controls, state, work.joints, work.rest)
     done, fault, body = 0, 0, -1
-    stray = -1 if work.grounded is None else box_astray(model, state, h)
-    if stray >= 0:
-        fault, body = DIVERGED, model.soft_count + stray
+    diverged = -1 if work.grounded is None else diverged_box(model, state, h)
+    if diverged >= 0:
+        fault, body = DIVERGED, model.soft_count + diverged
     # What a step in parts goes back to. (Names that are bound in every step would be counted in every step.)
     start, cache = work.start, contacts.cache
     room = contacts.depth.shape[0]
@@ -228,8 +230,8 @@ def run(
         if parts > 1:
             start, cache = copied(state), copied_cache(contacts.cache)
         for part in range(parts):
-            in_haste = hasty and part == 0  # later the contacts are not as they were
-            found, fault, body = step(model, controls, state, work, contacts, settings, h / parts, in_haste)
+            may_abort = abort_mid_step and part == 0  # later the contacts are not as they were
+            found, fault, body = step(model, controls, state, work, contacts, settings, h / parts, may_abort)
             if found.depth.shape[0] > room:
                 fault, body = NO_ROOM, found.depth.shape[0]
             if fault:
@@ -239,7 +241,7 @@ def run(
             copy_state(start if parts > 1 else work.start, state)
             if parts > 1:
                 copy_cache(cache, contacts.cache)
-            if fault != LEFT:
+            if fault != ABORTED:
                 contacts.number[0] = contacts.number[1] = 0
             break
         note_rest(model, state, work.rest, settings, h)
@@ -248,7 +250,7 @@ def run(
             break
     mark_sleepers(model, controls, state, work.joints, work.rest)
     _advance_clock(clock, begun, done, h, state)
-    return (0, -1) if fault == LEFT else (fault, body)
+    return (0, -1) if fault == ABORTED else (fault, body)
 
 
 @jit
@@ -260,7 +262,7 @@ def run_alone(
     settings: Settings,
     h: float,
     steps: int,
-    hasty: bool = False,
+    abort_mid_step: bool = False,
 ) -> tuple[int, int, int]:
     """Advance a world of one soft body, and perhaps the ground, by `steps` steps of `h` [s].
 
@@ -269,7 +271,7 @@ def run_alone(
     bodies, material = soft_bodies_of(model, controls, state), BARE
     if model.soft_count == 1:
         material = material_on_ground(model, 0)
-    return move_soft_bodies(bodies, motion, settings, h, steps, model.ground_height, material, hasty)
+    return move_soft_bodies(bodies, motion, settings, h, steps, model.ground_height, material, abort_mid_step)
 
 
 @jit
@@ -284,7 +286,7 @@ def run_alone_by_clock(
     clock: Clock,
     begun: tuple[int, float],
     is_seen: bool,
-    hasty: bool,
+    abort_mid_step: bool,
     ground_impulse: np.ndarray,
 ) -> tuple[int, int]:
     """Advance a world of one soft body like `run_alone`, and its clock, like `run`; return (fault, body).
@@ -295,10 +297,10 @@ def run_alone_by_clock(
         return UNSEEN, -1
     done, fault, body = 0, 0, -1
     if steps > 1:
-        done, fault, body = run_alone(model, controls, state, motion, settings, h, steps - 1, hasty)
+        done, fault, body = run_alone(model, controls, state, motion, settings, h, steps - 1, abort_mid_step)
     if done == steps - 1 and fault == 0:
         bodies = soft_bodies_of(model, controls, state)
-        last, fault, body = move_soft_bodies(bodies, motion, settings, h, 1, -np.inf, BARE, hasty)
+        last, fault, body = move_soft_bodies(bodies, motion, settings, h, 1, -np.inf, BARE, abort_mid_step)
         done += last
         if last == 1:
             resolve_ground(model, state, ground_impulse, None)
@@ -309,12 +311,12 @@ def run_alone_by_clock(
 @jit_lean
 def _looks_as_left(controls: Controls, state: State, clock: Clock) -> bool:
     """Tell whether all is finite, and the particles are where the last run has left them."""
-    return clock.shape[0] == fingerprint(state.particle_position) and begins_finite(controls, state)
+    return clock.shape[0] == checksum(state.particle_position) and begins_finite(controls, state)
 
 
 @jit_lean
 def _advance_clock(clock: Clock, begun: tuple[int, float], done: int, h: float, state: State) -> None:
     """Count steps of `h` [s], and note where they have led to."""
-    clock.shape[0] = fingerprint(state.particle_position)
+    clock.shape[0] = checksum(state.particle_position)
     clock.steps[0] += done
     clock.time[0] = begun[1] + (clock.steps[0] - begun[0]) * h

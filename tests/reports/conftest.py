@@ -27,7 +27,7 @@ from validation.record import (
 
 FAMILIES = {
     "Volume and mass": ("volume", "softbody.geometry.polyhedron", "trimesh", ("trimesh",)),
-    "Springs and gas": ("springs", "softbody.dynamics.plain_forces", "finite differences of the energy", ()),
+    "Springs and gas": ("springs", "softbody.dynamics.reference_forces", "finite differences of the energy", ()),
     "Integrators": ("integrators", "softbody.dynamics.integrators", "SciPy DOP853", ("scipy",)),
     "Rigid motion": ("rigid", "softbody.dynamics.rigid_boxes", "PyBullet", ("pybullet",)),
     "Box against box": ("sat", "softbody.collision.boxes.sat_boxes", "FCL", ("fcl",)),

@@ -38,7 +38,7 @@ def make_trend(name="bench_step[42]", ratios=(), runs=RUNS, peer="a peer"):
 def make_trends(*trends):
     rates = [Rate(0, 600, 3, 760), Rate(3, 240, 228, 233)]
     return Trends(
-        machine={"processor": "Some CPU", "cores": "2", "fingerprint": "0a1b2c3d"},
+        machine={"processor": "Some CPU", "cores": "2", "checksum": "0a1b2c3d"},
         runs=[Run(day(k), f"revision{k}", "quick", 1.5, {"numba": "0.60.0"}) for k in range(RUNS)],
         fewest=6,
         calibration=Calibration("2029-12-31T09:30:00+00:00", "calibrated", 2.3, rates),

@@ -102,20 +102,20 @@ def steps_that_help(run: Run) -> Comparison:
             "fault, body = DIVERGED, n_",
             "fault, body, done = DIVERGED, n_, 1",
         ),
-        Fault("the first box alone", rigid_boxes.box_astray, "range(n_)", "range(1)"),
+        Fault("the first box alone", rigid_boxes.diverged_box, "range(n_)", "range(1)"),
         Fault(
             "turns in a second",
-            rigid_boxes.box_astray,
+            rigid_boxes.diverged_box,
             "h * abs(state.box_angular_velocity[i, c])",
             "abs(state.box_angular_velocity[i, c])",
         ),
         Fault(
             "limits by the thickest side",
-            rigid_boxes.box_astray,
+            rigid_boxes.diverged_box,
             "min(size[0], size[1], size[2])",
             "max(size[0], size[1], size[2])",
         ),
-        Fault("orientations of any length", checks.check_pace, "u_ > UNIT", "False"),
+        Fault("orientations of any length", checks.check_box_motion, "u_ > UNIT", "False"),
     ),
 )
 def boxes_that_are_astray(run: Run) -> Comparison:
@@ -233,14 +233,15 @@ FARTHEST, MOST_TURN, UNIT = 2.0**46, 1e6, 1e-6  # times the least size; [rad] a 
     because="yes or no, a hundredth from each limit; or at it, and a rounding beyond, in powers of two",
     detects="a limit that is left out, off, or of another axis or side of the box; advice that does not help",
     faults=(
-        Fault("boxes however fast", checks.check_pace, "not a_ + h * b_ <= RESOLVED * size.min()", "False"),
-        Fault("boxes however far away", checks.check_pace, "not np.abs(position).sum() <= r_", "False"),
-        Fault("spins however fast", checks.check_pace, "not h * s_ <= MOST_TURN", "False"),
-        Fault("boxes turned by no unit quaternion", checks.check_pace, "abs(a_ - 1.0) > UNIT", "False"),
-        Fault("advice to take as long a step", checks.check_pace, "MOST_TURN / spin / 2.0", "MOST_TURN / spin * 2.0"),
-        Fault("the longest side", rigid_boxes.box_astray, "min(size[0], size[1], size[2])",
+        Fault("boxes however fast", checks.check_box_motion, "not a_ + h * b_ <= RESOLVED * size.min()", "False"),
+        Fault("boxes however far away", checks.check_box_motion, "not np.abs(position).sum() <= r_", "False"),
+        Fault("spins however fast", checks.check_box_motion, "not h * s_ <= MOST_TURN", "False"),
+        Fault("boxes turned by no unit quaternion", checks.check_box_motion, "abs(a_ - 1.0) > UNIT", "False"),
+        Fault("advice to take as long a step", checks.check_box_motion,
+              "MOST_TURN / spin / 2.0", "MOST_TURN / spin * 2.0"),
+        Fault("the longest side", rigid_boxes.diverged_box, "min(size[0], size[1], size[2])",
               "max(size[0], size[1], size[2])"),
-        Fault("boxes that are just there", rigid_boxes.box_astray, "far <= RESOLVED * n_", "far < RESOLVED * n_"),
+        Fault("boxes that are just there", rigid_boxes.diverged_box, "far <= RESOLVED * n_", "far < RESOLVED * n_"),
     ),
 )  # fmt: skip
 def boxes_too_fast_to_compute(run: Run) -> Comparison:

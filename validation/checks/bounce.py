@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from softbody import Mesh, World, icosphere
-from softbody.dynamics import integrators, particle_ground, pressure, ring_forces
+from softbody.dynamics import integrators, one_ring_forces, particle_ground, pressure
 from validation.cases import edge_lengths, random_orientations, rotation_matrix
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
@@ -149,7 +149,7 @@ def balls_bounce_as_between_events(run: Run) -> Comparison:
     faults=(
         Fault(
             "damping a tenth too weak",
-            ring_forces._tension,
+            one_ring_forces._tension,
             "springs.damping * parting",
             "0.9 * springs.damping * parting",
         ),

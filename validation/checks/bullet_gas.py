@@ -6,7 +6,7 @@ import numpy as np
 
 import softbody
 from softbody import Mesh, SoftBody, World
-from softbody.dynamics import pressure, ring_forces
+from softbody.dynamics import one_ring_forces, pressure
 from validation.arbitration import US, arbitrate
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
@@ -16,11 +16,11 @@ FAMILY = "pressure and volume"
 
 STIFF_SPRINGS = Fault(
     "springs too stiff by a twentieth",
-    ring_forces._tension,
+    one_ring_forces._tension,
     "k_ - pull_ / square_root(square_)",
     "1.05 * (k_ - pull_ / square_root(square_))",
 )
-PIECE = "softbody.dynamics.ring_forces"
+PIECE = "softbody.dynamics.one_ring_forces"
 
 SOLIDS = {name: getattr(softbody, name)() for name in ("tetrahedron", "octahedron", "icosahedron")}
 SPHERES = {"42 particles": softbody.icosphere(1), "162 particles": softbody.icosphere(2)}

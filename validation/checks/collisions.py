@@ -137,7 +137,7 @@ KINDS = ("soft–soft", "soft–rigid")
     faults=(
         Fault(
             "soft bodies that bounce off each other faster than they came",
-            soft_response._lack,
+            soft_response._velocity_deficit,
             "contacts_.restitution[k_]",
             "(contacts_.restitution[k_] + 1.2)",
         ),

@@ -11,7 +11,7 @@ import numpy as np
 import softbody
 from softbody import Mesh, World
 from softbody.bodies import adding, builder
-from softbody.dynamics import integrators, ring_forces
+from softbody.dynamics import integrators, one_ring_forces
 from softbody.model import settings
 from softbody.scenes import from_file, sphere_on_torus
 from validation.cases import MESH_KINDS, edge_lengths, random_mesh
@@ -53,7 +53,7 @@ PAPERS = Fault(
 )
 HALVED = Fault(
     "damping halved in motion",
-    ring_forces._tension,
+    one_ring_forces._tension,
     "springs.damping * parting",
     "0.5 * springs.damping * parting",
 )

@@ -401,7 +401,7 @@ def edges_that_lead_out(run: Run) -> Comparison:
         Fault(
             "a corner as it is now",
             soft_response.line_meets_triangle,
-            "_place(particles, at_particle(corners[2]), ago)",
+            "_place(particles, at_particle(corners[2]), time_since)",
             "_place(particles, at_particle(corners[2]), 0.0)",
         ),
     ),

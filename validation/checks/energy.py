@@ -79,7 +79,7 @@ def collision(rng: np.random.Generator, integrator: str, part: float, friction: 
     faults=(
         Fault(
             "sides that part faster than they came",
-            soft_response._lack,
+            soft_response._velocity_deficit,
             "contacts_.restitution[k_]",
             "(contacts_.restitution[k_] + 1.2)",
         ),
@@ -175,7 +175,7 @@ def drift_and_gain(world: World, step: float) -> tuple[float, float]:
         ),
         Fault(
             "sides that part faster than they came",
-            soft_response._lack,
+            soft_response._velocity_deficit,
             "contacts_.restitution[k_]",
             "(contacts_.restitution[k_] + 1.2)",
         ),

@@ -15,7 +15,7 @@ from softbody import Camera, Trajectory, TrajectoryWriter, World, icosphere
 from softbody.export import animation, files, looks, meshes, usd
 from validation.cases import BOX_TRIANGLES, corners_of, random_mesh, random_orientations, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run, check
-from validation.checks.kept import FAMILY
+from validation.checks.trajectories import FAMILY
 from validation.fault import Fault
 
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process

@@ -18,7 +18,7 @@ import softbody
 from softbody import Mesh, SnapshotError, SoftBody, World
 from softbody.bodies import builder, rigid_box, soft_body
 from softbody.collision import broad_phase
-from softbody.dynamics import integrators, ring_forces, soft_bodies, vertex_rings
+from softbody.dynamics import integrators, one_ring_forces, soft_bodies, vertex_rings
 from softbody.geometry import MeshQuery, box, query
 from softbody.mesh import mesh
 from softbody.model import validation
@@ -74,7 +74,7 @@ SHAPES = {
         ),
         Fault(
             "forces of the particle before",
-            ring_forces.add_load,
+            one_ring_forces.add_load,
             "rings_.particle[load_.first + i_]",
             "rings_.particle[load_.first + max(0, i_ - 1)]",
         ),
@@ -143,8 +143,8 @@ def springs_that_are_set(run: Run) -> Comparison:
     because="rounding: 3e-15 at worst of ten seeds",
     detects="a sub-step more or less, or as long as a step",
     faults=(
-        Fault("sub-steps as long as steps", soft_bodies._stretch, "h / substeps", "h"),
-        Fault("sub-steps a hundredth too short", soft_bodies._stretch, "h / substeps", "0.99 * h / substeps"),
+        Fault("sub-steps as long as steps", soft_bodies._batch, "h / substeps", "h"),
+        Fault("sub-steps a hundredth too short", soft_bodies._batch, "h / substeps", "0.99 * h / substeps"),
         Fault(
             "sub-steps that are not asked for",
             runner.Runner.step,
@@ -442,7 +442,7 @@ def longest_by_the_rule(run: Run) -> Comparison:
         Fault(
             "a step left in its midst",
             integrators._advance_body,
-            "(stretch.begin + step) % stretch.landing == 0",
+            "(batch.begin + step) % batch.landing == 0",
             "step > 0",
         ),
     ),
@@ -451,20 +451,20 @@ def a_step_before_the_end(run: Run) -> Comparison:
     rng = run.fresh_rng()
     measured, expected, kinds = [], [], []
     for trial in range(run.count(6, 20, 100)):
-        world, hasty = World(gravity=rng.normal(0.0, 5.0, 3)), trial % 2 == 1
+        world, abort_mid_step = World(gravity=rng.normal(0.0, 5.0, 3)), trial % 2 == 1
         for k in range(3):
             world.add_soft_body(softbody.icosphere(1, 0.5), 1.0, 50.0, 0.0, (2.0 * k, 0.0, 0.0), damping=0.0)
         motion = soft_bodies.motion_of(world.model.soft_particle_start, world.store.rings)
         motion.memory.stop[0] = 1
         h, settings = (
             0.3 * world.stable_time_step(),
-            world.store.settings._replace(substeps=int(rng.integers(1 + hasty, 4))),
+            world.store.settings._replace(substeps=int(rng.integers(1 + abort_mid_step, 4))),
         )
-        done, _, _ = step.run_alone(world.model, world.controls, world.state, motion, settings, h, 7, hasty)
+        done, _, _ = step.run_alone(world.model, world.controls, world.state, motion, settings, h, 7, abort_mid_step)
         fallen = world.state.particle_velocity @ world.gravity / (h * world.gravity @ world.gravity)
         measured.append([done, fallen.min(), fallen.max()])
-        expected.append([0.0 if hasty else 1.0] * 3)
-        kinds.append("in haste" if hasty else "not in haste")
+        expected.append([0.0 if abort_mid_step else 1.0] * 3)
+        kinds.append("in haste" if abort_mid_step else "not in haste")
     return Comparison(np.array(measured), np.array(expected), groups=kinds)
 
 

@@ -671,7 +671,7 @@ def vertex_first(rng: np.random.Generator, normal: np.ndarray, gap: float) -> so
         SMALLER,
         Fault(
             "soft bodies in contact without restitution",
-            soft_response._lack,
+            soft_response._velocity_deficit,
             "contacts_.restitution[k_] * x_",
             "0.0 * contacts_.restitution[k_] * x_",
         ),

@@ -20,7 +20,7 @@ from softbody.storage import npz
 from softbody.storage import restore as restoring
 from validation.cases import edge_lengths, random_mesh
 from validation.check import DISAGREEMENTS, Comparison, Run, check
-from validation.checks.kept import Flight
+from validation.checks.trajectories import Flight
 from validation.fault import Fault
 
 FAMILY = "what users set and ask"

@@ -8,7 +8,7 @@ import numpy as np
 
 from softbody import World
 from softbody.bodies.energies import energies_of, energy_of
-from softbody.dynamics import energy, plain_forces
+from softbody.dynamics import energy, reference_forces
 from validation.cases import MESH_KINDS, edge_lengths, random_mesh, random_orientations
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
@@ -154,7 +154,7 @@ def energies_by_kinds(run: Run) -> Comparison:
         Fault(
             "joints that take what springs give", energy_of, "t_ + joint_energy(j_, s_)", "t_ - joint_energy(j_, s_)"
         ),
-        Fault("springs without their half", plain_forces.spring_energy, "0.5 * k_ * s_ * s_", "k_ * s_ * s_"),
+        Fault("springs without their half", reference_forces.spring_energy, "0.5 * k_ * s_ * s_", "k_ * s_ * s_"),
         Fault(
             "boxes without weight", energy.potential_energies, "gravity -= dot(g, load(state.box_position, i)) / m_", ""
         ),

@@ -6,7 +6,7 @@ import numpy as np
 
 import softbody
 from softbody import Mesh, World
-from softbody.dynamics import integrators, pressure, ring_forces, stability, vertex_rings
+from softbody.dynamics import integrators, one_ring_forces, pressure, stability, vertex_rings
 from softbody.model.settings import INTEGRATORS
 from validation import accounts
 from validation.cases import lumpy_sphere
@@ -426,7 +426,7 @@ def energy_gain(run: Run) -> Comparison:
     family=FAMILY,
     claim="A gas-filled tetrahedron, octahedron or icosahedron breathes as its one scalar equation of motion says.",
     section="2, 5.1",
-    piece="softbody.dynamics.plain_forces.plain_accelerations",
+    piece="softbody.dynamics.reference_forces.plain_accelerations",
     reference="SciPy DOP853 at 1e-13",
     engines=("scipy",),
     unit="of the scale",
@@ -474,7 +474,7 @@ def breathe(run: Run, precision: str, phase: float) -> Comparison:
     faults=(
         Fault(
             "springs that pull one end more than the other",
-            ring_forces.ring_sums,
+            one_ring_forces.ring_sums,
             "scale(_tension(rings_, springs_, block_, e_, start_, moving_), start_)",
             "scale(1.001 * _tension(rings_, springs_, block_, e_, start_, moving_), start_)",
         ),

@@ -24,7 +24,7 @@ LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 STEP = 1.0 / 480.0  # [s]
 G = 9.81  # [m/s²]
 
-STAYS = Fault("a kinematic box that stays", rigid_boxes.advance_boxes, "is_free_ or stirs(v_, spin_)", "is_free")
+STAYS = Fault("a kinematic box that stays", rigid_boxes.advance_boxes, "is_free_ or is_moving(v_, spin_)", "is_free")
 FORESEEN = Fault(
     "no motion of kinematic boxes foreseen",
     box_contacts.travel_in_step,
@@ -316,7 +316,7 @@ def plates_by_rapier(run: Run) -> Comparison:
     detects="a turn the long way, in the box's own frame, at another pace; a box that arrives late or elsewhere",
     faults=(
         STAYS,
-        Fault("a box that goes up only while it goes aside", rigid_boxes.stirs, "v[2] != 0.0", "v[2] == 0.0"),
+        Fault("a box that goes up only while it goes aside", rigid_boxes.is_moving, "v[2] != 0.0", "v[2] == 0.0"),
         Fault("a turn the long way", quaternion.rotation_between, "cosine_ >= 0.0", "cosine < 0.0"),
         Fault(
             "half the turn", quaternion.rotation_between, "2.0 * atan2(sine_, abs(cosine_))", "atan2(sine, abs(cosine))"

@@ -41,7 +41,7 @@ STEP = 0.5  # of the stable time step
     faults=(
         Fault(
             "a box that stands gives way as if it were free",
-            held_boxes.looseness_of_boxes,
+            held_boxes.support_compliance,
             "min(1.0, max(0.0, part_))",
             "1.0",
         ),

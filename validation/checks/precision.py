@@ -31,8 +31,8 @@ FAMILY = "precision and threads"
 HALF_PRECISION = Fault(
     "springs rounded to half precision on the way",
     vertex_rings.in_precision,
-    "rings_.rest_pull.astype(real_, copy=False)",
-    "rings_.rest_pull.astype(np.float16).astype(real_)",
+    "rings_.rest_tension.astype(real_, copy=False)",
+    "rings_.rest_tension.astype(np.float16).astype(real_)",
 )
 
 
@@ -40,7 +40,7 @@ HALF_PRECISION = Fault(
     family=FAMILY,
     claim="In single precision the force on every particle is off by some ten roundings of its neighbours' places.",
     section="2, 5.1",
-    piece="softbody.dynamics.ring_forces",
+    piece="softbody.dynamics.one_ring_forces",
     reference="gradient of ½ Σ k (l − l0)² − nRT ln V, by SciPy's side in double precision",
     engines=("scipy",),
     unit="of stiffness × size",

@@ -7,8 +7,8 @@ from numpy.typing import ArrayLike
 
 import softbody
 from softbody import Mesh, SimulationError, World
-from softbody.dynamics import integrators, plain_forces, pressure, ring_forces, soft_bodies
-from softbody.dynamics.plain_forces import add_pressure_forces, spring_virial
+from softbody.dynamics import integrators, one_ring_forces, pressure, reference_forces, soft_bodies
+from softbody.dynamics.reference_forces import add_pressure_forces, spring_virial
 from softbody.geometry import polyhedron
 from softbody.stepping import shape_at_rest as resting
 from validation.cases import dented_sphere, edge_lengths, lumpy_sphere, random_mesh
@@ -43,7 +43,7 @@ def _mean_distance(world: World) -> float:
     family=FAMILY,
     claim="Spheres, tori, dented and random meshes at rest fulfil the virial identity Σ k (l − l0) l = 3 nRT.",
     section="2.1, 2.3",
-    piece="softbody.dynamics.ring_forces",
+    piece="softbody.dynamics.one_ring_forces",
     reference="the identity itself: it holds at every equilibrium of every closed mesh, without a fitted constant",
     kind="closed form",
     least=4,
@@ -76,7 +76,7 @@ def virial_identity(run: Run) -> Comparison:
     family=FAMILY,
     claim="A tetrahedron, octahedron or icosahedron comes to rest at the scale λ with λ² − λ = 3nRT/(k Σ l0²).",
     section="2.1, 2.3",
-    piece="softbody.dynamics.ring_forces",
+    piece="softbody.dynamics.one_ring_forces",
     reference="closed form: symmetry leaves one unknown",
     kind="closed form",
     tolerance=1e-14,
@@ -176,7 +176,7 @@ def gas_laws(run: Run) -> Comparison:
     claim="Regular solids without gas rest in the shape of their springs; with little, q = 3nRT/(kΣl0²) ≤ 1e-6, they"
     " are 1 + q as large; with very much, q ≥ 1e12, they swell as ½ + √q.",
     section="2",
-    piece="softbody.dynamics.ring_forces",
+    piece="softbody.dynamics.one_ring_forces",
     reference="closed forms of the two ends, to the second order",
     kind="closed form",
     tolerance=2e-12,
@@ -186,7 +186,7 @@ def gas_laws(run: Run) -> Comparison:
         Fault("gas that is always there", pressure.gas_pressure, "gas_ / volume_", "(gas_ + 1e-9) / volume_"),
         Fault(
             "springs that are stiffer by 1e-9",
-            ring_forces._tension,
+            one_ring_forces._tension,
             "k_ - pull_ / square_root(square_)",
             "k_ * (1.0 + 1e-9) - pull_ / square_root(square_)",
         ),
@@ -213,7 +213,7 @@ def limits(run: Run) -> Comparison:
     family=FAMILY,
     claim="A torus at rest grows with nRT/(kΣl0²) alone: bodies of any size and stiffness, by that ratio, are similar.",
     section="2",
-    piece="softbody.dynamics.ring_forces",
+    piece="softbody.dynamics.one_ring_forces",
     reference="SciPy minimiser, on one of each family",
     engines=("scipy",),
     unit="of V/V0",
@@ -247,7 +247,7 @@ def scaling(run: Run) -> Comparison:
     family=FAMILY,
     claim="The shape that a body comes to rest in is the one of least energy that SciPy finds.",
     section="2, 5.1",
-    piece="softbody.dynamics.ring_forces",
+    piece="softbody.dynamics.one_ring_forces",
     reference="SciPy minimiser of ½ Σ k (l − l0)² − nRT ln V, on its own energy and gradient",
     engines=("scipy",),
     unit="of l0",
@@ -257,7 +257,7 @@ def scaling(run: Run) -> Comparison:
     faults=(
         Fault(
             "spring force over the rest length",
-            ring_forces._tension,
+            one_ring_forces._tension,
             "k_ - pull_ / square_root(square_)",
             "1.001 * (k_ - pull_ / square_root(square_))",
         ),
@@ -426,7 +426,7 @@ def at_rest_without_springs(run: Run) -> Comparison:
         PRESSURE,
         Fault(
             "springs shorter by 1e-8",
-            ring_forces._tension,
+            one_ring_forces._tension,
             "k_ - pull_ / square_root(square_)",
             "k_ - pull_ * (1.0 - 1e-8) / square_root(square_)",
         ),
@@ -479,7 +479,7 @@ def _pressure_force(mesh: Mesh, pascal: float) -> np.ndarray:
     family=FAMILY,
     claim="The pressure force on a particle is exactly P ∂V/∂x: the gas does the work P dV.",
     section="2.2, 10.11",
-    piece="softbody.dynamics.plain_forces.add_pressure_forces",
+    piece="softbody.dynamics.reference_forces.add_pressure_forces",
     reference="gradient of the volume, by SciPy's side on its own formula",
     engines=("scipy",),
     unit="of the largest force",
@@ -489,7 +489,7 @@ def _pressure_force(mesh: Mesh, pascal: float) -> np.ndarray:
     faults=(
         Fault(
             "pressure force of a triangle off by 1e-9",
-            plain_forces.add_pressure_forces,
+            reference_forces.add_pressure_forces,
             "pressure_ / 3.0",
             "pressure_ / 3.0 * (1.0 + 1e-9)",
         ),
@@ -512,7 +512,7 @@ def force_is_gradient_of_volume(run: Run) -> Comparison:
     family=FAMILY,
     claim="Springs and gas exert no net force and no net torque on the body that they belong to.",
     section="2",
-    piece="softbody.dynamics.ring_forces",
+    piece="softbody.dynamics.one_ring_forces",
     reference="invariant: action equals reaction",
     unit="of Σ |force| × size",
     kind="invariant",

@@ -58,10 +58,14 @@ def as_fire_has_it(run: Run) -> Comparison:
             glide = equilibrium.glide_from_rest(state.particle_position, longest)
             motion = motion_of(model.soft_particle_start, rings)
             equilibrium.relax(soft_bodies_of(model, controls, state), motion, longest, steps, glide)
-            x, v, pace = fire.relaxed(start, longest, steps, *what)
+            x, v, step_size = fire.relaxed(start, longest, steps, *what)
             size, fastest = np.ptp(start, axis=0).max(), np.abs(v).max()
-            measured += [*(state.particle_position / size), *(glide.velocity / fastest), [glide.pace[0] / longest] * 3]
-            expected += [*(x / size), *(v / fastest), [pace / longest] * 3]
+            measured += [
+                *(state.particle_position / size),
+                *(glide.velocity / fastest),
+                [glide.step_size[0] / longest] * 3,
+            ]
+            expected += [*(x / size), *(v / fastest), [step_size / longest] * 3]
             kinds += [f"{steps} steps"] * (2 * count + 1)
     return Comparison(np.array(measured), np.array(expected), groups=kinds)
 

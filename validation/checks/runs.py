@@ -124,12 +124,12 @@ def rows_in(out: Path) -> np.ndarray:
     because="rounding over some hundred steps: 1.6e-15 at worst of seven seeds",
     detects="a frame that is late, missing or kept twice; a run that ends early, or forgets the world, or where it was",
     faults=(
-        Fault("frames of one's own steps at the end", run_folder._Pace.advance, "min(steps, r_)", "steps"),
-        Fault("a last frame that is as long as others", run_folder._Pace.advance, "even or k < last", "True"),
-        Fault("a world that is not saved at the end", run_folder._advance, "done < pace.frames", "False"),
+        Fault("frames of one's own steps at the end", run_folder._Schedule.advance, "min(steps, r_)", "steps"),
+        Fault("a last frame that is as long as others", run_folder._Schedule.advance, "even or k < last", "True"),
+        Fault("a world that is not saved at the end", run_folder._advance, "done < schedule.frames", "False"),
         Fault("a run that begins again in the midst", run_folder._advance, "kept.frames - 1", "0"),
-        Fault("a last frame that is forgotten", run_folder._advance, "range(done + 1, pace.frames + 1)",
-              "range(done + 1, pace.frames)"),
+        Fault("a last frame that is forgotten", run_folder._advance, "range(done + 1, schedule.frames + 1)",
+              "range(done + 1, schedule.frames)"),
     ),
 )  # fmt: skip
 def balls_are_run(run: Run) -> Comparison:

@@ -351,8 +351,8 @@ def _soft_body(world: World, rng: np.random.Generator, size: float, position: np
         Fault(
             "overlap turned into speed",
             soft_response._impulse,
-            "_lack(contacts_, k_, replay_, u_) / mass_",
-            "(1e3 * contacts.depth[k] + 3.0 * _lack(contacts_, k_, replay_, u_)) / mass_",
+            "_velocity_deficit(contacts_, k_, replay_, u_) / mass_",
+            "(1e3 * contacts.depth[k] + 3.0 * _velocity_deficit(contacts_, k_, replay_, u_)) / mass_",
         ),
     ),
 )

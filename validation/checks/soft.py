@@ -6,7 +6,7 @@ import numpy as np
 
 import softbody
 from softbody import Mesh, World
-from softbody.dynamics import integrators, plain_forces, ring_forces, soft_bodies
+from softbody.dynamics import integrators, one_ring_forces, reference_forces, soft_bodies
 from softbody.dynamics.soft_bodies import motion_of, ring_accelerations
 from softbody.model.arrays import soft_bodies_of
 from validation.cases import MESH_KINDS, edge_lengths, lumpy_sphere, random_mesh, random_orientations, rotation_matrix
@@ -17,11 +17,11 @@ FAMILY = "soft bodies"
 
 NEIGHBOUR_LEFT_OUT = Fault(
     "the last neighbour of every ring is left out",
-    ring_forces.ring_sums,
+    one_ring_forces.ring_sums,
     "range(1, rings_.block[block_, DEGREE])",
     "range(1, rings_.block[block_, DEGREE] - 1)",
 )
-PIECE = "softbody.dynamics.ring_forces"
+PIECE = "softbody.dynamics.one_ring_forces"
 
 
 @check(
@@ -58,7 +58,7 @@ def force_is_slope_of_energy(run: Run) -> Comparison:
     " them pinned or pushed from outside, is the slope of the energy and what acts besides, over the mass: compiled,"
     " and as plain Python, which allows no index beside an array.",
     section="2, 5.1",
-    piece="softbody.dynamics.plain_forces.plain_accelerations",
+    piece="softbody.dynamics.reference_forces.plain_accelerations",
     reference="gradient of ½ Σ k (l − l0)² − nRT ln V, by SciPy's side, and weight and forces by NumPy",
     engines=("scipy",),
     unit="of the largest acceleration",
@@ -68,16 +68,16 @@ def force_is_slope_of_energy(run: Run) -> Comparison:
     " seeds",
     detects="a body whose springs or gas are left out, weight on what is pinned, forces where there are none",
     faults=(
-        Fault("no springs", plain_forces.plain_accelerations, "add_spring_forces(p_, e_, r_, s_, a_)", ""),
+        Fault("no springs", reference_forces.plain_accelerations, "add_spring_forces(p_, e_, r_, s_, a_)", ""),
         Fault(
             "weight on what is pinned",
-            plain_forces.plain_accelerations,
+            reference_forces.plain_accelerations,
             "controls.gravity[c] if model.particle_inverse_mass[i] > 0.0 else 0.0",
             "controls.gravity[c]",
         ),
         Fault(
             "forces looked up where there are none",
-            plain_forces.plain_accelerations,
+            reference_forces.plain_accelerations,
             "controls.particle_force.shape[0] > 0",
             "controls.particle_force.shape[0] >= 0",
         ),
@@ -106,7 +106,7 @@ def readable_form_is_slope_of_energy(run: Run) -> Comparison:
             result[pins] = 0.0
             judged.append(result)
         largest = np.abs(np.concatenate(judged)).max()
-        kernel = plain_forces.plain_accelerations
+        kernel = reference_forces.plain_accelerations
         for how, form in (("compiled", kernel), ("plain Python", getattr(kernel, "py_func", kernel))):
             found = np.full(world.state.particle_position.shape, np.nan)
             try:
@@ -250,7 +250,7 @@ def refinement(run: Run) -> Comparison:
     faults=(
         Fault(
             "damping off by 1e-8",
-            ring_forces._tension,
+            one_ring_forces._tension,
             "springs.damping * parting",
             "1.00000001 * springs.damping * parting",
         ),
@@ -291,7 +291,9 @@ def damped_springs(run: Run) -> Comparison:
     tolerance=3e-12,
     because="rk4 at γh = 2e-3 leaves (γh)⁴/120 γt e^(−γt), 5e-14 at most, of v0 − v∞, some 15 m/s: 6.2e-13 at worst",
     detects="an external force or drag off by 1e-11; a fixed particle that moves at all",
-    faults=(Fault("drag off by 1e-9", ring_forces.add_load, "load_.drag / mass_", "1.000000001 * load_.drag / mass_"),),
+    faults=(
+        Fault("drag off by 1e-9", one_ring_forces.add_load, "load_.drag / mass_", "1.000000001 * load_.drag / mass_"),
+    ),
 )
 def drag_push_and_pins(run: Run) -> Comparison:
     rng = run.fresh_rng()

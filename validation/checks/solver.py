@@ -378,7 +378,7 @@ def _rate(rows: np.ndarray, inverse: np.ndarray) -> float:
     faults=(
         Fault(
             "a part that is a product",
-            held_boxes.looseness_of_boxes,
+            held_boxes.support_compliance,
             "_work(p_, v_, w_) / alone_",
             "_work(push[box], v, w) * alone",
         ),
@@ -437,7 +437,7 @@ def held(run: Run) -> Comparison:
                         way = -size * (1.0 if a == i else -1.0) * crowd.normal[k]
                         arm = crowd.point[k] - crowd.bodies.position[other]
                         given[other] += np.concatenate([way, np.cross(arm, way)])
-        loose = held_boxes.looseness_of_boxes(contacts, crowd.bodies, push)
+        loose = held_boxes.support_compliance(contacts, crowd.bodies, push)
         moved = np.zeros((count + 1, 6))
         held_boxes.pass_down(contacts, crowd.bodies, push, moved)
         measured += [*loose, *moved[:-1].ravel(), *contacts.row[:, NORMAL_IMPULSE]]
@@ -640,6 +640,6 @@ def two_hundred_sweeps(run: Run) -> Comparison:
             continue
         contacts = crowd.contacts()
         contacts.row[:, NORMAL_IMPULSE] = 1.0
-        measured.append(held_boxes.looseness_of_boxes(contacts, bodies, push[None])[0])
+        measured.append(held_boxes.support_compliance(contacts, bodies, push[None])[0])
         expected.append(part)
     return Comparison(np.array(measured), np.array(expected))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from softbody import Mesh, World, icosphere, octahedron, tetrahedron
-from softbody.dynamics import integrators, ring_forces, stability, vertex_rings
+from softbody.dynamics import integrators, one_ring_forces, stability, vertex_rings
 from softbody.model.settings import INTEGRATORS
 from softbody.stepping.runner import Runner
 from validation.cases import MESH_KINDS, edge_lengths, random_mesh, rotated
@@ -57,11 +57,13 @@ def _mesh(kind: str, rng: np.random.Generator) -> Mesh:
         ),
         Fault(
             "drag 0.1 % too strong",
-            ring_forces.add_load,
+            one_ring_forces.add_load,
             "load_.drag / inverse_mass_[i_]",
             "1.001 * load_.drag / inverse_mass_[i_]",
         ),
-        Fault("damping halved", ring_forces._tension, "springs.damping * parting", "0.5 * springs.damping * parting"),
+        Fault(
+            "damping halved", one_ring_forces._tension, "springs.damping * parting", "0.5 * springs.damping * parting"
+        ),
         Fault(
             "damping and drag by the velocities at the start of the step",
             integrators._advance_body,
@@ -82,7 +84,7 @@ def _mesh(kind: str, rng: np.random.Generator) -> Mesh:
             "-1",
         ),
         Fault("neighbours of another vertex of two fans", vertex_rings.build_rings, "behind += entry.size", ""),
-        Fault("gas that leaves out vertices of two fans", ring_forces.fan_sums, "turn = add(turn, t_)", ""),
+        Fault("gas that leaves out vertices of two fans", one_ring_forces.fan_sums, "turn = add(turn, t_)", ""),
     ),
 )
 def schemes_of_any_body(run: Run) -> Comparison:

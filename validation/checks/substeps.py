@@ -43,7 +43,7 @@ PARTS = (2, 3, 4)  # in which soft bodies take a step
         ),
         Fault(
             "sides that part faster than they came",
-            soft_response._lack,
+            soft_response._velocity_deficit,
             "contacts_.restitution[k_]",
             "(contacts_.restitution[k_] + 1.2)",
         ),
@@ -77,8 +77,8 @@ def crowds_in_parts_keep_what_they_must(run: Run) -> Comparison:
     because="contact acts at the ends of steps, and symplectic Euler is of order 1: 2.1e-4 at worst of ten seeds",
     detects="parts too long or too short, in worlds with boxes and without",
     faults=(
-        Fault("parts as of one fewer", soft_bodies._stretch, "h / substeps", "h / max(1, substeps - 1)"),
-        Fault("parts a hundredth too short", soft_bodies._stretch, "h / substeps", "0.99 * h / substeps"),
+        Fault("parts as of one fewer", soft_bodies._batch, "h / substeps", "h / max(1, substeps - 1)"),
+        Fault("parts a hundredth too short", soft_bodies._batch, "h / substeps", "0.99 * h / substeps"),
     ),
 )
 def balls_bounce_in_parts_as_between_events(run: Run) -> Comparison:

@@ -34,7 +34,7 @@ class Case(NamedTuple):
     threads: int = 1  # that it asks for
 
 
-def in_haste(build: Callable[..., World], **given: Any) -> World:
+def may_abort(build: Callable[..., World], **given: Any) -> World:
     """Return the world of a scene in which all that can move comes down at FALL."""
     world = build(**given)
     world.state.particle_velocity[:, 2] = -FALL
@@ -48,7 +48,7 @@ def scene(name: str, kind: Callable[..., World] = World, **settings: Any) -> Wor
     """Return a scene, small, in a world of a kind and of some settings."""
     build = getattr(scenes, name).build
     given = {key: value for key, value in SMALL.items() if key in inspect.signature(build).parameters}
-    return in_haste(build, **given, world=kind(**settings))
+    return may_abort(build, **given, world=kind(**settings))
 
 
 def ball(**settings: Any) -> World:
@@ -66,7 +66,7 @@ def balls_on_ground(**settings: Any) -> World:
     world.add_soft_body(softbody.icosphere(2, 0.5), 1.0, 100.0, 15.0, (0.0, 0.0, 0.55), restitution=0.3)
     world.add_soft_body(softbody.torus(0.5, 0.2, 16, 8), 0.8, 120.0, 8.0, (0.1, 0.2, 1.35), (0.5, 0.0, 0.0))
     world.add_soft_body(softbody.icosphere(1, 0.4), 0.5, 90.0, 8.0, (0.9, 0.0, 0.45), fixed=(0, 3, 5), friction=0.9)
-    return in_haste(lambda: world)
+    return may_abort(lambda: world)
 
 
 def joined(**settings: Any) -> World:
@@ -96,7 +96,7 @@ def relaxed() -> World:
 
 def by_frames() -> World:
     """Return a tray that has chosen its own steps for some frames."""
-    world = in_haste(scenes.tray.build, bodies=2)
+    world = may_abort(scenes.tray.build, bodies=2)
     world.run(0.1)
     return world
 

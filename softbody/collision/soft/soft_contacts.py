@@ -30,7 +30,7 @@ from softbody.linalg.vec import Vec, add, load, scale, store
 from softbody.model.arrays import Model, State
 from softbody.model.material import combined, material_of_box, material_of_soft
 from softbody.model.settings import Settings
-from softbody.model.sleep_state import Rest, is_settled, sleeps
+from softbody.model.sleep_state import SleepState, is_settled, sleeps
 
 # Edges are asked of surfaces whose own are not longer: as a part of their mean length, below which they are not.
 COARSE = 0.9
@@ -56,7 +56,12 @@ class Pairs(NamedTuple):
 
 @jit
 def find_soft_contacts(
-    model: Model, state: State, surfaces: Surfaces | None, rest: Rest | None, settings: Settings, contacts: Contacts
+    model: Model,
+    state: State,
+    surfaces: Surfaces | None,
+    rest: SleepState | None,
+    settings: Settings,
+    contacts: Contacts,
 ) -> Contacts:
     """Add every contact of a soft body with another or with a box; return the contacts, with room for all.
 
@@ -148,7 +153,7 @@ def even_shares(model: Model, start: np.ndarray, near: np.ndarray, shares: int) 
 
 @jit
 def near_bodies(
-    model: Model, state: State, shapes: Shapes, desks: Desks, rest: Rest | None, exhaustive: bool
+    model: Model, state: State, shapes: Shapes, desks: Desks, rest: SleepState | None, exhaustive: bool
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return (start, other) of `Pairs`. (Contacts of boxes among themselves are found elsewhere.)"""
     soft = model.soft_count

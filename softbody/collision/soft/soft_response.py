@@ -25,7 +25,7 @@ from softbody.collision.impulse import (
     velocity_change_at,
     velocity_of_point,
 )
-from softbody.collision.solver.held_boxes import add_push, looseness_of_boxes
+from softbody.collision.solver.held_boxes import add_push, support_compliance
 from softbody.compiler.jit import jit, jit_lean, jit_threaded
 from softbody.geometry.triangle import area_vector
 from softbody.linalg.vec import Vec, accumulate, add, cross, dot, load, norm, scale, store, sub
@@ -62,19 +62,19 @@ class WeightSums(NamedTuple):
     box: np.ndarray  # (m,) where each contact has weight 1
 
 
-class Replay(NamedTuple):
+class SubstepContact(NamedTuple):
     """How each contact of soft bodies went on within the step."""
 
     velocity: np.ndarray  # (c, 3) of side a, seen from b [m/s]
     approach: np.ndarray  # (c,) speed at which the sides came nearer when the step began, or 0 [m/s]
     parting: np.ndarray  # (c,) speed at which they are to part at least, without a bounce [m/s]
-    goal: np.ndarray  # (c,) how far a is to be above b, along the normal [m]
+    target_height: np.ndarray  # (c,) how far a is to be above b, along the normal [m]
     acted: np.ndarray  # (c,) bool
-    ago: np.ndarray  # (c,) [s] before the end of the step at which the next impulse acts
+    time_since: np.ndarray  # (c,) [s] before the end of the step at which the next impulse acts
     place: np.ndarray  # (c, 3) on b: weights on a triangle's corners, or from a box's centre [m]; where they touched
     impulse: np.ndarray  # (c, 3) on a, the next one [N s]
     impulse_place: np.ndarray  # (c, 3) where on b it acts
-    loose: np.ndarray  # (m,) the part of a push that moves each box, and is not held by what it stands on
+    compliance: np.ndarray  # (m,) the part of a push that moves each box, and is not held by what it stands on
     held: np.ndarray  # (m, 6) impulse [N s] and moment [N m s] on each box that is
 
 
@@ -98,7 +98,7 @@ def resolve_contacts(
     if count == 0:
         return np.zeros((boxes, 6))
     rows = rows_of(contacts, contacts.number, contacts.number[1], contacts.number[0])
-    replay = Replay(
+    substep = SubstepContact(
         np.empty((count, 3)),
         np.empty(count),
         np.empty(count),
@@ -111,34 +111,36 @@ def resolve_contacts(
         np.ones(boxes),
         np.zeros((boxes, 6)),
     )
-    look_back(rows, bodies, start, replay, h)
-    _loosen_boxes(contacts, rows, bodies, replay, with_boxes)
+    look_back(rows, bodies, start, substep, h)
+    _loosen_boxes(contacts, rows, bodies, substep, with_boxes)
     sums = WeightSums(weight_sum, np.zeros(boxes))
     for _ in range(SWEEPS):
-        if not exchange_impulses(rows, bodies, sums, replay, h, threads):
+        if not exchange_impulses(rows, bodies, sums, substep, h, threads):
             break
-    return replay.held
+    return substep.held
 
 
 @jit
-def _loosen_boxes(contacts: Contacts, rows: Listing, bodies: Bodies, replay: Replay, with_boxes: bool | None) -> None:
+def _loosen_boxes(
+    contacts: Contacts, rows: Listing, bodies: Bodies, substep: SubstepContact, with_boxes: bool | None
+) -> None:
     """Find which part of a push moves each box, and is not held by what it stands on."""
     if with_boxes is None:
         return
-    loose = looseness_of_boxes(contacts, bodies.boxes, _first_push(rows, bodies, replay))
-    for box in range(loose.shape[0]):
-        replay.loose[box] = loose[box]
+    compliance = support_compliance(contacts, bodies.boxes, _first_push(rows, bodies, substep))
+    for box in range(compliance.shape[0]):
+        substep.compliance[box] = compliance[box]
 
 
 @jit
-def _first_push(contacts: Listing, bodies: Bodies, replay: Replay) -> np.ndarray:
+def _first_push(contacts: Listing, bodies: Bodies, substep: SubstepContact) -> np.ndarray:
     """Return (m, 6): the push on each box if all stood still, impulse [N s] and moment about the centre [N m s]."""
-    push = np.zeros((replay.loose.shape[0], 6))
+    push = np.zeros((substep.compliance.shape[0], 6))
     for k in range(contacts.depth.shape[0]):
         box, a = contacts.box[k, 1], surface_point(contacts, k, 0)
         if box != NOBODY:
-            place = load(replay.place, k)
-            lack = _lack(contacts, k, replay, _relative_velocity(contacts, k, bodies, place))
+            place = load(substep.place, k)
+            lack = _velocity_deficit(contacts, k, substep, _relative_velocity(contacts, k, bodies, place))
             soft = inverse_mass_at(bodies.particles.inverse_mass, a)
             if lack > 0.0 and soft > 0.0:
                 add_push(push, box, place, scale(-lack / soft, load(contacts.normal, k)))
@@ -146,7 +148,7 @@ def _first_push(contacts: Listing, bodies: Bodies, replay: Replay) -> np.ndarray
 
 
 @jit_lean
-def look_back(contacts: Listing, bodies: Bodies, start: Bodies, replay: Replay, h: float) -> None:
+def look_back(contacts: Listing, bodies: Bodies, start: Bodies, substep: SubstepContact, h: float) -> None:
     """Find how fast the sides of each contact came, how fast they are to part, and how far a is to come above b.
 
     As far as they overlap, but no farther than they have closed in this step: so contact does no work on springs and
@@ -155,13 +157,13 @@ def look_back(contacts: Listing, bodies: Bodies, start: Bodies, replay: Replay, 
     for k in range(contacts.depth.shape[0]):
         normal = load(contacts.normal, k)
         place, place_before = _place_now(contacts, k, bodies), _place_now(contacts, k, start)
-        replay.approach[k] = max(0.0, -dot(_relative_velocity(contacts, k, start, place_before), normal))
+        substep.approach[k] = max(0.0, -dot(_relative_velocity(contacts, k, start, place_before), normal))
         closed = max(0.0, -dot(_way(contacts, k, bodies, start, h), normal))
         left = max(0.0, contacts.depth[k] - closed)
         way = min(contacts.depth[k], closed + h / PARTING_TIME * left)
-        replay.parting[k] = left / PARTING_TIME
-        replay.goal[k] = height(contacts, k, bodies) + way
-        store(replay.place, k, place)
+        substep.parting[k] = left / PARTING_TIME
+        substep.target_height[k] = height(contacts, k, bodies) + way
+        store(substep.place, k, place)
 
 
 @jit_lean
@@ -187,7 +189,7 @@ def _way(contacts: Listing, k: int, bodies: Bodies, start: Bodies, h: float) -> 
 
 @jit
 def exchange_impulses(
-    contacts: Listing, bodies: Bodies, sums: WeightSums, replay: Replay, h: float, threads: int | None
+    contacts: Listing, bodies: Bodies, sums: WeightSums, substep: SubstepContact, h: float, threads: int | None
 ) -> bool:
     """Let the sides of contacts that do not part as fast as they must do so, and take off their sliding.
 
@@ -198,39 +200,39 @@ def exchange_impulses(
     """
     count = contacts.depth.shape[0]
     if threads is None or count < MANY:
-        active = _look(contacts, bodies, replay, h, (0, count))
+        active = _look(contacts, bodies, substep, h, (0, count))
     else:
-        active = _look_on_threads(contacts, bodies.particles, bodies.boxes, replay, h, threads)
+        active = _look_on_threads(contacts, bodies.particles, bodies.boxes, substep, h, threads)
     for k in range(count):
-        if replay.acted[k]:
-            _add_weights(contacts, k, sums, load(replay.place, k))
+        if substep.acted[k]:
+            _add_weights(contacts, k, sums, load(substep.place, k))
     # All impulses before any acts.
     if threads is None or count < MANY:
-        _find_impulses(contacts, bodies, sums, replay, (0, count))
+        _find_impulses(contacts, bodies, sums, substep, (0, count))
     else:
-        _find_impulses_on_threads(contacts, bodies.particles, bodies.boxes, sums, replay, threads)
+        _find_impulses_on_threads(contacts, bodies.particles, bodies.boxes, sums, substep, threads)
     for k in range(count):
-        _apply_impulse(contacts, k, bodies, replay)
+        _apply_impulse(contacts, k, bodies, substep)
         _clear_weights(contacts, k, sums)
     return active
 
 
 @jit_threaded
 def _look_on_threads(
-    contacts: Listing, particles: Particles, boxes: RigidBodies, replay: Replay, h: float, threads: int
+    contacts: Listing, particles: Particles, boxes: RigidBodies, substep: SubstepContact, h: float, threads: int
 ) -> bool:
     active = np.zeros(threads, np.bool_)
     for share in prange(threads):
-        active[share] = _look(contacts, Bodies(particles, boxes), replay, h, _rows_of_share(contacts, share, threads))
+        active[share] = _look(contacts, Bodies(particles, boxes), substep, h, _rows_of_share(contacts, share, threads))
     return bool(active.any())
 
 
 @jit_threaded
 def _find_impulses_on_threads(
-    contacts: Listing, particles: Particles, boxes: RigidBodies, sums: WeightSums, replay: Replay, threads: int
+    contacts: Listing, particles: Particles, boxes: RigidBodies, sums: WeightSums, substep: SubstepContact, threads: int
 ) -> None:
     for share in prange(threads):
-        _find_impulses(contacts, Bodies(particles, boxes), sums, replay, _rows_of_share(contacts, share, threads))
+        _find_impulses(contacts, Bodies(particles, boxes), sums, substep, _rows_of_share(contacts, share, threads))
 
 
 @jit_lean
@@ -240,85 +242,87 @@ def _rows_of_share(contacts: Listing, share: int, threads: int) -> tuple[int, in
 
 
 @jit_lean
-def _look(contacts: Listing, bodies: Bodies, replay: Replay, h: float, rows: tuple[int, int]) -> bool:
+def _look(contacts: Listing, bodies: Bodies, substep: SubstepContact, h: float, rows: tuple[int, int]) -> bool:
     """Find when and where contacts act that part too slowly, and how fast they part there; return if any does."""
     active = False
     for k in range(rows[0], rows[1]):
-        u = _relative_velocity(contacts, k, bodies, load(replay.place, k))
-        lack = _lack(contacts, k, replay, u)
+        u = _relative_velocity(contacts, k, bodies, load(substep.place, k))
+        lack = _velocity_deficit(contacts, k, substep, u)
         if lack > 0.0:
-            replay.ago[k] = min(h, max(0.0, replay.goal[k] - height(contacts, k, bodies)) / lack)
-            if not replay.acted[k]:  # and stay: where rounding decides if they act once more, nothing may jump
-                place = _place_on_b(contacts, k, bodies, load(contacts.normal, k), replay.ago[k])
+            substep.time_since[k] = min(h, max(0.0, substep.target_height[k] - height(contacts, k, bodies)) / lack)
+            if not substep.acted[k]:  # and stay: where rounding decides if they act once more, nothing may jump
+                place = _place_on_b(contacts, k, bodies, load(contacts.normal, k), substep.time_since[k])
                 u = _relative_velocity(contacts, k, bodies, place)
-                store(replay.place, k, place)
-            replay.acted[k] = active = True
-        store(replay.velocity, k, u)
+                store(substep.place, k, place)
+            substep.acted[k] = active = True
+        store(substep.velocity, k, u)
     return active
 
 
 @jit_lean
-def _find_impulses(contacts: Listing, bodies: Bodies, sums: WeightSums, replay: Replay, rows: tuple[int, int]) -> None:
+def _find_impulses(
+    contacts: Listing, bodies: Bodies, sums: WeightSums, substep: SubstepContact, rows: tuple[int, int]
+) -> None:
     """Find the impulses of contacts that part too slowly, and where on b they act; none of the others."""
     for k in range(rows[0], rows[1]):
-        store(replay.impulse, k, (0.0, 0.0, 0.0))
-        if replay.acted[k] and _lack(contacts, k, replay, load(replay.velocity, k)) > 0.0:
-            impulse = _impulse(contacts, k, bodies, sums, replay)
-            store(replay.impulse, k, impulse)
-            store(replay.impulse_place, k, _place_on_b(contacts, k, bodies, impulse, replay.ago[k]))
+        store(substep.impulse, k, (0.0, 0.0, 0.0))
+        if substep.acted[k] and _velocity_deficit(contacts, k, substep, load(substep.velocity, k)) > 0.0:
+            impulse = _impulse(contacts, k, bodies, sums, substep)
+            store(substep.impulse, k, impulse)
+            store(substep.impulse_place, k, _place_on_b(contacts, k, bodies, impulse, substep.time_since[k]))
 
 
 @jit_lean
-def _lack(contacts: Listing, k: int, replay: Replay, velocity: Vec) -> float:
+def _velocity_deficit(contacts: Listing, k: int, substep: SubstepContact, velocity: Vec) -> float:
     """Return the speed [m/s] that a velocity of side a, seen from b, lacks of that at which they are to part; or ≤ 0.
 
     That is e times the speed at which they come, as far as they did so when the step began: not of what springs, gas
     and weight have added since, or what lies pressed against something would hop on it.
     """
     speed = dot(velocity, load(contacts.normal, k))
-    if not speed < replay.parting[k]:
+    if not speed < substep.parting[k]:
         return 0.0
-    return max(replay.parting[k], contacts.restitution[k] * min(-speed, replay.approach[k])) - speed
+    return max(substep.parting[k], contacts.restitution[k] * min(-speed, substep.approach[k])) - speed
 
 
 @jit_lean
-def _apply_impulse(contacts: Listing, k: int, bodies: Bodies, replay: Replay) -> None:
+def _apply_impulse(contacts: Listing, k: int, bodies: Bodies, substep: SubstepContact) -> None:
     """Apply the impulse of contact `k` to both sides, and what it has led to since."""
-    (particles, boxes), box, ago = bodies, contacts.box[k, 1], replay.ago[k]
-    impulse, place = load(replay.impulse, k), load(replay.impulse_place, k)
+    (particles, boxes), box, time_since = bodies, contacts.box[k, 1], substep.time_since[k]
+    impulse, place = load(substep.impulse, k), load(substep.impulse_place, k)
     if impulse[0] == 0.0 and impulse[1] == 0.0 and impulse[2] == 0.0:
         return
     back = scale(-1.0, impulse)
-    _push(particles, surface_point(contacts, k, 0), impulse, ago)
+    _push(particles, surface_point(contacts, k, 0), impulse, time_since)
     if box == NOBODY:
-        _push(particles, SurfacePoint(surface_point(contacts, k, 1).particles, place), back, ago)
+        _push(particles, SurfacePoint(surface_point(contacts, k, 1).particles, place), back, time_since)
     else:
         # What supports of the box will hold does not move it.
         normal = load(contacts.normal, k)
-        held = scale((1.0 - replay.loose[box]) * dot(back, normal), normal)
-        add_push(replay.held, box, place, held)
+        held = scale((1.0 - substep.compliance[box]) * dot(back, normal), normal)
+        add_push(substep.held, box, place, held)
         back = sub(back, held)
         apply_impulse(boxes, box, add(load(boxes.position, box), place), back)
-        accumulate(boxes.position, box, scale(ago * boxes.inverse_mass[box], back))
+        accumulate(boxes.position, box, scale(time_since * boxes.inverse_mass[box], back))
     store(contacts.impulse, k, add(load(contacts.impulse, k), impulse))
 
 
 @jit_lean
-def _push(particles: Particles, point: SurfacePoint, impulse: Vec, ago: float) -> None:
-    """Change the velocities of a point by an impulse [N s] that acted `ago` [s], and what they have led to since."""
+def _push(particles: Particles, point: SurfacePoint, impulse: Vec, time_since: float) -> None:
+    """Change the velocities of a point by an impulse [N s] of `time_since` [s] ago, and what they have led to."""
     add_at(particles.velocity, particles.inverse_mass, point, impulse)
-    add_at(particles.position, particles.inverse_mass, point, scale(ago, impulse))
+    add_at(particles.position, particles.inverse_mass, point, scale(time_since, impulse))
 
 
 @jit_lean
-def _place(particles: Particles, point: SurfacePoint, ago: float) -> Vec:
-    """Return where a point of a surface was `ago` [s], by its velocity now [m]: no impulse of then changes that."""
-    return sub(value_at(particles.position, point), scale(ago, value_at(particles.velocity, point)))
+def _place(particles: Particles, point: SurfacePoint, time_since: float) -> Vec:
+    """Return where a point of a surface was `time_since` [s] ago, by its velocity now [m]: no impulse changes it."""
+    return sub(value_at(particles.position, point), scale(time_since, value_at(particles.velocity, point)))
 
 
 @jit_lean
 def _place_now(contacts: Listing, k: int, bodies: Bodies) -> Vec:
-    """Return the place on b that contact `k` has now: see `Replay`."""
+    """Return the place on b that contact `k` has now: see `SubstepContact`."""
     if contacts.box[k, 1] == NOBODY:
         return surface_point(contacts, k, 1).weights
     position = value_at(bodies.particles.position, surface_point(contacts, k, 0))
@@ -326,18 +330,18 @@ def _place_now(contacts: Listing, k: int, bodies: Bodies) -> Vec:
 
 
 @jit_lean
-def _place_on_b(contacts: Listing, k: int, bodies: Bodies, direction: Vec, ago: float) -> Vec:
-    """Return where on b side a was `ago` [s], seen along a direction: an impulse there has no moment. See `Replay`."""
+def _place_on_b(contacts: Listing, k: int, bodies: Bodies, direction: Vec, time_since: float) -> Vec:
+    """Return where on b side a was `time_since` [s] ago, seen along a direction: an impulse there has no moment."""
     box = contacts.box[k, 1]
     if box == NOBODY:
-        return line_meets_triangle(contacts, k, bodies.particles, direction, ago)
-    place = _place(bodies.particles, surface_point(contacts, k, 0), ago)
-    return sub(add(place, scale(ago, load(bodies.boxes.velocity, box))), load(bodies.boxes.position, box))
+        return line_meets_triangle(contacts, k, bodies.particles, direction, time_since)
+    place = _place(bodies.particles, surface_point(contacts, k, 0), time_since)
+    return sub(add(place, scale(time_since, load(bodies.boxes.velocity, box))), load(bodies.boxes.position, box))
 
 
 @jit_lean
 def _relative_velocity(contacts: Listing, k: int, bodies: Bodies, place: Vec) -> Vec:
-    """Return the velocity [m/s] of side a of a contact, seen from a `place` on b: see `Replay`."""
+    """Return the velocity [m/s] of side a of a contact, seen from a `place` on b: see `SubstepContact`."""
     velocity, box = value_at(bodies.particles.velocity, surface_point(contacts, k, 0)), contacts.box[k, 1]
     if box == NOBODY:
         b = SurfacePoint(surface_point(contacts, k, 1).particles, place)
@@ -346,11 +350,11 @@ def _relative_velocity(contacts: Listing, k: int, bodies: Bodies, place: Vec) ->
 
 
 @jit_lean
-def _impulse(contacts: Listing, k: int, bodies: Bodies, sums: WeightSums, replay: Replay) -> Vec:
+def _impulse(contacts: Listing, k: int, bodies: Bodies, sums: WeightSums, substep: SubstepContact) -> Vec:
     """Return the impulse [N s] on side a of contact `k`, whose sides part too slowly; none if neither can move."""
     particles, boxes = bodies
-    box, normal, place = contacts.box[k, 1], load(contacts.normal, k), load(replay.place, k)
-    u = load(replay.velocity, k)
+    box, normal, place = contacts.box[k, 1], load(contacts.normal, k), load(substep.place, k)
+    u = load(substep.velocity, k)
     # The normal impulse, by the inverse effective mass of both sides.
     soft = _split_inverse_mass(particles.inverse_mass, sums.particle, surface_point(contacts, k, 0))
     if box == NOBODY:
@@ -360,16 +364,16 @@ def _impulse(contacts: Listing, k: int, bodies: Bodies, sums: WeightSums, replay
         place = add(load(boxes.position, box), place)
     inverse_mass = soft
     if box != NOBODY:
-        inverse_mass += replay.loose[box] * sums.box[box] * inverse_effective_mass_at(boxes, box, place, normal)
+        inverse_mass += substep.compliance[box] * sums.box[box] * inverse_effective_mass_at(boxes, box, place, normal)
     if not inverse_mass > 0.0:
         return (0.0, 0.0, 0.0)
-    j = _lack(contacts, k, replay, u) / inverse_mass
+    j = _velocity_deficit(contacts, k, substep, u) / inverse_mass
     impulse = scale(j, normal)
     if not contacts.friction[k] > 0.0:
         return impulse
     # Friction against the sliding that the normal impulse leaves: it may turn a box, and so move its point aside.
     if box != NOBODY:
-        u = add(u, scale(replay.loose[box] * sums.box[box], velocity_change_at(boxes, box, place, impulse)))
+        u = add(u, scale(substep.compliance[box] * sums.box[box], velocity_change_at(boxes, box, place, impulse)))
     slide = sub(u, scale(dot(u, normal), normal))
     sliding = norm(slide)
     if not sliding > 0.0:
@@ -415,15 +419,21 @@ def _split_inverse_mass(inverse_mass: np.ndarray, weight_sum: np.ndarray, point:
 
 
 @jit_lean
-def line_meets_triangle(contacts: Listing, k: int, particles: Particles, direction: Vec, ago: float) -> Vec:
-    """Return the weights of where the line through side a meets the plane of b's triangle, as both were `ago` [s].
+def line_meets_triangle(contacts: Listing, k: int, particles: Particles, direction: Vec, time_since: float) -> Vec:
+    """Return the weights of where the line through side a meets b's triangle, as both were `time_since` [s] ago.
 
     There the reaction to an impulse along the line has no moment about it. b's own, if the line is all but along the
     plane, at a cosine of 0.05 to its normal or less, or there is none.
     """
-    point, (corners, weights) = _place(particles, surface_point(contacts, k, 0), ago), surface_point(contacts, k, 1)
-    a, b = _place(particles, at_particle(corners[0]), ago), _place(particles, at_particle(corners[1]), ago)
-    c = _place(particles, at_particle(corners[2]), ago)
+    point, (corners, weights) = (
+        _place(particles, surface_point(contacts, k, 0), time_since),
+        surface_point(contacts, k, 1),
+    )
+    a, b = (
+        _place(particles, at_particle(corners[0]), time_since),
+        _place(particles, at_particle(corners[1]), time_since),
+    )
+    c = _place(particles, at_particle(corners[2]), time_since)
     up = area_vector(a, b, c)
     square, rise = dot(up, up), dot(direction, up)
     if not abs(rise) > ALONG_SURFACE * np.sqrt(square) * norm(direction):

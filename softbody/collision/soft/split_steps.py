@@ -15,7 +15,7 @@ from softbody.compiler.jit import jit, jit_lean
 from softbody.geometry.sphere import bounding_spheres
 from softbody.linalg.vec import add, dot, load, norm, scale, store, sub
 from softbody.model.arrays import Model, State
-from softbody.model.sleep_state import Rest, sleeps
+from softbody.model.sleep_state import SleepState, sleeps
 
 SHARE = 0.25  # of the thinner body's thickness, which two bodies may move against each other in one part
 MOST_PARTS = 1_000
@@ -44,7 +44,7 @@ def spheres_of_boxes(model: Model, state: State, centre: np.ndarray, radius: np.
 
 
 @jit
-def subdivision(model: Model, state: State, rest: Rest | None, h: float) -> int:
+def subdivision(model: Model, state: State, rest: SleepState | None, h: float) -> int:
     """Return the least number of equal parts of a step of `h` [s], at most MOST_PARTS, in which nothing is jumped over.
 
     In one part no soft body and what is near it may move against each other by more than a SHARE of the thickness of

@@ -33,7 +33,7 @@ class Supports(NamedTuple):
 
 
 @jit
-def looseness_of_boxes(contacts: Contacts, bodies: RigidBodies, push: np.ndarray) -> np.ndarray:
+def support_compliance(contacts: Contacts, bodies: RigidBodies, push: np.ndarray) -> np.ndarray:
     """Return (m,): the part, 0 … 1, of the motion of each box alone that its supports leave to a `push` (m, 6).
 
     A push is an impulse [N s] and its moment about the box's centre [N m s]. The bodies below count as held.

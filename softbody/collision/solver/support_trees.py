@@ -176,7 +176,9 @@ def _begin(contacts: Contacts, forest: Forest, motion: np.ndarray, enough: float
         for k in range(forest.pairs[pair, 0], forest.pairs[pair, 1]):
             for d in range(3):
                 trial.impulse[k, d] = row[k, NORMAL_IMPULSE + d]
-            pushes = row[k, NORMAL_IMPULSE] > 0.0 or (is_new and _lack(contacts, k, NORMAL, motion) >= -enough)
+            pushes = row[k, NORMAL_IMPULSE] > 0.0 or (
+                is_new and _velocity_deficit(contacts, k, NORMAL, motion) >= -enough
+            )
             if pushes and row[k, TARGET] <= enough:
                 trial.does[k] = HOLDS if contacts.friction[k] > 0.0 else SLIDES
                 trial.unsolved[forest.root[body]] = True
@@ -184,7 +186,7 @@ def _begin(contacts: Contacts, forest: Forest, motion: np.ndarray, enough: float
 
 
 @jit_lean
-def _lack(contacts: Contacts, k: int, direction: int, motion: np.ndarray) -> float:
+def _velocity_deficit(contacts: Contacts, k: int, direction: int, motion: np.ndarray) -> float:
     """Return the speed [m/s] that a contact lacks along one direction."""
     speed = speed_along(contacts.row, k, direction, load_pair(motion, contacts.box[k, 0], contacts.box[k, 1]))
     return contacts.row[k, TARGET] - speed if direction == NORMAL else -speed
@@ -212,7 +214,7 @@ def assemble(contacts: Contacts, bodies: RigidBodies, forest: Forest, trial: Tri
             _put_mass(bodies, i, equations)
             for k in range(forest.pairs[pair, 0], forest.pairs[pair, 1]):
                 for d in range(trial.does[k]):
-                    impulse = _stiffness(contacts.row, k, d) * _lack(contacts, k, d, trial.motion)
+                    impulse = _stiffness(contacts.row, k, d) * _velocity_deficit(contacts, k, d, trial.motion)
                     _add_contact(contacts, (k, d), i, impulse, equations)
 
 
@@ -363,7 +365,7 @@ def _correct(contacts: Contacts, forest: Forest, trial: Trial, equations: Equati
         if _is_unsolved(forest, trial, pair):
             for k in range(forest.pairs[pair, 0], forest.pairs[pair, 1]):
                 for d in range(trial.does[k]):
-                    if abs(_lack(contacts, k, d, trial.motion)) > FINE * enough:
+                    if abs(_velocity_deficit(contacts, k, d, trial.motion)) > FINE * enough:
                         left[forest.root[forest.standing[pair]]] = True
     for i in range(left.shape[0]):
         trial.unsolved[i] = left[i] and min(amiss[i], trial.amiss[i]) <= HOPELESS * trial.size[i]
@@ -373,7 +375,7 @@ def _correct(contacts: Contacts, forest: Forest, trial: Trial, equations: Equati
 @jit_lean
 def _close_contact(contacts: Contacts, k: int, wanted: np.ndarray, trial: Trial, enough: float) -> bool:
     """Let contact `k` hold if motions `wanted` (m + 1, 6) enter it, and it does not bounce; tell whether it does."""
-    enters = contacts.row[k, TARGET] <= enough and _lack(contacts, k, NORMAL, wanted) > enough
+    enters = contacts.row[k, TARGET] <= enough and _velocity_deficit(contacts, k, NORMAL, wanted) > enough
     if enters:
         trial.does[k] = HOLDS if contacts.friction[k] > 0.0 else SLIDES
     return enters
@@ -384,10 +386,10 @@ def _correct_contact(contacts: Contacts, k: int, wanted: np.ndarray, trial: Tria
     """Correct the impulse of contact `k` for motions `wanted` (m + 1, 6); tell whether it met a bound, and leaves."""
     row, pair = contacts.row, (contacts.box[k, 0], contacts.box[k, 1])
     normal, first, second = trial.impulse[k, 0], trial.impulse[k, 1], trial.impulse[k, 2]
-    normal += _stiffness(row, k, NORMAL) * _lack(contacts, k, NORMAL, wanted)
+    normal += _stiffness(row, k, NORMAL) * _velocity_deficit(contacts, k, NORMAL, wanted)
     if trial.does[k] == HOLDS:
-        first += _stiffness(row, k, TANGENT) * _lack(contacts, k, TANGENT, wanted)
-        second += _stiffness(row, k, SECOND) * _lack(contacts, k, SECOND, wanted)
+        first += _stiffness(row, k, TANGENT) * _velocity_deficit(contacts, k, TANGENT, wanted)
+        second += _stiffness(row, k, SECOND) * _velocity_deficit(contacts, k, SECOND, wanted)
     pulls = normal < 0.0
     normal = max(0.0, normal)
     s, t = within_friction_cone(first, second, contacts.friction[k] * normal)
@@ -411,9 +413,9 @@ def _drive(contacts: Contacts, k: int, direction: int, motion: np.ndarray, slidi
     Feng 1998). By the lack alone a higher load would be a gain wherever the friction that it allows takes energy, and
     what slides fast would be lifted off.
     """
-    drive = _lack(contacts, k, direction, motion)
+    drive = _velocity_deficit(contacts, k, direction, motion)
     if direction == NORMAL and contacts.friction[k] > 0.0:
-        first, second = _lack(contacts, k, TANGENT, motion), _lack(contacts, k, SECOND, motion)
+        first, second = _velocity_deficit(contacts, k, TANGENT, motion), _velocity_deficit(contacts, k, SECOND, motion)
         slide = sqrt(first * first + second * second)
         if slide >= sliding:
             drive -= contacts.friction[k] * slide
@@ -439,8 +441,8 @@ def _take(contacts: Contacts, forest: Forest, trial: Trial, motion: np.ndarray, 
                     change = trial.impulse[k, d] - row[k, NORMAL_IMPULSE + d]
                     asked[root] += change * _drive(contacts, k, d, motion, sliding)
                     left[root] += change * _drive(contacts, k, d, trial.motion, sliding)
-                    lack[root] += change * _lack(contacts, k, d, motion)
-                    lack_left[root] += change * _lack(contacts, k, d, trial.motion)
+                    lack[root] += change * _velocity_deficit(contacts, k, d, motion)
+                    lack_left[root] += change * _velocity_deficit(contacts, k, d, trial.motion)
     part = np.zeros(count)
     for i in range(count):
         if asked[i] > 0.0:

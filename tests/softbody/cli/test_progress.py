@@ -20,7 +20,7 @@ def clock(monkeypatch):
 def test_lines_come_now_and_then_with_the_time_left(capsys, monkeypatch, clock, missing):
     if missing:
         monkeypatch.setitem(sys.modules, "rich.console", None)
-    with progress.telling(1000, 100) as tell:
+    with progress.reporter(1000, 100) as tell:
         for k in range(101, 301):
             clock[0] += 0.125
             tell(k)
@@ -38,6 +38,6 @@ def test_a_terminal_has_a_bar(monkeypatch):
     monkeypatch.setattr(sys, "stderr", screen)
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setenv("COLUMNS", "100")
-    with progress.telling(10, 2) as tell:
+    with progress.reporter(10, 2) as tell:
         tell(7)
     assert "7/10" in screen.getvalue()

@@ -48,14 +48,14 @@ def ending(at, error=KeyboardInterrupt):
     """Return what is told of frames, and ends the run at one of them."""
 
     @contextmanager
-    def telling(total, done):
+    def reporter(total, done):
         def tell(frames):
             if frames == at:
                 raise error
 
         yield tell
 
-    return telling
+    return reporter
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ import pytest
 
 import softbody
 from softbody import BusyError, Trajectory, TrajectoryWriter, World
-from softbody.compiler.interrupts import SILENT, assign_together, later, listening, set_together
+from softbody.compiler.interrupts import NEVER_SET, assign_together, later, listening, set_together
 from softbody.dynamics.vertex_rings import one_rings
 from tests.same_bits import same_bits
 
@@ -252,12 +252,12 @@ def test_signals_strike_the_bell_and_whoever_else_listens():
     before = signal.signal(signal.SIGUSR1, lambda *_: handled.append(1))
     others = signal.set_wakeup_fd(theirs)
     try:
-        with listening() as bell:
-            assert bell.struck[0] == 0
+        with listening() as flag:
+            assert flag.is_set[0] == 0
             signal.raise_signal(signal.SIGUSR1)
-            assert bell.struck[0] != 0
-            bell.still()
-            assert bell.struck[0] == 0
+            assert flag.is_set[0] != 0
+            flag.clear()
+            assert flag.is_set[0] == 0
             signal.raise_signal(signal.SIGUSR1)
         assert os.read(ours, 10) == bytes([signal.SIGUSR1] * 2)
         signal.raise_signal(signal.SIGUSR1)
@@ -274,13 +274,13 @@ def test_nobody_listens_in_other_threads():
     heard = []
 
     def elsewhere():
-        with listening() as bell:
-            heard.append(bell)
+        with listening() as flag:
+            heard.append(flag)
 
     thread = threading.Thread(target=elsewhere)
     thread.start()
     thread.join()
-    assert heard == [SILENT]
+    assert heard == [NEVER_SET]
 
 
 def test_arrays_are_assigned_together():

@@ -5,7 +5,7 @@ import pytest
 
 import softbody
 from softbody import SimulationError, World
-from softbody.dynamics.plain_forces import plain_accelerations
+from softbody.dynamics.reference_forces import plain_accelerations
 
 
 def residual(world):

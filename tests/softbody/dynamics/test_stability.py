@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import softbody
 from softbody import SimulationError
 from softbody.dynamics.integrators import STABILITY_LIMIT
-from softbody.dynamics.plain_forces import plain_accelerations
+from softbody.dynamics.reference_forces import plain_accelerations
 from softbody.dynamics.stability import highest_frequency, longest_stable_step
 from softbody.model.settings import INTEGRATORS
 

@@ -6,7 +6,7 @@ import pytest
 import softbody
 from softbody import Mesh, World
 from softbody.compiler.simd import LANES
-from softbody.dynamics.plain_forces import plain_accelerations
+from softbody.dynamics.reference_forces import plain_accelerations
 from softbody.dynamics.soft_bodies import motion_of, ring_accelerations
 from softbody.dynamics.vertex_rings import WINDOW, build_rings, one_rings, with_springs
 from softbody.model.arrays import soft_bodies_of
@@ -90,7 +90,7 @@ def test_stiffness_is_kept_for_bodies_whose_springs_differ_only():
     for k, stiffness in enumerate((alike, differ, alike)):
         world.add_soft_body(mesh, 1.0, stiffness, 1.0, (5.0 * k, 0.0, 0.0))
     rings = world.store.rings
-    assert len(rings.stiffness) * 3 == len(rings.rest_pull)
+    assert len(rings.stiffness) * 3 == len(rings.rest_tension)
     assert np.isnan(rings.common_stiffness).tolist() == [False, True, False]
     changed = with_springs(rings, world.model.edge_rest_length, np.tile(differ, 3), world.model.soft_edge_start)
     assert changed.stiffness.tolist() == np.tile(differ, 3)[changed.edge].tolist()

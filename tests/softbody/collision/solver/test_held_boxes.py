@@ -5,7 +5,7 @@ import pytest
 
 import softbody
 from softbody import World
-from softbody.collision.solver.held_boxes import looseness_of_boxes
+from softbody.collision.solver.held_boxes import support_compliance
 from softbody.model.arrays import boxes_of
 
 DOWN, UP, ASIDE = (0.0, 0.0, -1.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
@@ -15,7 +15,7 @@ def loosenesses(world, push, arm=(0.0, 0.0, 0.0), box=0):
     """Return the looseness of all boxes if one is pushed at `arm` from its centre."""
     rows = np.zeros((world.model.box_count, 6))
     rows[box] = *push, *np.cross(arm, push)
-    return looseness_of_boxes(world.store.contacts, boxes_of(world.model, world.state), rows)
+    return support_compliance(world.store.contacts, boxes_of(world.model, world.state), rows)
 
 
 def standing(*masses):

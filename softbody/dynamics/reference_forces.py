@@ -1,6 +1,6 @@
 """The forces in their readable form, edge by edge and triangle by triangle: springs and gas.
 
-Worlds move by the fast form, softbody/dynamics/ring_forces.py, which is tested against this one; they take their
+Worlds move by the fast form, softbody/dynamics/one_ring_forces.py, which is tested against this one; they take their
 energies from here.
 """
 

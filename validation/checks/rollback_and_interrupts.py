@@ -14,7 +14,7 @@ import numpy as np
 import softbody
 from softbody import SimulationError, World
 from softbody.compiler import interrupts
-from softbody.compiler.interrupts import Bell
+from softbody.compiler.interrupts import InterruptFlag
 from softbody.dynamics import integrators, soft_bodies
 from softbody.stepping import runner, step
 from validation.cases import edge_lengths
@@ -48,9 +48,9 @@ def same(one: World, other: World) -> bool:
     because="yes or no",
     detects="a body that is thrown out of the world; another's limit or name; a state, contacts or impulses that stay",
     faults=(
-        Fault("nobody looks where balls are thrown", step.step, "_thrown_astray(m_, s_, w_, c_, h_)", "-1"),
-        Fault("the first ball may go anywhere", step._thrown_astray, "thrown >= 0", "thrown >= 1"),
-        Fault("the first ball's limit", step._thrown_soft_body, "far <= longest[body]", "far <= longest[0]"),
+        Fault("nobody looks where balls are thrown", step.step, "_diverged_by_contacts(m_, s_, w_, c_, h_)", "-1"),
+        Fault("the first ball may go anywhere", step._diverged_by_contacts, "thrown >= 0", "thrown >= 1"),
+        Fault("the first ball's limit", step._soft_body_out_of_bounds, "far <= longest[body]", "far <= longest[0]"),
         Fault("steps that are not undone", step.run, "copy_state(s_, state)", "pass"),
     ),
 )
@@ -154,7 +154,7 @@ def nothing_touches_after_a_fault(run: Run) -> Comparison:
         Fault(
             "haste where there is none",
             step.step,
-            "move_in_place(b_, m_, s_, h_, hasty)",
+            "move_in_place(b_, m_, s_, h_, abort_mid_step)",
             "move_in_place(b_, m_, s_, h_, True)",
         ),
     ),
@@ -169,16 +169,24 @@ def stopped_in_its_midst(run: Run) -> Comparison:
         before = int(rng.integers(20, 60))
         for one in (stopped, twin):
             one.step(h, before)
-        struck = Bell(np.ones(1, np.uint8))
-        for hasty in (True, False, True):
+        struck = InterruptFlag(np.ones(1, np.uint8))
+        for abort_mid_step in (True, False, True):
             model, controls, state, *_ = stopped.store.parts
             begun, work = (stopped.steps, stopped.time), stopped.runner.memory.work(struck)
-            how = stopped.store.settings._replace(substeps=SUBSTEPS), h, 7, stopped.store.clock, begun, True, hasty
+            how = (
+                stopped.store.settings._replace(substeps=SUBSTEPS),
+                h,
+                7,
+                stopped.store.clock,
+                begun,
+                True,
+                abort_mid_step,
+            )
             fault, _ = step.run(model, controls, state, work, stopped.store.contacts, *how)
-            if not hasty:
+            if not abort_mid_step:
                 twin.step(h, substeps=SUBSTEPS)
             right += [fault == 0, stopped.steps == twin.steps, same(stopped, twin)]
-            kinds += ["in haste" if hasty else "after a step"] * 3
+            kinds += ["in haste" if abort_mid_step else "after a step"] * 3
         for one in (stopped, twin):
             one.step(h, 10)
         right.append(same(stopped, twin))
@@ -264,9 +272,14 @@ def stopped_after_a_look(run: Run) -> Comparison:
     detects="an interrupt that waits for the end; another library, such as asyncio, that hears of no signal any more",
     faults=(
         Fault("nobody listens", runner.Runner._listening, "self._threads == 1 and work < WORTH_LISTENING", "True"),
-        Fault("a file that is not put back", interrupts.listening, "before != bell.file", "False"),
-        Fault("others who are not told", interrupts.Bell.still, "os.write(f_, n_)", ""),
-        Fault("a file of number 0 that counts as none", interrupts.Bell.still, "self.others >= 0", "self.others > 0"),
+        Fault("a file that is not put back", interrupts.listening, "before != flag.file", "False"),
+        Fault("others who are not told", interrupts.InterruptFlag.clear, "os.write(f_, n_)", ""),
+        Fault(
+            "a file of number 0 that counts as none",
+            interrupts.InterruptFlag.clear,
+            "self.others >= 0",
+            "self.others > 0",
+        ),
     ),
 )
 def signals_are_heard(run: Run) -> Comparison:

@@ -249,7 +249,7 @@ LINE = re.compile(r"frame (\d+) of (\d+), (\d+):(\d\d):(\d\d) left")
     " frame of how many that is, and how long the rest will take, if each takes as long as those did that were made"
     " since the run was begun, or gone on with.",
     section="beyond the paper",
-    piece="softbody.cli.progress.telling",
+    piece="softbody.cli.progress.reporter",
     reference="closed form: frames that are left × seconds a frame; a clock that is set",
     kind="closed form",
     unit="frames, seconds",
@@ -273,7 +273,7 @@ def time_that_is_left(run: Run) -> Comparison:
         with (
             redirect_stderr(stream),
             mock.patch.object(progress, "monotonic", lambda now=clock: now[0]),
-            progress.telling(total, done) as tell,
+            progress.reporter(total, done) as tell,
         ):
             for k in range(done + 1, done + 121):
                 clock[0] += each

@@ -9,7 +9,7 @@ import pytest
 
 import softbody
 from softbody import World
-from softbody.dynamics.ring_forces import Forces, Springs, ring_sums
+from softbody.dynamics.one_ring_forces import Forces, Springs, ring_sums
 from softbody.dynamics.soft_bodies import motion_of, ring_accelerations
 from softbody.dynamics.vertex_rings import build_rings
 from softbody.model.arrays import soft_bodies_of

@@ -5,7 +5,7 @@ import pytest
 
 import softbody
 from softbody.dynamics.energy import potential_energy
-from softbody.dynamics.plain_forces import (
+from softbody.dynamics.reference_forces import (
     add_pressure_forces,
     add_spring_forces,
     plain_accelerations,

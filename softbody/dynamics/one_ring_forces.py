@@ -152,13 +152,13 @@ def _tension(
     `moving`: the velocities (3, n) [m/s] of all particles, and where the ways start.
     """
     if not springs.pull:
-        return spread(rings.rest_pull.dtype.type(0.0))
+        return spread(rings.rest_tension.dtype.type(0.0))
     first, (velocity, here) = rings.block[block, STIFFNESS], moving
-    k, rest_pull = spread(springs.stiffness), load_lanes(rings.rest_pull, e)
+    k, rest_tension = spread(springs.stiffness), load_lanes(rings.rest_tension, e)
     if first >= 0:
         k = load_lanes(rings.stiffness, first + e - rings.block[block, ENTRY])
     square = dot(side, side)
-    tension = k - rest_pull / square_root(square)
+    tension = k - rest_tension / square_root(square)
     if springs.damping > 0.0:
         parting = dot(_to_neighbour(rings.neighbour, e, velocity, load_vec_lanes(velocity, here)), side)
         tension = tension + springs.damping * parting / square
