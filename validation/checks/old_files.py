@@ -116,7 +116,7 @@ def said_since(read: Callable[[Path], World], path: Path, said: dict[str, Any]) 
         Fault(
             "a setting without a value for old files",
             snapshot._settings,
-            "snapshots.put('settings.sleep_after', x_)",
+            "entries.put('settings.sleep_after', x_)",
             "",
         ),
         Fault("sleep in worlds that knew none", snapshot._settings, "np.array(0.0)", "np.array(0.03)"),
