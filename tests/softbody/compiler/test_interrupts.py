@@ -13,8 +13,11 @@ import pytest
 
 import softbody
 from softbody import BusyError, Trajectory, TrajectoryWriter, World
+from softbody.bodies.adding import remove
+from softbody.bodies.store import Store
 from softbody.compiler.interrupts import NEVER_SET, assign_together, later, listening, set_together
 from softbody.dynamics.vertex_rings import one_rings
+from softbody.storage.restore import restore
 from tests.same_bits import same_bits
 
 compiled = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="Python handles signals anywhere in its own code")
@@ -159,7 +162,8 @@ def stopped_at(line, call):
     Not where a with-statement begins and ends: there Python handles no signal.
     """
     left = [line]
-    files = {World.restore.__code__.co_filename, set_together.__code__.co_filename}
+    host = restore, remove, Store.exclusive, Trajectory.put_into, set_together
+    files = {function.__code__.co_filename for function in host}
 
     def each(frame, event, _):
         source = linecache.getline(frame.f_code.co_filename, frame.f_lineno)
@@ -245,7 +249,7 @@ def test_attributes_are_set_together():
 
 
 @posix
-def test_signals_strike_the_bell_and_whoever_else_listens():
+def test_signals_set_the_flag_and_whoever_else_listens_is_told():
     ours, theirs = os.pipe()
     os.set_blocking(theirs, False)
     handled = []
