@@ -56,9 +56,8 @@ class World(Inventory):
     - `gravity` (3,) [m/s²].
     - `precision` in which soft bodies move between contacts: "double", or "single", which is faster and rounds their
       positions to 6e-8 of the distance from the origin. Everything else is double in both.
-    - `threads` that move soft bodies and find and resolve their contacts, with the same result to the last bit. They
-      are compiled for when first used. Where one alone is faster just now, it is one. Worlds that are stepped at the
-      same time by threads of their own need 1.
+    - `threads` that move soft bodies and find and resolve their contacts, with the same bits. Where one alone is faster
+      just now, it is one. Worlds that are stepped at the same time by threads of their own need 1.
     - `integrator` of soft bodies: "symplectic_euler"; "rk4", four times the work and far more exact; "rk4_velocity",
       the paper's, as much work and a damping that grows with the step.
     - `substeps`: in how many equal parts soft bodies take each step, while contacts are found and resolved once. Steps
@@ -110,11 +109,15 @@ class World(Inventory):
         sleep_after: float = 0.5,
     ) -> None:
         choices: Choices = {"integrator": integrator, "substeps": substeps, "axes": axes, "contact": contact}
-        choices |= {"iterations": iterations, "soft_contact": soft_contact, "pairs": pairs}
+        choices |= {
+            "iterations": iterations,
+            "soft_contact": soft_contact,
+            "pairs": pairs,
+            "frictionless": frictionless,
+        }
         choices |= {"edge_contacts": edge_contacts, "split_steps": split_steps, "gyroscopic": gyroscopic}
         choices |= {"speed_ceiling": speed_ceiling, "angular_speed_ceiling": angular_speed_ceiling}
-        choices |= {"angular_speed_floor": angular_speed_floor, "frictionless": frictionless}
-        choices |= {"sleep_speed": sleep_speed, "sleep_after": sleep_after}
+        choices |= {"angular_speed_floor": angular_speed_floor, "sleep_speed": sleep_speed, "sleep_after": sleep_after}
         check_name(precision, "precision", tuple(PRECISIONS))
         contents = Contents(empty_parts(vector(gravity, "gravity"), PRECISIONS[precision]), Names())
         self.store = Store(contents, new_contacts(FIRST_ROOM), settings_of(choices), precision)

@@ -9,8 +9,8 @@ from pathlib import Path
 from validation.check import CLAIMS, Check
 from validation.damaged_core import ROOT
 from validation.fault import Fault
+from validation.mutation.revision import changed, definitions_in, sources_at, sources_now
 from validation.mutation.sites import functions_of, what_it_does
-from validation.revision import changed, definitions_in, sources_at, sources_now
 
 CORE, CHECKS = "softbody", CLAIMS.replace(".", "/")  # the folders
 JUDGED_BY = ("engines", "least", "tolerance", "unit")  # what a claim says of itself that decides whether it holds

@@ -107,7 +107,7 @@ def chosen(pattern: str, since: str | None, count: int | None, seed: int | None)
     from validation.check import all_checks
     from validation.fault_draw import draw
     from validation.fault_trials import planted_faults
-    from validation.revision import number_of_head
+    from validation.mutation.revision import number_of_head
 
     checks = all_checks()
     faults = {

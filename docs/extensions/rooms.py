@@ -20,10 +20,13 @@ class Room(SphinxDirective):
     def run(self) -> list[nodes.Node]:
         """Return the sections."""
         package = importlib.import_module(self.arguments[0])
-        here = [each.name for each in pkgutil.iter_modules(package.__path__)]
-        names = [f"{package.__name__}.{name}" for name in here if name not in self.options.get("leave-out", ())]
+        root = f"{package.__name__}."
+        here = [
+            each.name.removeprefix(root) for each in pkgutil.walk_packages(package.__path__, root) if not each.ispkg
+        ]
+        names = [name for name in here if name not in self.options.get("leave-out", ())]
         text = "\n\n".join(
-            f"## {name.rpartition('.')[2]}\n\n```{{eval-rst}}\n.. automodule:: {name}\n   :members:\n```"
+            f"## {name.replace('.', '/')}\n\n```{{eval-rst}}\n.. automodule:: {root}{name}\n   :members:\n```"
             for name in names
         )
         return self.parse_text_to_nodes(text, allow_section_headings=True)

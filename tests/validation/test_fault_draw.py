@@ -21,8 +21,8 @@ from validation.fault import Fault
 from validation.fault_draw import draw
 from validation.fault_trials import claims_by_group, planted_faults
 from validation.mutation import sample
+from validation.mutation.revision import changed, definitions_in, number_of_head, sources_at
 from validation.mutation.sample import changed_functions
-from validation.revision import changed, definitions_in, number_of_head, sources_at
 
 FAULTS, CHECKS = planted_faults(), all_checks()
 

@@ -7,8 +7,8 @@ import zlib
 from collections.abc import Iterable
 
 from validation.mutation.core import ROOT, is_left_out
+from validation.mutation.revision import changed, functions_in, sources_at, sources_now
 from validation.mutation.sites import Mutant
-from validation.revision import changed, functions_in, sources_at, sources_now
 
 CORE = "softbody"  # the folder
 
