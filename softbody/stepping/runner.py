@@ -27,7 +27,7 @@ from softbody.stepping.checks import (
     warn_of_overlap,
 )
 from softbody.stepping.memory import Memory
-from softbody.stepping.step import NO_ROOM, UNSEEN, run, run_alone_by_clock
+from softbody.stepping.step import NO_ROOM, UNSEEN, Order, run, run_alone_by_clock
 
 WORTH_LISTENING = 50_000  # particles moved by a sub-step in a call, from which it may take so long that one waits
 
@@ -145,7 +145,8 @@ class Runner:
                     numba.set_num_threads(team.now)
                     left = team.turn(left)
                 flag.clear()
-                how = call.settings, call.h, left, store.clock, call.begun, is_seen, abort_mid_step
+                order = Order(call.h, left, *call.begun, is_seen, abort_mid_step)
+                how = call.settings, store.clock, order
                 if collides:
                     fault, body = run(model, controls, state, memory.work(flag), contacts, *how)
                 else:

@@ -65,6 +65,17 @@ class Work(NamedTuple):
     stop: np.ndarray  # (1,) what is not 0 ends a run early; somebody else may write it
 
 
+class Order(NamedTuple):
+    """What a run of kernels is to do: the part of a user's call that is left."""
+
+    h: float  # [s] of a step
+    steps: int
+    begun_steps: int  # what the clock showed when the call began
+    begun_time: float  # [s]
+    is_seen: bool  # what the run begins with was looked at, and is good
+    abort_mid_step: bool  # a run that is to stop may do so in the midst of a step
+
+
 @jit_inlined
 def step(
     model: Model,
@@ -192,25 +203,22 @@ def run(
     work: Work,
     contacts: Contacts,
     settings: Settings,
-    h: float,
-    steps: int,
     clock: Clock,
-    begun: tuple[int, float],
-    is_seen: bool,
-    abort_mid_step: bool,
+    order: Order,
 ) -> tuple[int, int]:
-    """Advance any world by `steps` steps of `h` [s], and its clock; return (fault, body).
+    """Advance any world by the steps of an order, and its clock; return (fault, body).
 
     Where bodies would jump through each other a step is taken in equal parts. On a fault the state is that of the last
     good step. Unless what it begins with `is_seen` to be good, no step is taken where it may not be: the fault is
     UNSEEN. Where there is no room for all contacts it is NO_ROOM, and "body" is how many rows there must be. Where
     `work.stop` is not 0, the run ends after the step, or with `abort_mid_step` in its midst.
 
-    `begun`: what the clock showed when the first of many such runs began. The time is counted from there, so that it is
-    the same to the last bit, however many runs it takes. All that changes is written to the arrays that are given: what
-    a kernel returns is lost where a signal is handled before Python has kept it.
+    The time is counted from when the call began, so that it is the same to the last bit, however many runs it takes.
+    All that changes is written to the arrays that are given: what a kernel returns is lost where a signal is handled
+    before Python has kept it.
     """
-    if not (is_seen or _looks_as_left(controls, state, clock)):
+    h, abort_mid_step = order.h, order.abort_mid_step
+    if not (order.is_seen or _looks_as_left(controls, state, clock)):
         return UNSEEN, -1
     wake_changed(model, controls, state, work.joints, work.rest)
     done, fault, body = 0, 0, -1
@@ -220,7 +228,7 @@ def run(
     # What a step in parts goes back to. (Names that are bound in every step would be counted in every step.)
     start, cache = work.start, contacts.cache
     room = contacts.depth.shape[0]
-    while fault == 0 and done < steps:
+    while fault == 0 and done < order.steps:
         # In how many parts is the step taken? In none, where everybody sleeps.
         parts = 1
         if let_sleep(model, state, work.joints, work.rest, settings, h):
@@ -249,7 +257,7 @@ def run(
         if work.stop[0] != 0:
             break
     mark_sleepers(model, controls, state, work.joints, work.rest)
-    _advance_clock(clock, begun, done, h, state)
+    _advance_clock(clock, order, done, state)
     return (0, -1) if fault == ABORTED else (fault, body)
 
 
@@ -281,19 +289,16 @@ def run_alone_by_clock(
     state: State,
     motion: Motion,
     settings: Settings,
-    h: float,
-    steps: int,
     clock: Clock,
-    begun: tuple[int, float],
-    is_seen: bool,
-    abort_mid_step: bool,
+    order: Order,
     ground_impulse: np.ndarray,
 ) -> tuple[int, int]:
     """Advance a world of one soft body like `run_alone`, and its clock, like `run`; return (fault, body).
 
     The last step is taken by itself, so that it is known what the ground gave: `ground_impulse` (n, 3) [N s].
     """
-    if not (is_seen or _looks_as_left(controls, state, clock)):
+    h, steps, abort_mid_step = order.h, order.steps, order.abort_mid_step
+    if not (order.is_seen or _looks_as_left(controls, state, clock)):
         return UNSEEN, -1
     done, fault, body = 0, 0, -1
     if steps > 1:
@@ -304,7 +309,7 @@ def run_alone_by_clock(
         done += last
         if last == 1:
             resolve_ground(model, state, ground_impulse, None)
-    _advance_clock(clock, begun, done, h, state)
+    _advance_clock(clock, order, done, state)
     return fault, body
 
 
@@ -315,8 +320,8 @@ def _looks_as_left(controls: Controls, state: State, clock: Clock) -> bool:
 
 
 @jit_lean
-def _advance_clock(clock: Clock, begun: tuple[int, float], done: int, h: float, state: State) -> None:
-    """Count steps of `h` [s], and note where they have led to."""
+def _advance_clock(clock: Clock, order: Order, done: int, state: State) -> None:
+    """Count the steps of an order that are done, and note where they have led to."""
     clock.shape[0] = checksum(state.particle_position)
     clock.steps[0] += done
-    clock.time[0] = begun[1] + (clock.steps[0] - begun[0]) * h
+    clock.time[0] = order.begun_time + (clock.steps[0] - order.begun_steps) * order.h

@@ -18,7 +18,7 @@ from softbody.dynamics import integrators, soft_bodies, vertex_rings
 from softbody.dynamics.soft_bodies import motion_of
 from softbody.mesh import mesh
 from softbody.stepping.runner import Runner
-from softbody.stepping.step import Work, run_alone
+from softbody.stepping.step import Order, Work, run_alone
 from softbody.stepping.step import run as run_together
 from validation.cases import edge_lengths, lumpy_sphere
 from validation.check import DISAGREEMENTS, Comparison, Run, check
@@ -226,7 +226,8 @@ def threads_find_the_same_contacts(run: Run) -> Comparison:
         work = Work(motion, surfaces, new_manifold(), state.copy(), grounded, given, None, None, None, bell)
         step, steps = 0.5 * world.stable_time_step(), run.count(10, 20, 100)
         found, settings, clock = new_contacts(10_000), world.store.settings, world.store.clock
-        run_together(model, world.controls, state, work, found, settings, step, steps, clock, (0, 0.0), True, False)
+        order = Order(step, steps, 0, 0.0, True, False)
+        run_together(model, world.controls, state, work, found, settings, clock, order)
         contacts.append(int(found.number[0]))
         ends.append(np.concatenate([state.particle_position, state.particle_velocity, state.box_velocity]))
     same = [(ends[0].view(np.uint64) == other.view(np.uint64)).all(axis=1) for other in ends[1:]]

@@ -172,16 +172,9 @@ def stopped_in_its_midst(run: Run) -> Comparison:
         struck = InterruptFlag(np.ones(1, np.uint8))
         for abort_mid_step in (True, False, True):
             model, controls, state, *_ = stopped.store.parts
-            begun, work = (stopped.steps, stopped.time), stopped.runner.memory.work(struck)
-            how = (
-                stopped.store.settings._replace(substeps=SUBSTEPS),
-                h,
-                7,
-                stopped.store.clock,
-                begun,
-                True,
-                abort_mid_step,
-            )
+            work = stopped.runner.memory.work(struck)
+            order = step.Order(h, 7, stopped.steps, stopped.time, True, abort_mid_step)
+            how = stopped.store.settings._replace(substeps=SUBSTEPS), stopped.store.clock, order
             fault, _ = step.run(model, controls, state, work, stopped.store.contacts, *how)
             if not abort_mid_step:
                 twin.step(h, substeps=SUBSTEPS)
