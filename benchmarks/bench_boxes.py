@@ -1,4 +1,4 @@
-"""What do boxes cost: a step of a pile of them, and the contact of a pair? Bullet and FCL alongside, one thread."""
+"""Cost of boxes: a step of a pile, and the contact of a pair. Bullet and FCL alongside, one thread."""
 
 from __future__ import annotations
 

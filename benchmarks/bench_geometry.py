@@ -1,4 +1,4 @@
-"""What do point in mesh and closest triangle cost on a mesh that moves every frame? One thread, structures rebuilt.
+"""Cost of point in mesh and closest triangle on a mesh that moves every frame. One thread, structures rebuilt.
 
 Ours and peers in turns. A call is one frame: the structure is rebuilt or refitted, then all points are asked. Peers
 that would take minutes get fewer points; all figures are per point. libigl is held to one thread, as ours and the

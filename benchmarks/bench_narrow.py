@@ -1,4 +1,4 @@
-"""What do the narrow phase of two soft bodies and the separating-axis test of many boxes cost? One thread."""
+"""Cost of the narrow phase of two soft bodies, and of many boxes' separating-axis test. One thread."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What does one time step cost, per particle: one body as it grows, and many? Double, on one thread, unless said."""
+"""Cost of one time step, per particle: one body as it grows, and many. Double, on one thread, unless said."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which integrator gets how near to the true motion for how much time?
+"""Work–precision of the integrators: how near to the true motion each gets for how much time.
 
 A soft sphere that shakes for half a second, by itself; and a whole scene, a ball that turns, falls and bounces off the
 ground, as soft and as stiff as they come, both undamped. The truth is SciPy's in both.

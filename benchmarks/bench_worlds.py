@@ -1,4 +1,4 @@
-"""What do whole scenes cost, and which stage of a step does it? One thread, float64, at the stable step.
+"""Cost of whole scenes, and of each stage of a step. One thread, float64, at the stable step.
 
 How a step is split: a stage alone is done many times over, at the same instant each time, to which the state is put
 back: motion (springs, gas, integrator); then, where the bodies are after it, the broad phase (bounding spheres, pairs);

@@ -1,4 +1,4 @@
-"""How often do verdicts err on this machine? A core against itself, and against itself with a slow-down planted.
+"""Error rates of verdicts on this machine: a core against itself, and with a slow-down planted.
 
 Openings are recorded as a comparison makes them, and comparisons drawn from the record. So there are hundreds of them
 in the time of some dozen; but they are not independent of each other, as those would be.

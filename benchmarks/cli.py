@@ -63,7 +63,7 @@ MACHINE = click.option("--machine", default=None, help="Another one, by its chec
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
 def main() -> None:
-    """What do the pieces cost, and did a change make them slower?
+    """Measure what the pieces cost, and tell whether a change made them slower.
 
     Exit code: 0 all well, 1 something is slower than allowed, or wrong, 2 wrong usage.
     """

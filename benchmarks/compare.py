@@ -1,4 +1,4 @@
-"""Which benchmarks are faster or slower with one core than with another? Both run in one session, in turns."""
+"""Comparison of one core's benchmarks with another's: both run in one session, in turns."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which cores are kept, each in a folder named by its digest? The newest, and those that some comparison uses.
+"""Cores that are kept, each in a folder named by its digest: the newest, and those that comparisons use.
 
 The same core, asked for again, finds its machine code there.
 """

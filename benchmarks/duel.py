@@ -1,4 +1,4 @@
-"""Two workers, one of each side, in lock step: what does one opening of a benchmark in both of them say?"""
+"""Two workers, one of each side, in lock step, for openings of a benchmark in both."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How does what was measured come out of the history, and into it? JSON lines, and pytest-benchmark's own JSON."""
+"""Import and export of what was measured: JSON lines, and pytest-benchmark's own JSON."""
 
 from __future__ import annotations
 

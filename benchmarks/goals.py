@@ -1,4 +1,4 @@
-"""How fast is the core to be, and how far is it from that? Goals are ratios to what ran beside it, never times.
+"""Goals of speed, as ratios to what ran beside the core, and how far it is from them.
 
 Each goal is of a row of ours in a table that the benchmarks fill, and counts where it is worst of the sizes that it is
 for. What was not measured, since it takes another level, another package or another processor, is said to be so.

@@ -1,4 +1,4 @@
-"""How many instructions does a call take? Valgrind counts them: a second witness of a slow-down, and one without noise.
+"""Instruction counts of calls by Valgrind: a second witness of a slow-down, and one without noise.
 
 Its limits: it knows no AVX-512, so that for it both cores are compiled for a processor that has none; and instructions
 are not time: a call that waits for memory takes no more of them.

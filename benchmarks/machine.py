@@ -1,4 +1,4 @@
-"""On what was it measured? What bears on a timing, beside what pytest-benchmark writes of its own."""
+"""Machine that was measured on: what bears on a timing, beside what pytest-benchmark writes of its own."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How is it shown what is being done? One line on standard error, so that standard output holds the results alone."""
+"""Progress as one line on standard error, so that standard output holds the results alone."""
 
 from __future__ import annotations
 

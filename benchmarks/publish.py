@@ -1,4 +1,4 @@
-"""What do trends look like to other programs? A document, of which `reports` makes a page in a process of its own."""
+"""Trends for other programs: a document, of which `reports` makes a page in a process of its own."""
 
 from __future__ import annotations
 

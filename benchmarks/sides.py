@@ -1,4 +1,4 @@
-"""Which core does a name stand for? A revision, or "." for the working tree, laid out in a folder of its own.
+"""Core that a name stands for: a revision, or "." for the working tree, laid out in a folder.
 
 The folder holds `softbody` alone. Benchmarks and peers are those of the working tree, for both sides.
 """

@@ -1,4 +1,4 @@
-"""Where does a series of measurements step? By the levels to which it is nearest, where every step has its price.
+"""Change points in a series of measurements: levels nearest to it, where every step has its price.
 
 That is the L1 Potts functional (Storath, Weinmann and Unser 2017), minimised exactly by dynamic programming: the sum of
 distances from the medians of the levels, and PRICE times the noise for each step. Distances, not squares: a single

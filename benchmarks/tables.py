@@ -1,4 +1,4 @@
-"""How are timings and verdicts shown in a terminal? One row a size, one column a competitor."""
+"""Timings and verdicts in a terminal: one row a size, one column a competitor."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How has each benchmark changed from run to run? As ratios to a peer of the same run, where there is one.
+"""Trend of each benchmark from run to run, as ratios to a peer of the same run if any.
 
 A machine that is slower on some day is so for both: what steps in the ratio is the core, or the peer.
 """

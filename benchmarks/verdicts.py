@@ -1,4 +1,4 @@
-"""Is one side faster, slower, or is no difference shown? Decided from ratios, one of each time both were opened.
+"""Verdicts faster, slower, or no difference shown, from ratios, one of each time both were opened.
 
 The same work can be some percent slower for as long as its arrays lie where they lie, so rounds of one opening are not
 independent of each other; openings are. If the sides are equal, the logarithm of a ratio is as likely x as −x, whatever

@@ -1,4 +1,4 @@
-"""How is a world put back to where it was, so that every round does the same work?"""
+"""Worlds put back to where they were, so that every round does the same work."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How are the pages built? By Sphinx, from Markdown, the core's docstrings and the claims; `make docs`."""
+"""Pages built by Sphinx, from Markdown, the core's docstrings and the claims; `make docs`."""
 
 from __future__ import annotations
 

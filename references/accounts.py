@@ -1,4 +1,4 @@
-"""How much energy, momentum and angular momentum do particles and boxes have? Summed up by NumPy and SciPy.
+"""Energy, momentum and angular momentum of particles and boxes, summed up by NumPy and SciPy.
 
 Of raw arrays, so that a claim that something is kept does not ask the core how much of it there is.
 """

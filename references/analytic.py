@@ -1,4 +1,4 @@
-"""What do closed forms say? Volumes, inertia, equilibria, one impact, and one step of each integrator.
+"""Closed forms: volumes, inertia, equilibria, one impact, and one step of each integrator.
 
 numpy only; nothing here is iterated or fitted. Each function names where its formula comes from.
 """

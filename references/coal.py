@@ -1,4 +1,4 @@
-"""Do two boxes or convex meshes overlap, and how deep? Asked of coal (once hpp-fcl; Mirabel, Montaut and others).
+"""Overlap and depth of two boxes or convex meshes by coal (once hpp-fcl; Mirabel, Montaut and others).
 
 The normal of its signed distance points from the first to the second shape.
 """

@@ -1,4 +1,4 @@
-"""What do boxes make of Coulomb friction, on a static ground and on each other, step by step? (DART, dartpy 6.20.0.)
+"""Coulomb friction of boxes on static ground and each other, step by step, by DART (dartpy 6.20.0).
 
 What cannot be switched off from Python: the diagonal of the problem is 1 + 1e-5 times itself (CFM), so that impulses
 are 1e-5 too small, and bodies that touch sink by less than 1e-6 m/s; a bounce needs 0.1 m/s. Contacts are found where

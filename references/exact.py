@@ -1,4 +1,4 @@
-"""What is true of the very numbers given? Integer arithmetic, which arbitrates where engines disagree.
+"""Exact integer arithmetic on the very numbers given, which arbitrates where engines disagree.
 
 Every float64 is a rational number. Lengths are brought to integers by one common power of two, quaternions by one each,
 and a rotation matrix times |q|² then has integer entries, whether or not the quaternion is quite a unit one. Signs are

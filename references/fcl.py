@@ -1,4 +1,4 @@
-"""Do two boxes overlap, and how far are they apart? Asked of FCL (Pan, Chitta and Manocha 2012)."""
+"""Overlap and distance of two boxes by FCL (Pan, Chitta and Manocha 2012)."""
 
 from __future__ import annotations
 

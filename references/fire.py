@@ -1,4 +1,4 @@
-"""How does a system glide to rest? The algorithm FIRE, in NumPy.
+"""Relaxation of a system to rest by the algorithm FIRE, in NumPy.
 
 That is of Bitzek, Koskinen, Gähler, Moseler and Gumbsch (2006), with their parameters: five steps of patience, steps
 that grow by 1.1 and shrink by a half, mixing of 0.1 that fades by 0.99; motion by symplectic Euler. Forces are those of

@@ -1,4 +1,4 @@
-"""What does a viewer of glTF 2.0 show of a file at a time? Read by hand, as the specification (Khronos 2021) says.
+"""View of a glTF 2.0 file at a time, read by hand, as the specification (Khronos 2021) says.
 
 Nodes stand in a tree (§3.5.2), each moved by its parent's; a mesh is its positions and, for each morph target, that
 many times its weight (§3.7.2.2); animations move weights, places and turns, linearly between frames, and turns along

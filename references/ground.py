@@ -1,4 +1,4 @@
-"""How does a soft body bounce off smooth ground? From event to event, by SciPy.
+"""Bounces of a soft body off smooth ground, from event to event, by SciPy.
 
 Between events DOP853 integrates springs, gas and weight, and keeps particles that the ground holds at its height. An
 event is a particle that comes down to the ground, and loses the speed at which it does, or one that is held and is

@@ -1,4 +1,4 @@
-"""Is a point in a mesh, how far is its surface, and where does it meet itself? Asked of libigl (Jacobson and others).
+"""Point in mesh, distance to the surface and self-intersections by libigl (Jacobson and others).
 
 Three ways to tell inside from outside that have nothing in common: the exact winding number, the sign of the distance
 along the pseudonormal of the closest feature (Baerentzen and Aanaes 2005), and the fast winding number (Barill and

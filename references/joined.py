@@ -1,4 +1,4 @@
-"""How do cubes and spring bodies move that damped springs join? By SciPy's DOP853 on Newton's and Euler's equations.
+"""Motion of cubes and spring bodies joined by damped springs: SciPy's DOP853 on Newton's and Euler's equations.
 
 Cubes, so that the torque alone turns them: ω' = τ / I. Their orientation is a rotation matrix whose columns are
 integrated by R' = ω × R. Nothing of it is anybody's time stepping.

@@ -1,6 +1,6 @@
-"""What do MuJoCo's mass matrix and Jacobian make of an impact, and how does it turn a free box?
+"""Impacts by MuJoCo's mass matrix and Jacobian, and the rotation of a free box.
 
-Its own contact is a soft constraint, and so is not asked. Inertia of the boxes, orientation, the frames of the
+MuJoCo's own contact is a soft constraint, and so is not asked. Inertia of the boxes, orientation, the frames of the
 velocities and the Jacobian of a point are all MuJoCo's; Newton's law is one line of algebra on top.
 """
 

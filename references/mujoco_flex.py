@@ -1,4 +1,4 @@
-"""How does a soft body move, step by step, in MuJoCo? A flex of lines: particles, springs with damping, float64.
+"""Motion of a soft body, step by step, as MuJoCo's flex of lines: particles, damped springs, float64.
 
 A flex whose elements are the edges of a mesh is the soft body of the paper without its gas. MuJoCo knows no gas: the
 force P ∂V/∂x is written here in numpy, and added where MuJoCo adds forces of the user (mjcb_passive). Integrators are

@@ -1,4 +1,4 @@
-"""What does one frictionless impact at several points at once do to two boxes? By trying all sets of contacts.
+"""One frictionless impact of two boxes at several points at once, by trying all sets of contacts.
 
 Newton's law at each contact: the points part with at least e times their speed of approach, impulses only push, and
 where there is an impulse, the law holds with equality (a linear complementarity problem). A set of contacts that push

@@ -1,4 +1,4 @@
-"""Where does Bullet's soft body with gas come to rest, and how fast does it breathe? (Bullet 2.84 in Panda3D, float32.)
+"""Rest shape and breathing of Bullet's soft body with gas (Bullet 2.84 in Panda3D, float32).
 
 Panda3D opens the pressure of Bullet's soft body, which pybullet keeps shut. Nothing damps, drags or collides by
 default. Bullet has another law than springs and an ideal gas, seen in its source and in `force_of_gas`; what is chosen

@@ -1,4 +1,4 @@
-"""What do the paper's rules make of a soft body that meets another, or a box? §4.2 and §4.3 in plain NumPy.
+"""The paper's rules for a soft body that meets another, or a box: §4.2 and §4.3 in plain NumPy.
 
 What is inside what, and which triangle is closest, are libigl's answers. All that follows is the paper's: each point
 that is inside and the face closest to it move apart by half the depth each, then one impulse along the way out turns

@@ -1,4 +1,4 @@
-"""Where do the boxes of a pile end, and how fast are they then? By Bullet, MuJoCo and Rapier, as their users have them.
+"""Final places and speeds of piled boxes, by Bullet, MuJoCo and Rapier as their users have them.
 
 Defaults are kept: MuJoCo's soft contacts (`solref`, `solimp`, pyramidal cones, Newton's method, 100 iterations) and
 Rapier's (4 iterations). Bullet: see `pybullet_world`. The ground is a box, or a plane.

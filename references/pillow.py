@@ -1,4 +1,4 @@
-"""Which pixels does a picture hold, and which frames a film, and for how long? Read by Pillow."""
+"""Pixels of pictures, and frames of films with their durations, read by Pillow."""
 
 from __future__ import annotations
 

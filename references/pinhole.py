@@ -1,4 +1,4 @@
-"""What does a camera see that stands at `eye` and looks at `target`? Its axes by Panda3D, the rest by hand.
+"""Pinhole camera that stands at `eye` and looks at `target`: its axes by Panda3D, the rest by hand.
 
 A pinhole camera: a point that is `far` [m] along the view, and `x` to the right, is seen f x / far pixels to the right
 of the picture's middle. The focal length f is so long that half of the height is seen under half of the angle of view.

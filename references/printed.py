@@ -1,4 +1,4 @@
-"""What would the paper's formulas do as printed? One function an erratum; each is wrong, and says how.
+"""The paper's formulas as printed, one function an erratum: each is wrong, and says how.
 
 Not judges: the validation report puts them beside the right form to show that an erratum matters, and by how much.
 The number E1 … E22 is that of the list of errata. Everything else in a formula is right, so that one error shows alone.
@@ -211,9 +211,9 @@ def box_separations_by_axis(*boxes: ArrayLike) -> np.ndarray:
 
 
 def boxes_overlap_one_way(*boxes: ArrayLike) -> np.ndarray:
-    """E12: on each of the fifteen axes, does an end of a lie between the ends of b? (m,) of bool; arguments as above.
+    """E12: tell whether on each of the fifteen axes an end of a lies between the ends of b: (m,); arguments as above.
 
-    Right: do the intervals overlap, either way round; so a large a around a small b is missed.
+    Right: whether the intervals overlap, either way round; so a large a around a small b is missed.
     """
     axes, *intervals = _intervals(*boxes)
     parallel = np.linalg.norm(axes, axis=-1) < PARALLEL

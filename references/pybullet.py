@@ -1,4 +1,4 @@
-"""What does Bullet make of one impact of two boxes? (pybullet 3.2.7, double precision.)
+"""One impact of two boxes by Bullet (pybullet 3.2.7, double precision).
 
 The boxes are created at the contact pose, given their velocities, and stepped once. Played normally (defaults, 1/240 s)
 the same impacts differ by a quarter of their speed.

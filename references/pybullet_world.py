@@ -1,4 +1,4 @@
-"""What does Bullet make of many boxes under gravity, step by step? And how near are two boxes? (pybullet 3.2.7.)"""
+"""Many boxes under gravity, step by step, and distances of two, by Bullet (pybullet 3.2.7)."""
 
 from __future__ import annotations
 

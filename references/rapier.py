@@ -1,4 +1,4 @@
-"""What does Rapier make of boxes that fly past each other, or into each other? (rapier3d 0.36, single precision.)
+"""Boxes that fly past each other, or into each other, by Rapier (rapier3d 0.36, single precision).
 
 Kept: `ccd_enabled` off (the caller's steps are so short that nothing is jumped over, and where boxes are decides, not
 another algorithm), contact skin 0, gravity 0, damping 0. A free box keeps I ω, and so ω only about an axis of its own.

@@ -1,4 +1,4 @@
-"""How does a free, asymmetric box turn, and what is half-way between two turns? By SciPy.
+"""Rotation of a free, asymmetric box, and the turn half-way between two, by SciPy.
 
 DOP853 solves Euler's equations in the box's frame, with rtol 1e-12 and atol 1e-13 instead of 1e-3 and 1e-6.
 """

@@ -1,4 +1,4 @@
-"""Where does a soft body come to rest, and how does a symmetric one breathe? Asked of SciPy.
+"""Equilibria of soft bodies, and the breathing of symmetric ones, by SciPy.
 
 Energy, gradient and Hessian of springs and gas are written here once more, in numpy.
 """

@@ -1,4 +1,4 @@
-"""How long may a step of a soft body be? The bounds of its frequency and damping, by their formulas, in NumPy.
+"""Bounds of a soft body's frequency and damping, and so of its step, by their formulas in NumPy.
 
 numpy only. Whether they are bounds is another question: `references.scipy.highest_frequency` answers it by eigenvalues.
 """

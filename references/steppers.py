@@ -1,4 +1,4 @@
-"""How does a soft body move, step by step, by each of the three schemes? Written once more, in NumPy.
+"""Motion of a soft body, step by step, by each of the three schemes, written once more in NumPy.
 
 Forces are those of references.scipy, as the gradient of the energy; a scheme is written here as its source writes it:
 the paper's (§5.1) with four estimates of the acceleration, each of which moves velocities and then positions from the

@@ -1,4 +1,4 @@
-"""What are volume, area, centroid and inertia of a mesh, is a point in it, and what does a file hold? By trimesh."""
+"""Volume, area, centroid, inertia, point in mesh, and contents of mesh files, by trimesh."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What does a viewer of OpenUSD show of a stage at a time? Its text is read by hand, as the specification has it.
+"""View of an OpenUSD stage at a time: its text is read by hand, as the specification has it.
 
 Only what is asked of the core is read: meshes of triangles under one root, whose points, place and turn have a value,
 or one at each of some time codes, between which points and places go straight (§ on interpolation) and turns by the

@@ -1,4 +1,4 @@
-"""How often does a mesh wind around a point? Generalised winding numbers, in numpy.
+"""Generalised winding numbers of a mesh around points, in NumPy.
 
 The sum of the signed solid angles of the triangles (van Oosterom and Strackee 1983), over 4π: 1 inside a closed mesh,
 0 outside (Jacobson, Kavan and Sorkine-Hornung 2013). No ray, so nothing special at edges and vertices seen from afar.

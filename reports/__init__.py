@@ -1,1 +1,1 @@
-"""What does a validation run look like to a person? Makes one page from one record, and computes no physics."""
+"""Pages of validation runs for people: one page from one record, without any physics."""

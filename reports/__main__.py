@@ -1,4 +1,4 @@
-"""How is a page made, printed, told from another, cited? `python -m reports FOLDER`, `… pdf`, `… diff`, `… readme`."""
+"""Command line of the pages: `python -m reports FOLDER`, `… pdf`, `… diff`, `… readme`."""
 
 from __future__ import annotations
 

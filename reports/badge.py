@@ -1,4 +1,4 @@
-"""What does a run look like in a line? A badge for a README: who was judged, and how many claims hold."""
+"""Badge of a run for a README, in a line: who was judged, and how many claims hold."""
 
 from __future__ import annotations
 

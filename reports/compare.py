@@ -1,4 +1,4 @@
-"""What became worse? `python -m reports diff BEFORE NOW` tells two reports apart; `reports.compare` is its old name."""
+"""Command `python -m reports diff BEFORE NOW`: what became worse; `reports.compare` is its old name."""
 
 from __future__ import annotations
 

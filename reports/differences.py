@@ -1,4 +1,4 @@
-"""What is worse in one report than in another? Claims one by one, and timings by their ratios to peers."""
+"""Differences between two reports: claims one by one, and timings by their ratios to peers."""
 
 from __future__ import annotations
 

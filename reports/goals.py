@@ -1,4 +1,4 @@
-"""How far is each goal of speed met? Places what was measured on a logarithmic axis of measured / wanted."""
+"""Chart of the goals of speed, on a logarithmic axis of measured / wanted."""
 
 from __future__ import annotations
 

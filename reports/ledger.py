@@ -1,4 +1,4 @@
-"""Who was right, how often, and how was everybody set? Sums over all claims of a record."""
+"""Ledger of a record: who was right, how often, and how everybody was set, over all claims."""
 
 from __future__ import annotations
 

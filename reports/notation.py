@@ -1,4 +1,4 @@
-"""How is a number written for a reader? Powers of ten, grouped digits, durations, dates; never an `e-15`."""
+"""Notation of numbers for readers: powers of ten, grouped digits, durations, dates; never an `e-15`."""
 
 from __future__ import annotations
 

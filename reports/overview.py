@@ -1,4 +1,4 @@
-"""How close is each claim to failing? Places errors on a logarithmic axis of error / tolerance."""
+"""Overview of how close each claim is to failing, on a logarithmic axis of error / tolerance."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How does a page become a PDF? A browser without a screen prints it, all that folds open."""
+"""PDF of a page, printed by a browser without a screen, all that folds open."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How are errors distributed, and what does a step cost? Draws both with Matplotlib, as SVG for the page."""
+"""Plots of the distribution of errors and of the cost of steps, by Matplotlib, as SVG for the page."""
 
 from __future__ import annotations
 

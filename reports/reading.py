@@ -1,4 +1,4 @@
-"""Which file is at fault? What cannot be read ends a command with 2, what cannot be written with 4, and names it."""
+"""Reading and writing of files, with errors that name the file: exit code 2 for reading, 4 for writing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which figures does the README state, and from which run? `python -m reports readme` writes them between two marks."""
+"""Figures of a run in the README: `python -m reports readme` writes them between two marks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What have the claims been seen to detect? Planted faults and mutants of a record, sorted for the page."""
+"""Faults that claims have been seen to detect: planted faults and mutants of a record, sorted for the page."""
 
 from __future__ import annotations
 

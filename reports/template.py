@@ -1,4 +1,4 @@
-"""How does a page come from its template? As one self-contained text, in the style and the notation of all pages."""
+"""Page made from its template: one self-contained text, in the style and notation of all pages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where does three.js come from, which turns scenes in the page? trimesh brings it, for the viewer of its own."""
+"""Script of three.js, which turns scenes in the page, as trimesh brings it for its own viewer."""
 
 from __future__ import annotations
 

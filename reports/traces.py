@@ -1,4 +1,4 @@
-"""Which claims judge which piece of the core, by which section of the paper, and who judges: from a record."""
+"""Traces from a record: claims by the piece of the core that they judge, by section of the paper, and their judges."""
 
 from __future__ import annotations
 

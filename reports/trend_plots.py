@@ -1,4 +1,4 @@
-"""What does a trend look like? Every run a dot, every level a line, every step a mark."""
+"""Plots of trends: every run a dot, every level a line, every step a mark."""
 
 from __future__ import annotations
 

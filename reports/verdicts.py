@@ -1,4 +1,4 @@
-"""What became of the claims, in words? One verdict a claim, one sentence for all of them."""
+"""Verdicts on claims in words: one verdict a claim, one sentence for all of them."""
 
 from __future__ import annotations
 

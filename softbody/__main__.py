@@ -1,4 +1,4 @@
-"""What can be done with the core from a terminal? `python -m softbody --help`."""
+"""Command line of the core: view, record, run, export and warmup; `python -m softbody --help`."""
 
 from __future__ import annotations
 

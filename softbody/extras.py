@@ -1,4 +1,4 @@
-"""Is a library there that only some need? If not: the command that installs it."""
+"""Import of optional libraries; where one is missing, the error names the command that installs it."""
 
 from __future__ import annotations
 

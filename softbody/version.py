@@ -1,3 +1,3 @@
-"""Which softbody is this?"""
+"""Version of softbody."""
 
 __version__ = "0.1.0"

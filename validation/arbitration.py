@@ -1,4 +1,4 @@
-"""Who was right? Where answers differ, exact arithmetic or a closed form decides, over the core as over engines."""
+"""Arbitration where answers differ: exact arithmetic or a closed form decides, over the core as over engines."""
 
 from __future__ import annotations
 

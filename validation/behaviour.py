@@ -1,4 +1,4 @@
-"""What do the paper's own rules make of its scenes, beside the defaults? Runs each scene by both and measures."""
+"""Behaviour of the paper's scenes by its own rules and by the defaults, each run and measured."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which planted faults are news: the core where they are planted, or what is said of them, has changed?"""
+"""Planted faults that are news: changed in the core where they are planted, or in what is said of them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which claims compile the same kernels? Those that step worlds of the same things, and the others file by file."""
+"""Groups of claims that compile the same kernels: by the worlds they step, or else by file."""
 
 from __future__ import annotations
 

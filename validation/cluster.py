@@ -1,4 +1,4 @@
-"""Who judges claims on many machines? The workers of a dask cluster, each by a process of its own, as here.
+"""Judging on many machines, by the workers of a dask cluster, each with a process of its own.
 
 A worker takes a claim at a time and hands it to a `Worker`: what a claim may do to its process, and how long it may
 take, is the same everywhere. A worker that is lost loses the claim that it was at, which the scheduler gives to another

@@ -1,4 +1,4 @@
-"""Which public functions does no claim name as its piece, and which can none judge?"""
+"""Public functions that no claim names as its piece, and those that none can judge."""
 
 from __future__ import annotations
 

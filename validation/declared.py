@@ -1,4 +1,4 @@
-"""What does the file of an engine say of it, as data? Read without importing anything: an engine may be missing."""
+"""Declarations in an engine's file, read as data without importing anything: an engine may be missing."""
 
 from __future__ import annotations
 

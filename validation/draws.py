@@ -1,4 +1,4 @@
-"""What do several draws of a claim's cases come to? Each has a seed of its own; together they are one record."""
+"""Several draws of a claim's cases as one record; each has a seed of its own."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which engines and libraries are installed, in which version, on what machine?"""
+"""Engines and libraries that are installed, with their versions, and the machine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which errata of the paper has a run no numbers for, and why? Those of claims that are not in it, and three more."""
+"""Errata of the paper that a run has no numbers for, with reasons: unrun claims', and three more."""
 
 from __future__ import annotations
 

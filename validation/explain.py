@@ -1,4 +1,4 @@
-"""What is a claim, in full? Everything that is declared of it, to read on a terminal."""
+"""Explanation of a claim in full: everything that is declared of it, to read on a terminal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Is what JSON holds what a dataclass says? Makes records of it, and names the entry that is damaged."""
+"""Dataclasses made from JSON, with checks that name the entry that is damaged."""
 
 from __future__ import annotations
 

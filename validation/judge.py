@@ -1,4 +1,4 @@
-"""Does a claim hold? Run its comparison, weigh the errors, and say so in a record."""
+"""Judge of a claim: runs its comparison, weighs the errors, and records the verdict."""
 
 from __future__ import annotations
 

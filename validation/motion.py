@@ -1,4 +1,4 @@
-"""What moved in a scene? Keeps it frame by frame, with energy and deepest overlap, for a page that turns it."""
+"""Motion of a scene, kept frame by frame, with energy and deepest overlap, for a page that turns it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How many small faults of the core do the claims see? `python -m validation.mutants`, or `make mutants`.
+"""Share of the core's small faults that the claims see: `python -m validation.mutants`, or `make mutants`.
 
 Mutants are drawn evenly over all sites of the core, and all of them sleep in one copy of it, which is compiled once.
 Each is judged by the claims that come by, first at level quick, then at level standard, until one turns red. A claim is

@@ -1,4 +1,4 @@
-"""What was one comparison about? Its inputs, both answers and its error, out of all that a claim compared."""
+"""One case of a claim's comparison: its inputs, both answers and its error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""In which order do claims find most soonest? First come those that see many planted faults in little time."""
+"""Order in which claims find most soonest: first those that see many planted faults in little time."""
 
 from __future__ import annotations
 

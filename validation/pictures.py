@@ -1,4 +1,4 @@
-"""What do the scenes look like? Runs each and leaves a still, a loop, and what moved, to be turned in a page."""
+"""Pictures of the scenes: a still, a loop, and what moved, to be turned in a page."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How does text from anywhere become text that a terminal, JSON and XML can hold? Escaped, and of bounded length."""
+"""Text from anywhere made fit for a terminal, JSON and XML: escaped, and of bounded length."""
 
 from __future__ import annotations
 

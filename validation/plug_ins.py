@@ -1,4 +1,4 @@
-"""What do other packages add? Engines, claims and subjects, which they name by entry points.
+"""Plug-ins of other packages: engines, claims and subjects, which they name by entry points.
 
 `softbody.engines` and `softbody.subjects` name modules that are read, as files of references/ are, `softbody.claims`
 one that declares claims when it is imported. A plug-in that is broken costs its own claims, and is said: it is imported

@@ -1,4 +1,4 @@
-"""What happens in one case of a claim? Runs the claim again, and shows what was asked and what both sides answered."""
+"""Replay of one case of a claim: shows what was asked and what both sides answered."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is done in a run? Claims, then timings, films and rules; whatever cuts it short, what is done is kept."""
+"""A validation run: claims, then timings, films and rules; whatever cuts it short, what is done is kept."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What have planted faults and mutants shown that the claims see? Read from what `make faults` and `make mutants` left.
+"""Planted faults and mutants that claims were seen to detect, as `make faults` and `make mutants` left them.
 
 Both say which core they were tried on: what was seen on another one is not said of this one.
 """

@@ -1,4 +1,4 @@
-"""How long until the first step of a new process, and how much memory does a particle take?"""
+"""Time to the first step of a new process, and memory per particle."""
 
 from __future__ import annotations
 

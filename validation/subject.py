@@ -1,4 +1,4 @@
-"""Who is judged, if it is not the core? A file of validation/subjects/, or one that a plug-in names, and its claims.
+"""Subjects judged in the core's place: a file of validation/subjects/ or of a plug-in each, and its claims.
 
 An adapter is a file with functions of the names of QUESTIONS, with arguments and answers as of `Subject`; those
 that it has not are said in CANNOT, with the reason. Claims (validation/subject_claims/) are written once, against

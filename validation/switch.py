@@ -1,4 +1,4 @@
-"""Which damage is awake, and which has been reached? Copied into a damaged core as `softbody/switch.py`.
+"""Switch that wakes one damage and notes which was reached. Copied into a damaged core as `softbody/switch.py`.
 
 Kernels read and write two places of the process, which their machine code, also that from the disk, knows by name.
 """

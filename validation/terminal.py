@@ -1,4 +1,4 @@
-"""What does a run say while it goes on, and when it ends? Progress on standard error, the sum on standard output."""
+"""Terminal output of a run: progress on standard error, the sum on standard output."""
 
 from __future__ import annotations
 

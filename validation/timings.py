@@ -1,4 +1,4 @@
-"""What do the pieces cost, and since when? Runs the benchmarks in a process of their own and reads what they wrote."""
+"""Timings of the pieces, and since when: benchmarks run in a process of their own, then read."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which claims are there, who judges them, and which of them judge a function? From the claims, never by hand.
+"""Claims in the pages: what there is, who judges, and which function; from the claims, never by hand.
 
 Where a run has left its record in build/report, what it found stands beside each claim.
 """

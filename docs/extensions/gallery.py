@@ -1,4 +1,4 @@
-"""What do the examples show? Each is run when the pages are built, and leaves its pictures and what it prints.
+"""Gallery of the examples: each runs when the pages are built, and leaves its pictures and prints.
 
 They are kept in build/gallery, and run anew when an example, or the core, has changed.
 """

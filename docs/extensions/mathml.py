@@ -1,4 +1,4 @@
-"""How are formulas shown without a network? As MathML, which browsers draw themselves, made by docutils."""
+"""Formulas without a network: MathML, which browsers draw themselves, made by docutils."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How does a docstring of the core become a page? As what it is: plain sentences, with `code`.
+"""Docstrings of the core as pages: plain sentences, with `code`.
 
 The fields of a tuple have no docstrings: theirs are the comments beside them.
 """

@@ -1,4 +1,4 @@
-"""Which modules has a room of the core? `{room} softbody.geometry` documents all of them, so that none is forgotten."""
+"""Modules of a room of the core, all documented by `{room} softbody.geometry`, so that none is forgotten."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What touches what, where and how hard? The contacts of the last step, as a user reads them."""
+"""Contacts of the last step as a user reads them: bodies, points, normals, depths and impulses."""
 
 from __future__ import annotations
 

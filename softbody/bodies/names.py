@@ -1,4 +1,4 @@
-"""What are the bodies and joints of a world called? A name belongs to one of them all, and most may have none."""
+"""Names of the bodies and joints of a world: optional, and unique among them all."""
 
 from __future__ import annotations
 

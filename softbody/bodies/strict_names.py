@@ -1,4 +1,4 @@
-"""May this attribute be set? An object whose class lists its names says no to any other, and which one was meant."""
+"""Objects that refuse to set an attribute their class does not list, and say which one was meant."""
 
 from __future__ import annotations
 

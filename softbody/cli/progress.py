@@ -1,4 +1,4 @@
-"""How far is a run, and how long will it take still? A bar in a terminal, by rich, or lines."""
+"""Progress of a run in the terminal: frames done and time left, as rich's bar or as plain lines."""
 
 from __future__ import annotations
 

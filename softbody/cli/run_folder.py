@@ -1,4 +1,4 @@
-"""How is a scene file run into a folder, so that whatever ends it can be gone on from?
+"""Runs a scene file into a folder, from which the run can be resumed, whatever ends it.
 
 The folder has the scene file, the trajectory, the world as it was at one of its frames, and perhaps a film. The
 trajectory is never behind the world: so what is gone on with has the bits of a run that nothing has ended.

@@ -1,4 +1,4 @@
-"""How is the core compiled ahead of its first use? By a small world of each kind, side by side."""
+"""Compiles the core ahead of its first use, by small worlds of each kind, side by side."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Which bodies touch, where, and what impulse parts them? Never imports dynamics."""
+"""Collision of bodies: broad phase, narrow phase, contacts and the impulses that part them. Never imports dynamics."""

@@ -1,4 +1,4 @@
-"""Which pairs of boxes are near enough to touch?
+"""Broad phase: pairs of bodies whose bounding spheres meet, by hashed grids or exhaustively.
 
 A pair is near if its bounding spheres meet and one of the two can move; paper §4 tries all pairs. Both functions return
 the same pairs in the same order, (a, b) with a > b, by a and then b: the order in which contacts are solved.

@@ -1,4 +1,4 @@
-"""When are two edges parallel, and else, where do they come nearest? Ericson 2005, §5.1.8 and §5.1.9."""
+"""Closest approach of two edges, and when they count as parallel; Ericson 2005, §5.1.8 and §5.1.9."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What impulse parts two rigid bodies at a contact, and what does it do to them?"""
+"""Impulse that parts two rigid bodies at a contact, with restitution and friction, and what it changes."""
 
 from __future__ import annotations
 

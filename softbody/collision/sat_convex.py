@@ -1,4 +1,4 @@
-"""Do two convex meshes overlap, and along which axis least? The separating-axis test; for geometry users."""
+"""Separating-axis test of two convex meshes: whether they overlap, and along which axis least; for geometry users."""
 
 from __future__ import annotations
 

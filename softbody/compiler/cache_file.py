@@ -1,4 +1,4 @@
-"""Where is the machine code of a kernel kept? In one file for each signature, so that those who write never meet."""
+"""Disk cache of a kernel's machine code: one file for each signature, so that writers never meet."""
 
 from __future__ import annotations
 

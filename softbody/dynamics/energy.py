@@ -1,4 +1,4 @@
-"""How much energy, momentum and angular momentum do the bodies have?"""
+"""Energy, linear momentum and angular momentum of the bodies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where does a soft body come to rest? By relaxation that is faster than waiting."""
+"""Equilibrium of soft bodies, by relaxation (FIRE) that is faster than waiting."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How do the particles move over one time step? By symplectic Euler, by Runge and Kutta, or as in the paper.
+"""Integrators of the particles over a step: symplectic Euler, classical Runge–Kutta, and the paper's scheme.
 
 On x'' = −ω² x (ω h = z): `symplectic_euler`, the default, is of order 1, stable to z = 2, and loses nothing; `rk4` is
 of order 4 and stable to z = 2√2; `rk4_velocity`, the paper's, is of order 1, stable to z = 2, and loses z²/4 of the

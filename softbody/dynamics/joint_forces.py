@@ -1,4 +1,4 @@
-"""What do joints, damped springs between points of bodies, add to what acts on the bodies in a step?
+"""Forces of joints, damped springs between points of bodies, on the bodies in a step.
 
 A force that is constant within the step, from where the ends are in the part of it at which the whole is symplectic
 (Hairer, Lubich and Wanner 2003): now, for what moves by x' = x + h v', as boxes do; half-way, by the velocity now, for

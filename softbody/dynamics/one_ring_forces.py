@@ -1,4 +1,4 @@
-"""What force do springs and gas exert on every particle? The fast form: one pass over each particle's neighbours.
+"""Forces of springs and gas on every particle, the fast form: one pass over each particle's neighbours.
 
 On a closed mesh the force of the gas on particle i is P/6 G_i with G_i = Σ (x_j − x_i) × (x_k − x_i) over the pairs
 j, k of successive neighbours around it, and V = Σ x_i · G_i / 18. So springs, gas and volume come from one gathering

@@ -1,7 +1,8 @@
-"""What happens to particles that come down on the ground?
+"""Contact of particles with the ground: lifted on to it, with restitution and friction.
 
-Each by itself: it is fixed, and holds a particle as far as that would go below it. Contacts of boxes with the ground
-are found in `softbody.collision.boxes.box_contacts`, and by the paper in `softbody.collision.boxes.box_ground`.
+Each particle by itself: the ground is fixed, and holds a particle as far as that would go below it. Contacts of boxes
+with the ground are found in `softbody.collision.boxes.box_contacts`, and by the paper in
+`softbody.collision.boxes.box_ground`.
 """
 
 from __future__ import annotations

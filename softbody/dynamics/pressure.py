@@ -1,4 +1,4 @@
-"""What volume does a soft body enclose, what pressure does its gas have, and what work can that still do?"""
+"""Gas of a soft body: enclosed volume, pressure, and the work that it can still do."""
 
 from __future__ import annotations
 

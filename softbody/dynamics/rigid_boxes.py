@@ -1,4 +1,4 @@
-"""How do rigid boxes move over one time step, between contacts?"""
+"""Motion of rigid boxes over one time step, between contacts."""
 
 from __future__ import annotations
 

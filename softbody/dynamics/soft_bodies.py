@@ -1,4 +1,4 @@
-"""How do all soft bodies move over many steps, and which of them fails?
+"""Motion of all soft bodies over many steps, and which of them fails.
 
 Between contacts the bodies do not know of each other: each is moved by all its steps at once, in a work array that
 stays in the processor's cache.

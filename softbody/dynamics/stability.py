@@ -1,4 +1,4 @@
-"""How long a time step can the soft bodies take before the integrator diverges?"""
+"""Longest time step that soft bodies can take before the integrator diverges."""
 
 from __future__ import annotations
 

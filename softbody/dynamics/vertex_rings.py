@@ -1,4 +1,4 @@
-"""In which order does memory hold the particles, and who surrounds each? The form that the fast kernels read."""
+"""Vertex rings, which the fast kernels read: the particles' order in memory, and who surrounds each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How does a GLB file move? Boxes by the poses of their nodes, soft bodies from each frame's shape to the next's.
+"""Animation in GLB files: boxes by the poses of their nodes, soft bodies by morph targets.
 
 A soft body is its mesh in the first frame, and a morph target for each later one: what its vertices are then farther
 on. At a frame's time the weight of its target is 1, all others 0; between frames, viewers go straight from one to the

@@ -1,4 +1,4 @@
-"""How does a moment, or a sequence of them, become files that other programs read?"""
+"""Export of a moment, or a sequence of them, to files that other programs read."""
 
 from __future__ import annotations
 

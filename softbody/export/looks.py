@@ -1,4 +1,4 @@
-"""What are bodies called in a file, and which colour have they there? As in pictures."""
+"""Titles and colours of bodies in exported files, as in pictures."""
 
 from __future__ import annotations
 

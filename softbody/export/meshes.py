@@ -1,4 +1,4 @@
-"""Which meshes are bodies, for another program? Soft bodies as they are, boxes of twelve triangles, all by title."""
+"""Meshes of bodies for other programs, under their titles: soft bodies as they are, boxes of twelve triangles."""
 
 from __future__ import annotations
 

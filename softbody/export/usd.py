@@ -1,4 +1,4 @@
-"""How do bodies become a stage of OpenUSD? A mesh each, whose points, or whose place and turn, have a value a frame.
+"""Bodies as a stage of OpenUSD: each a mesh whose points, or place and turn, have a value a frame.
 
 Between two frames OpenUSD goes straight from point to point and from place to place, and by the shortest turn.
 """

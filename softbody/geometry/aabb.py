@@ -1,4 +1,4 @@
-"""Which axis-aligned box holds a set of points, and do two of them meet?"""
+"""Axis-aligned bounding boxes: that of a set of points, and whether two meet."""
 
 from __future__ import annotations
 

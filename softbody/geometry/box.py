@@ -1,4 +1,4 @@
-"""Where are the corners of a box, how deep is a point in it, and what is its inertia?"""
+"""Box: its corners, the depth of a point in it, and its inertia."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which triangle of a mesh that deforms is closest to a point? A bounding volume hierarchy, refitted every step.
+"""Bounding volume hierarchy of a mesh that deforms, refitted every step: the triangle closest to a point.
 
 The same answers as `closest_triangle`, bit for bit. The tree's shape is fixed once: triangles in an order in which
 neighbours are near each other, eight to a leaf, eight leaves to a node, and so on. When the mesh moves only the boxes

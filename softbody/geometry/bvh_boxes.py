@@ -1,4 +1,4 @@
-"""Which triangles of a mesh that deforms may meet any of eight boxes? One walk down its BVH for all of them.
+"""Triangles that may meet any of eight boxes, found in one walk down a mesh's BVH.
 
 Eight points or edges that are asked about together are near each other, and meet much the same triangles. A box is
 passed over only if nothing in it can be met, in spite of any rounding: boxes are grown by more than that.

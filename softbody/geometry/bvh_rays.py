@@ -1,4 +1,4 @@
-"""Which triangles of a mesh that deforms does a ray or a segment go through? Asked of its BVH.
+"""Rays and segments through a mesh that deforms: the triangles they hit, by way of its BVH.
 
 What is met in the boxes that the tree lists is decided from the corners of the mesh itself, as without a tree.
 """

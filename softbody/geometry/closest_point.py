@@ -1,4 +1,4 @@
-"""Which triangle of a mesh is closest to a point? The exhaustive search: every triangle is tried."""
+"""Triangle of a mesh closest to a point, by exhaustive search: every triangle is tried."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What of a closed mesh hangs together? Triangles as shells, and the triangles around a vertex as fans.
+"""Connected parts of a closed mesh: triangles as shells, and the triangles around a vertex as fans.
 
 Joined pair by pair (union–find, Tarjan 1975). The half-edge number k t + i is edge k of triangle i of t: it runs from
 corner k to corner k + 1.

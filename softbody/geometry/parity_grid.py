@@ -1,4 +1,4 @@
-"""Which of many points are inside a mesh? Triangles binned on a grid seen from above; for geometry users.
+"""Point-in-mesh test of many points: triangles binned on a grid seen from above; for geometry users.
 
 The same answers as `point_in_polyhedron`, bit for bit. The bounding box is cut into columns along z, and each column
 into LEVELS. A triangle is listed in every column that its projection's bounding box meets, and marks the levels that it

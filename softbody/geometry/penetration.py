@@ -1,4 +1,4 @@
-"""Which points of one body are inside another, how deep, and under which triangle? The narrow phase of soft bodies.
+"""Points of one body inside another, how deep, and under which triangle: the narrow phase of soft bodies.
 
 `find_penetrations` is what every World asks, for particles and for the corners of boxes.
 """

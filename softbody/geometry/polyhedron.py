@@ -1,4 +1,4 @@
-"""What are the volume, area, centroid and inertia of a closed mesh, and is a point in it?"""
+"""Closed meshes: volume, area, centroid, inertia, and whether a point is inside."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""On which side of a line, or of a plane, is a point? The orientation predicates: exact, and fast where that is clear.
+"""Orientation predicates: the side of a line or plane that a point is on, exact, and fast where clear.
 
 A floating-point filter first: a determinant of differences in float64. If it is larger than its rounding can be, its
 sign is right. Where the filter fails, the sign is decided by exact arithmetic on sums of floats that do not overlap

@@ -1,4 +1,4 @@
-"""Which points are in a mesh, and which of its triangles are closest? For geometry users, with arrays checked."""
+"""Many points at once: whether each is in a mesh, and its closest triangle; for geometry users, with arrays checked."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which triangles of a mesh meet where they should not? Pairs from its hierarchy of boxes, judged exactly.
+"""Self-intersections of a mesh: pairs of triangles from its bounding volume hierarchy, judged exactly.
 
 Two triangles should have in common what their common corners span, and nothing else: that they go through each other,
 touch, or lie on each other is told by the signs of `predicates`, which are those of the very numbers given. Corners at

@@ -1,4 +1,4 @@
-"""Which sphere holds a set of points?"""
+"""Bounding spheres of sets of points."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is the volume of a tetrahedron, and is a point in it? For geometry users."""
+"""Tetrahedra: volume, barycentric weights, and whether a point is inside; for geometry users."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is the area of a triangle, is a point in it, and which of its points is closest to another?"""
+"""Triangles: area, whether a point is inside, and the closest point to another."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Are these arrays triangles at all? What every structure on them asks before it is made."""
+"""Checks of arrays of vertices and triangles, before any structure is built on them."""
 
 from __future__ import annotations
 

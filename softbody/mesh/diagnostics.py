@@ -1,4 +1,4 @@
-"""What is doubtful in a closed mesh? Found on request: it takes too long, or is too often meant, to be refused."""
+"""Diagnostics of a closed mesh, on request: findings too slow to look for, or too often meant, to refuse it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which vertices and triangles does a mesh file hold? Read by trimesh, where that is installed."""
+"""Vertices and triangles from mesh files, read by trimesh where that is installed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which shells does a closed mesh consist of, and which of them enclose which?"""
+"""Shells of a closed mesh, and which of them enclose which."""
 
 from __future__ import annotations
 

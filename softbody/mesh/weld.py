@@ -1,4 +1,4 @@
-"""How do triangles that share no vertices become a surface? Vertices at the same place, or nearly so, are merged."""
+"""Welding of triangles that share no vertices: vertices at the same place, or nearly so, are merged."""
 
 from __future__ import annotations
 

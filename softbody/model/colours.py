@@ -1,4 +1,4 @@
-"""Which colour has a body where it is seen: in pictures, in the browser, in files?"""
+"""Colours of bodies wherever they are seen: in pictures, in the browser, in files."""
 
 Colour = tuple[float, float, float]  # red, green and blue, 0 … 1, as screens are told
 

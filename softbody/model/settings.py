@@ -1,4 +1,4 @@
-"""By which settings do bodies move and collide? What a user chooses, by name, and what kernels read of it."""
+"""Settings by which bodies move and collide: what a user chooses by name, and what kernels read."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What are bodies made of, whoever keeps or draws them? Triangles of particles, and boxes; and where are they?"""
+"""Shapes and poses of bodies, for whoever keeps or draws them: triangles of particles, and boxes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A point on a soft body's surface: how fast is it, how easily does it move, and what does an impulse do to it?
+"""Point on a soft body's surface: its velocity, its inverse mass, and the effect of an impulse.
 
 A point of the triangle (i, j, k) with barycentric weights w is the sum w·x of its corners. A particle is the point of
 its own index, three times, with weights (1, 0, 0). An impulse is shared by the corners in proportion to w, so that its

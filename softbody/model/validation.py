@@ -1,4 +1,4 @@
-"""Is what a user gave a number in its range, a vector, a rotation? If not: which argument it is, and the cure.
+"""Checks of what a user gave: numbers in range, vectors, rotations; errors name the argument and the cure.
 
 Whatever comes is taken as a double, or as an exact whole number, before anything is asked of it or done with it: so a
 number of another precision, or of a size that none has, is what it says, or is refused.

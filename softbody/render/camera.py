@@ -1,4 +1,4 @@
-"""Where is a picture taken from?"""
+"""Camera from which a picture is taken."""
 
 from __future__ import annotations
 

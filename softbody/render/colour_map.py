@@ -1,4 +1,4 @@
-"""Which colour stands for which number?"""
+"""Colour maps: the colours that stand for numbers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which samples of a grid does a flat triangle cover, and with which barycentric weights?"""
+"""Samples of a grid that a flat triangle covers, with their barycentric weights."""
 
 from __future__ import annotations
 

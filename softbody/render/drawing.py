@@ -1,4 +1,4 @@
-"""What of a world is drawn, and in which colours?"""
+"""Things of a world that are drawn, and their colours."""
 
 from __future__ import annotations
 

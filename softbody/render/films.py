@@ -1,4 +1,4 @@
-"""Which kinds of films are there, and can one be written where somebody wants it?"""
+"""Kinds of films (WebP, MP4, a folder of PNG pictures), and whether one can be written somewhere."""
 
 from __future__ import annotations
 

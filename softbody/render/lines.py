@@ -1,4 +1,4 @@
-"""How is a line drawn among meshes? As a tube that is as thin everywhere in the picture, with a knot at each end."""
+"""Lines among meshes, drawn as tubes that look equally thin everywhere, with a knot at each end."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How is a picture a PNG file? ISO/IEC 15948, by zlib alone."""
+"""Writer of PNG files (ISO/IEC 15948), by zlib alone."""
 
 from __future__ import annotations
 

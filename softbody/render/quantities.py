@@ -1,4 +1,4 @@
-"""Which number does each vertex of a soft body have, where its colour is to show one?"""
+"""Quantities that colours can show at the vertices of a soft body: pressure, strain and speed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What does a scene look like? A small rasteriser: no display, no graphics library, the same picture every time."""
+"""Small rasteriser of scenes: no display, no graphics library, the same picture every time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How is a world filmed while it moves, and pictured as it is?"""
+"""Recorder of a world: films while it moves, and pictures as it is."""
 
 from __future__ import annotations
 

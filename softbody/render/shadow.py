@@ -1,4 +1,4 @@
-"""Where does the light not come? A shadow map (Williams 1978) of parallel light, held up by undersides."""
+"""Shadow map (Williams 1978) of parallel light, held up by undersides."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How is a film a WebP file that grows by a frame at a time? RFC 9649; Pillow compresses each frame.
+"""Writer of WebP films that grow by a frame at a time: RFC 9649; Pillow compresses each frame.
 
 Of every frame only the rectangle that has changed is kept; and that which changed in the frame before, once more, for
 what moves leaves traces of its compression around it. Whatever is written is a film as soon as it is ended: a full

@@ -1,4 +1,4 @@
-"""Which world does a TOML file describe, and how is it run? Everything that is wrong in it is said at once, by line."""
+"""Scene files in TOML: the world one describes, and its run. All that is wrong is said at once, by line."""
 
 from __future__ import annotations
 

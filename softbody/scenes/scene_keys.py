@@ -1,4 +1,4 @@
-"""Which keys may a table of a scene file have, and what must each be?"""
+"""Keys that the tables of a scene file may have, and what each must be."""
 
 from __future__ import annotations
 

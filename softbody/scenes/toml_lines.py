@@ -1,4 +1,4 @@
-"""In which line of a TOML file does a key stand? Its parser does not say, so each statement is given to it alone."""
+"""Line numbers of keys in a TOML file. The parser does not say, so each statement is given to it alone."""
 
 from __future__ import annotations
 

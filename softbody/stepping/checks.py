@@ -1,4 +1,4 @@
-"""May this world be stepped? What is looked at before a step and after the first one, and what a fault is called."""
+"""Checks of a world before a step and after the first one, and the names of faults."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Is all finite that steps begin with, and has somebody moved particles? Looked at by the kernels that take them."""
+"""Checks that steps begin with finite numbers, and a checksum that shows whether somebody moved particles."""
 
 from __future__ import annotations
 

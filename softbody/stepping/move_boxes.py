@@ -1,4 +1,4 @@
-"""How do boxes move over one time step, contacts included? All contacts together, or one by one as in the paper."""
+"""Motion of boxes over one time step, contacts included: solved all together, or singly as in the paper."""
 
 from __future__ import annotations
 

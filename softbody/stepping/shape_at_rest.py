@@ -1,4 +1,4 @@
-"""Which shape does one soft body of a world have at rest, alone?"""
+"""Shape of one soft body of a world at rest, alone."""
 
 from __future__ import annotations
 

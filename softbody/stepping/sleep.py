@@ -1,4 +1,4 @@
-"""Which bodies sleep, so that nothing is done for them? Those that have been slow for long, and all that they touch.
+"""Sleep: bodies that have been slow for long, with all that they touch, cost nothing until something wakes them.
 
 A body is slow while the root mean square of the speeds of its mass is at most `sleep_speed`. Bodies whose bounds meet
 are an island, and so are bodies that are joined: it sleeps as a whole, once all of it has been slow for `sleep_after`.

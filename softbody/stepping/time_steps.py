@@ -1,4 +1,4 @@
-"""Into how many steps, and how long, is a stretch of time cut? So that it ends where it was asked to."""
+"""Division of a stretch of time into equal steps that end where it was asked to."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How is a file written whole or not at all? Beside its place, flushed to the disk, and then put there."""
+"""Atomic files: written beside their place, flushed to the disk, and put there whole or not at all."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How is a snapshot kept in a file? Written whole or not at all, and read as what somebody else may have made."""
+"""Snapshots as NPZ files: written whole or not at all, and read as untrusted input."""
 
 from __future__ import annotations
 

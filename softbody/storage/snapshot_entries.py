@@ -1,4 +1,4 @@
-"""Is an entry of a snapshot there, of its kind and shape, every number in range? If not: which one, and the cure."""
+"""Checks of a snapshot's entries: kind, shape and range of each; errors name the entry and the cure."""
 
 from __future__ import annotations
 

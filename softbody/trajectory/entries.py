@@ -1,4 +1,4 @@
-"""What do the NPZ files of a trajectory hold, and is what was read that?"""
+"""Entries of a trajectory's NPZ files, and the checks of what was read."""
 
 from __future__ import annotations
 

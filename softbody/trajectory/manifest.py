@@ -1,4 +1,4 @@
-"""Which chunks are a trajectory made of, of which bodies, at which times? What its manifest says, if it is one."""
+"""Manifest of a trajectory: its chunks, bodies and times, checked when it is read."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What did a world do? A trajectory as it was kept, each chunk read when a frame of it is asked for."""
+"""Reader of trajectories: each chunk is read when a frame of it is asked for."""
 
 from __future__ import annotations
 

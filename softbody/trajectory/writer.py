@@ -1,4 +1,4 @@
-"""How is what a world does kept, frame by frame, so that it is there whatever ends it?"""
+"""Writer of trajectories: a world kept frame by frame, so that it is there whatever ends it."""
 
 from __future__ import annotations
 

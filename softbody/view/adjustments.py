@@ -1,4 +1,4 @@
-"""What may be changed while a world is watched, and what does that do to it?"""
+"""Adjustments of a world while it is watched: sliders and the integrator, and what each changes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How does a mesh show a quantity, where a mesh can have one colour only? As bands, each a mesh of its own."""
+"""Bands that show a quantity on a mesh of one colour only: each a mesh of its own."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is shown of a world at one instant? Arrays that share no memory with it, for another thread to draw."""
+"""Frame of a world at one instant: arrays that share no memory with it, for another thread to draw."""
 
 from __future__ import annotations
 

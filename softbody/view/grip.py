@@ -1,4 +1,4 @@
-"""How is a body pulled by the mouse? By a damped spring from what was grabbed to where the mouse is."""
+"""Grip of the mouse on a body: a damped spring from what was grabbed to where the mouse is."""
 
 from __future__ import annotations
 

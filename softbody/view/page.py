@@ -1,4 +1,4 @@
-"""What does somebody who watches a world see in the browser, and what can be pressed and pulled there?"""
+"""Page that shows a world in the browser, and what can be pressed and pulled there."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How are a session, which moves a world, and a page, which shows it, brought together on a port?"""
+"""Live view on a port: a session, which moves a world, and a page, which shows it, together."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How does a world move while it is watched? In a loop that keeps up with the clock, or falls back and says so."""
+"""Session that moves a watched world, in a loop that keeps up with the clock or says it cannot."""
 
 from __future__ import annotations
 

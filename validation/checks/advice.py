@@ -1,4 +1,4 @@
-"""Is what a World advises and warns of true: the step that helps a body that has diverged, and loads too heavy?"""
+"""Claims about the advice and warnings of a World: the step that helps after divergence, and heavy loads."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Are boxes moved the same whichever way is down, and whatever their own axes are called?"""
+"""Claims that boxes move the same whichever way is down, and whatever their own axes are called."""
 
 from __future__ import annotations
 

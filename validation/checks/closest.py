@@ -1,4 +1,4 @@
-"""Which triangle of a mesh is closest to a point, and which of its points?"""
+"""Claims about the triangle of a mesh closest to a point, and the closest of its points."""
 
 from __future__ import annotations
 

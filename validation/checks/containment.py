@@ -1,4 +1,4 @@
-"""Is a point in a mesh, a tetrahedron, a triangle?"""
+"""Claims about points in meshes, tetrahedra and triangles."""
 
 from __future__ import annotations
 

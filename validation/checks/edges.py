@@ -1,4 +1,4 @@
-"""How deep is an edge of a soft body in a box, or across another's edge, and which way is out?"""
+"""Claims about edges of soft bodies in boxes and across each other: depth, and way out."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Does contact make energy? Bodies of unlike meshes that collide in a World as it comes, looked at all the way."""
+"""Claims that contact makes no energy: bodies of unlike meshes that collide in a World as it comes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Do other programs find in a file what was in the world?"""
+"""Claims that other programs find in an exported file what was in the world."""
 
 from __future__ import annotations
 

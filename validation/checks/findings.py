@@ -1,4 +1,4 @@
-"""Does `Mesh.check` find all that is doubtful in shells that were put together to be doubtful, and nothing else?"""
+"""Claims that `Mesh.check` finds all that is doubtful in shells built to be doubtful, and nothing else."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Is the ground where it was put, and as rough and as hard?"""
+"""Claims that the ground is where it was put, and as rough and as hard."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Do bodies do what was set, where it was set, and when?"""
+"""Claims that bodies do what was set, where it was set, and when."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where does a box strike that comes from aside, or leaves while it strikes? Face against face, in one long step."""
+"""Claims about boxes that strike face against face in one long step, from aside or while they leave."""
 
 from __future__ import annotations
 

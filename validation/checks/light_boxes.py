@@ -1,4 +1,4 @@
-"""Soft bodies on boxes that are far lighter than they: do these carry what presses on them, and tip where they must?"""
+"""Claims that boxes far lighter than the soft bodies on them carry these, and tip where they must."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Is every argument taken up to the very limit that its documentation names, and refused beyond, by name?"""
+"""Claims that every argument is taken up to its documented limit, and refused beyond, by name."""
 
 from __future__ import annotations
 

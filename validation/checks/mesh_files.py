@@ -1,4 +1,4 @@
-"""Do files, and triangles that share no corners, become the mesh that was meant?"""
+"""Claims that files, and triangles that share no corners, become the mesh that was meant."""
 
 from __future__ import annotations
 

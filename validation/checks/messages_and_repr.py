@@ -1,4 +1,4 @@
-"""Is it true what worlds, bodies, messages and lines of progress say, and is what is read-only so?"""
+"""Claims that what worlds, bodies, messages and progress say is true, and what is read-only is so."""
 
 from __future__ import annotations
 

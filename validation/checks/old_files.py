@@ -1,4 +1,4 @@
-"""Do files that softbody wrote in the past still say what the softbody of then said of them?"""
+"""Claims that files of past versions still say what the softbody of then said of them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The paper's own rules, as `World.paper()` has them, end to end: do its worlds move as the paper says?"""
+"""Claims about the paper's own rules, as `World.paper()` has them, end to end."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Do boxes pass what they do not touch, and hit what they would hit? On a World as it comes, and without gravity."""
+"""Claims that boxes pass what they do not touch, and hit what they would. On a World as it comes, also weightless."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Soft body against soft body: which particles are inside, and under which triangle? And is it fast enough?"""
+"""Claims about particles of one soft body inside another: which, under which triangle, and how fast found."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Does a picture show what a pinhole camera sees, and a film when it was?"""
+"""Claims that a picture shows what a pinhole camera sees, and a film when it was."""
 
 from __future__ import annotations
 

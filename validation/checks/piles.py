@@ -1,4 +1,4 @@
-"""Piles of boxes, each a little twisted on the one below it: do they come to rest?"""
+"""Claims that piles of boxes, each a little twisted on the one below it, come to rest."""
 
 from __future__ import annotations
 

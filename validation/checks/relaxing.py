@@ -1,4 +1,4 @@
-"""How does a soft body glide to its shape at rest? Step by step, beside the algorithm as its authors wrote it."""
+"""Claims that a soft body glides to its shape at rest as the algorithm of its authors does."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What does a step leave that fails, or that somebody is too impatient for? And who is told of signals meanwhile?"""
+"""Claims about what a step leaves that fails or is interrupted, and who is told of signals meanwhile."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Is a scene file that is run into a folder kept there whole, and gone on with to the same bits, whatever ends it?"""
+"""Claims that a scene file's run into a folder is kept whole, and resumed to the same bits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Are scenes 3 and 4 built as they are told to be?"""
+"""Claims that scenes 3 and 4 are built as they are told to be."""
 
 from __future__ import annotations
 

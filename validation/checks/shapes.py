@@ -1,4 +1,4 @@
-"""Are the shapes that a World starts from the solids that they are called?"""
+"""Claims that the shapes that a World starts from are the solids that they are called."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Is each entry of a saved world, and of a trajectory, believed only where it can be of one, and refused by name?"""
+"""Claims that entries of saved worlds and trajectories are believed only where possible, or refused by name."""
 
 from __future__ import annotations
 

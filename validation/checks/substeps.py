@@ -1,4 +1,4 @@
-"""Soft bodies take a step in parts, and contacts as one: is all as it is for steps in one part?"""
+"""Claims that soft bodies that step in parts, with contacts as one, move as in one part."""
 
 from __future__ import annotations
 

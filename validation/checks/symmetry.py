@@ -1,4 +1,4 @@
-"""Does a world depend on what physics does not depend on: numbers, order, left and right, the observer's frame?"""
+"""Claims that a world does not depend on numbers, order, left and right, or the observer's frame."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Is what is kept of a world, frame by frame, what the world did?"""
+"""Claims that what is kept of a world, frame by frame, is what the world did."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Boxes that turn, tilt and lie in each other: do they strike, and along which axis do they part?"""
+"""Claims about boxes that turn, tilt and lie in each other: strikes, and axes that part them."""
 
 from __future__ import annotations
 

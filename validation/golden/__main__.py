@@ -1,4 +1,4 @@
-"""Does the core still compute the same bits? `python -m validation.golden`; `--write` keeps those of now.
+"""Golden test of the core's bits: `python -m validation.golden` compares; `--write` keeps those of now.
 
 Worlds of all kinds are stepped, and the hashes of what they are then compared with `hashes.json`. A change that only
 moves code must not change one; a change of what is computed does, and is then judged by the claims.

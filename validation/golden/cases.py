@@ -1,4 +1,4 @@
-"""Which worlds are stepped to see whether the core still computes the same bits?
+"""Worlds that are stepped to see whether the core still computes the same bits.
 
 They are of all kinds: every scene, and what settings, precisions, threads, joints and sleep make other ways through the
 core.

@@ -1,4 +1,4 @@
-"""Which files did the softbody of each format write, and what did it say of them?
+"""Maker of the golden files: those of each format by the softbody of then, with what it says.
 
 `python -m validation.golden.make FORMAT --checkout FOLDER` writes `files/FORMAT/`, and what is said of it into
 `files/expected.json`. FOLDER is a checkout of the revision in REVISIONS; by default it is this one. The code there runs

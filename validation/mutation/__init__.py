@@ -1,1 +1,1 @@
-"""How many small faults of the core do the claims see? Mutants of its syntax tree, judged by the thousand."""
+"""Mutation testing of the core: mutants of its syntax tree, judged by the claims by the thousand."""

@@ -1,4 +1,4 @@
-"""What stood in the repository at a revision, and what reads differently since, wherever it stands now?"""
+"""Contents of the repository at a revision, and what reads differently since, wherever it stands now."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which mutants are tried, and in which order?"""
+"""Sample of the mutants to try, and their order."""
 
 from __future__ import annotations
 

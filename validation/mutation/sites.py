@@ -1,4 +1,4 @@
-"""Where can a module of the core be mutated, and into what? Every site of every operator, in order.
+"""Sites where a module of the core can be mutated, and into what: every operator's, in order.
 
 A mutant is one small change of the syntax tree inside one function: an operator, a comparison, a condition, a sign, a
 number, an index, the order of arguments or answers, a statement that is left out. What is made keeps its type as far as
@@ -336,7 +336,7 @@ def _is_name(node: ast.expr) -> bool:
 
 
 def _is_settled(node: ast.expr) -> bool:
-    """Tell whether a condition asks what Numba must know when it compiles: is it None, of what type is it?"""
+    """Tell whether a condition asks what Numba must know when it compiles: whether it is None, and its type."""
     for each in ast.walk(node):
         if isinstance(each, ast.Compare) and any(isinstance(op, (ast.Is, ast.IsNot)) for op in each.ops):
             return isinstance(node, (ast.Compare, ast.BoolOp, ast.UnaryOp))

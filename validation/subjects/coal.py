@@ -1,4 +1,4 @@
-"""Coal's boxes: do they overlap?"""
+"""Coal as a subject: overlap of boxes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Embree, by way of trimesh: is a point in a mesh? By rays in single precision."""
+"""Embree as a subject, by way of trimesh: point in mesh, by rays in single precision."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""FCL's boxes: do they overlap?"""
+"""FCL as a subject: overlap of boxes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Libigl: is a point in a mesh? By the exact winding number."""
+"""Libigl as a subject: point in mesh, by the exact winding number."""
 
 from __future__ import annotations
 

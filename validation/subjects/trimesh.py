@@ -1,4 +1,4 @@
-"""Trimesh: is a point in a mesh? By rays through an R-tree."""
+"""Trimesh as a subject: point in mesh, by rays through an R-tree."""
 
 from __future__ import annotations
 

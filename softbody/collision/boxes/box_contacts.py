@@ -1,4 +1,4 @@
-"""Where do boxes touch each other and the ground, or may do so within the next step?
+"""Contacts of boxes with each other and with the ground, now or speculatively within the next step.
 
 Looking one step ahead keeps a box that rests, its depth now a rounding above zero and now below, in contact; and stops
 a fast one before it is inside.

@@ -1,4 +1,4 @@
-"""What happens to boxes that reach below the ground, by the paper's single impulses?
+"""Response of boxes that reach below the ground, by the paper's single impulses.
 
 Boxes whose contacts are solved together have theirs with the ground among them. Particles land in
 `softbody.dynamics.particle_ground`.

@@ -1,4 +1,4 @@
-"""At which points do two boxes touch? Up to eight, by clipping a face of one against a face of the other.
+"""Contact manifold of two boxes: up to eight points, by clipping a face of one against the other's.
 
 Boxes that touch exactly are in contact, at depth 0; a box inside another one leaves through the face that is nearest.
 Points lie half-way between the two surfaces. Whoever asks for a margin gets boxes as contacts too that are no farther

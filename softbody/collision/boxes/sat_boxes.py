@@ -1,4 +1,4 @@
-"""Do two boxes overlap, and along which axis least? The separating-axis test of boxes, in two forms.
+"""Separating-axis test of two boxes: whether they overlap, and along which axis least, in two forms.
 
 `box_box_separation` takes two boxes as they are, and every axis as its formula says: it serves the paper's single
 contact. `least_overlap` is what a World runs for all other pairs: the same axes, seen from the frames of the two boxes,

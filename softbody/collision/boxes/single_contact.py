@@ -1,4 +1,4 @@
-"""Where do two boxes touch, if it is to be one point? On their surfaces; or, as in the paper, between the two; §4.4."""
+"""Contact of two boxes at one point: on their surfaces or, as in the paper, between the two; §4.4."""
 
 from __future__ import annotations
 

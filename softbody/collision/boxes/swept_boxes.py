@@ -1,4 +1,4 @@
-"""Two boxes that move: do they meet within the step, when, and along which axis?
+"""Swept test of two moving boxes: whether they meet within the step, when, and along which axis.
 
 The separating-axis test of moving boxes (Ericson 2005, §5.5.8). Boxes that are apart touch no sooner than along the
 axis on which their projections come to overlap last; if one stays open to the end of the step, they pass each other.

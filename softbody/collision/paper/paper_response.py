@@ -1,4 +1,4 @@
-"""What happens to soft bodies and boxes that touch, by the paper? One contact after the other; §4.2, §4.3.
+"""The paper's response to contacts of soft bodies and boxes, one after the other; §4.2, §4.3.
 
 The two sides part by half of their overlap each, whatever they weigh, then one impulse makes them bounce: a contact
 that comes later finds what those before have left. So the order shows, mirrored bodies do not stay mirror images, and

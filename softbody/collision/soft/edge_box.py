@@ -1,4 +1,4 @@
-"""Where does an edge of a mesh go through a box, how deep, and along which direction?
+"""Intersection of a mesh's edge with a box: where, how deep, and along which direction they part.
 
 The paper tests vertices only, so that a soft body sags over an edge of a box until a particle is inside (§6).
 """

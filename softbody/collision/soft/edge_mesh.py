@@ -1,4 +1,4 @@
-"""Where is an edge of one mesh across an edge of another, how deep, and along which direction do they part?
+"""Crossing of two meshes' edges: where, how deep, and along which direction they part.
 
 The paper tests vertices only: two edges that cross may then pass through each other (§6). Neither edge is treated
 otherwise than the other, and nothing depends on how vertices and triangles are numbered.

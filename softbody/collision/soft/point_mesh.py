@@ -1,4 +1,4 @@
-"""How does a point that is inside a soft body get out, and which triangle of the body pushes back?"""
+"""Shortest way out for a point inside a soft body, and the triangle that pushes it back."""
 
 from __future__ import annotations
 

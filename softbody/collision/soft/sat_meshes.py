@@ -1,7 +1,7 @@
-"""Does the normal of a face part two meshes? The paper asks that before it looks for particles in them; §4.3, §4.5.
+"""Separating-axis test of two meshes along the normals of their faces, before particles are looked for; §4.3, §4.5.
 
-Meshes that one parts do not touch, convex or not, so that this saves work and changes nothing. Meshes that none parts
-may be apart all the same: concave ones, and those that only a direction across two edges parts.
+Meshes that a normal parts do not touch, convex or not, so that this saves work and changes nothing. Meshes that none
+parts may be apart all the same: concave ones, and those that only a direction across two edges parts.
 """
 
 from __future__ import annotations

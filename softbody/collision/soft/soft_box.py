@@ -1,4 +1,4 @@
-"""Where do a soft body and a box touch? Particles and edges in the box, and corners in the soft body; paper §4.2."""
+"""Contacts of a soft body with a box: particles and edges in the box, corners in the body; paper §4.2."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which contacts do soft bodies have, with each other and with boxes? Paper §4.2, §4.3.
+"""Narrow phase of soft bodies: all their contacts with each other and with boxes; paper §4.2, §4.3.
 
 All contacts of a step are found before any is resolved, so that each structure is made once for all that ask it. They
 are listed body by body, in a fixed order.

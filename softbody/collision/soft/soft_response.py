@@ -1,6 +1,6 @@
-"""What happens to soft bodies and boxes that touch? All contacts at once: none is first, and none comes too late.
+"""Response to the contacts of soft bodies and boxes, all at once: none is first, and none comes too late.
 
-They are found at the end of a step, and happened within it: an impulse acts as far back as its contact began, and
+Contacts are found at the end of a step, and happened within it: an impulse acts as far back as its contact began, and
 positions change by what it has led to since. A correction of positions alone would do work on springs and gas.
 
 Where several contacts share a particle or a box, each has a part of its mass: of a particle in proportion to the

@@ -1,4 +1,4 @@
-"""Where does one soft body touch another? Particles inside it, and edges that go through its surface; paper §4.3."""
+"""Contacts of two soft bodies: particles inside, and edges that go through a surface; paper §4.3."""
 
 from __future__ import annotations
 

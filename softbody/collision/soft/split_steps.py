@@ -1,4 +1,4 @@
-"""Into how many parts must a step be split so that no body jumps through another?
+"""Number of parts into which a step is split so that no body jumps through another.
 
 A contact is found where a particle, a corner or an edge is inside a body at the end of a step, and it is parted through
 the nearest side. So on its way in nothing may go past the middle in one go.

@@ -1,4 +1,4 @@
-"""Which pairs of boxes that touch can be solved side by side, in lanes, as if one after the other?
+"""Batches of pairs of boxes solved side by side, in lanes, as if one after the other.
 
 Pairs without a body in common that can move do not know of each other: eight of them are a batch. A body's pairs stay
 in their order, so the result is that of one pair at a time, to the last bit.

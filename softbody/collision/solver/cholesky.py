@@ -1,4 +1,4 @@
-"""How are the six equations of a body solved? By their Cholesky factor L Lᵀ, L a lower triangle (Golub, Van Loan §4.2).
+"""Cholesky factor L Lᵀ of a body's six equations, L a lower triangle (Golub, Van Loan §4.2).
 
 The diagonal of L is kept as its reciprocals, so that solving divides by nothing.
 """

@@ -1,7 +1,7 @@
-"""How far does a box give way to soft bodies that press on it, if it stands on something, and what holds it?
+"""Compliance of boxes that soft bodies press on, if they stand on something, and what holds them.
 
-Alone it would go by its own mass, however light; on the ground, or on boxes that stand on it, it cannot. What it can is
-found from the push itself: how much of the motion that the push would give to the free box do its supports leave? The
+Alone a box would go by its own mass, however light; on the ground, or on boxes that stand on it, it cannot. What it can
+is found from the push itself: as much of the motion that the push would give to the free box as its supports leave. The
 rest goes down from support to support, and adds to what the contacts there carry.
 """
 

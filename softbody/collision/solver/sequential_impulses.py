@@ -1,4 +1,4 @@
-"""Which impulses at all contacts of boxes together part them, hold them, and let them slide?
+"""Constraint solver for contacts of boxes: impulses that together part, hold and let slide.
 
 Sequential impulses (Catto 2005): contact by contact, up and down, each impulse is corrected to what its
 contact asks for, given all the others; the sums are kept within their bounds, not the corrections. This is a projected

@@ -1,4 +1,4 @@
-"""What does the solver of boxes keep of each contact, and what does an impulse there do?"""
+"""Row that the constraint solver of boxes keeps of each contact, and the action of impulses there."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which impulses hold all that stands on something, found at once?
+"""Direct solver for piles of boxes: impulses that hold all that stands on something, found at once.
 
 Sweeps pass weight on from contact to contact. A pile of n boxes bends like a beam, and its slowest bend takes of the
 order of n⁴ sweeps; what they leave feeds itself from step to step, and the pile never rests. Here every box hangs on

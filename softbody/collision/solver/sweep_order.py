@@ -1,4 +1,4 @@
-"""In which order does the solver sweep over the pairs of boxes that touch? From what holds still up to the tops."""
+"""Order in which the solver sweeps over pairs of boxes: from what holds still up to the tops."""
 
 from __future__ import annotations
 

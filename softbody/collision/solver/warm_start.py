@@ -1,4 +1,4 @@
-"""Which contacts of boxes were there a step ago, and with what impulse? The solver starts from that."""
+"""Warm starting: contacts of boxes that were there a step ago keep the impulse they had."""
 
 from __future__ import annotations
 
