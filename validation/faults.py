@@ -22,11 +22,14 @@ if TYPE_CHECKING:
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
 @click.option("-k", "pattern", default="", metavar="TEXT", help="Only faults that name TEXT, or claims with it.")
 @click.option("--changed-since", "since", metavar="REVISION", help="Only faults where the core, or they, have changed.")
+@click.option("--most", type=click.IntRange(min=1), metavar="N", help="Of more that have changed, only N, drawn.")
 @click.option("--draw", "count", type=click.IntRange(min=0), metavar="N", help="Only N of the others, drawn by --seed.")
 @click.option("--seed", type=click.IntRange(min=0), help="Of the draw; the commit's if there is none.")
 @click.option("--jobs", type=click.IntRange(min=1), default=min(os.cpu_count() or 1, 4), show_default=True)
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), default=Path("build/faults.json"))
-def main(pattern: str, since: str | None, count: int | None, seed: int | None, jobs: int, out: Path) -> None:
+def main(
+    pattern: str, since: str | None, most: int | None, count: int | None, seed: int | None, jobs: int, out: Path
+) -> None:
     """Plant every fault in a copy of the core, and see that the claims that name it turn red.
 
     With --changed-since and --draw only those are planted. What has only moved to another file has not changed. A
@@ -57,7 +60,7 @@ def main(pattern: str, since: str | None, count: int | None, seed: int | None, j
         write,
     )
 
-    faults, told = chosen(pattern, since, count, seed)
+    faults, told = chosen(pattern, since, most, count, seed)
     click.echo(told)
     if not faults:
         write([], 0, out)
@@ -101,7 +104,9 @@ def main(pattern: str, since: str | None, count: int | None, seed: int | None, j
     sys.exit(130 if interrupted else 1 if escaped else 0)
 
 
-def chosen(pattern: str, since: str | None, count: int | None, seed: int | None) -> tuple[Faults, str]:
+def chosen(
+    pattern: str, since: str | None, most: int | None, count: int | None, seed: int | None
+) -> tuple[Faults, str]:
     """Return the faults to try, with the claims that are to see them, and a sentence that says which these are."""
     from validation.changed_faults import changed_faults
     from validation.check import all_checks
@@ -121,11 +126,15 @@ def chosen(pattern: str, since: str | None, count: int | None, seed: int | None)
         return faults, f"{len(faults)} faults" + (f" that name {pattern!r}" if pattern else "")
     try:
         news = set() if since is None else changed_faults(checks, since)
-        seed = number_of_head() if seed is None and count else seed or 0
+        seed = number_of_head() if seed is None and (count or most) else seed or 0
     except ValueError as error:
         raise click.UsageError(str(error)) from error
     some = {fault: claims for fault, claims in faults.items() if fault in news}
     said = [] if since is None else [f"{len(some)} faults that are new or changed since {since}"]
+    if most is not None and len(some) > most:
+        few = draw(some, checks, most, seed)
+        said[0] = f"{few.pairs} of {few.of} that are new or changed since {since}: {'; '.join(few.groups)}"
+        some = few.faults
     if count is not None:
         drawn = draw({fault: claims for fault, claims in faults.items() if fault not in news}, checks, count, seed)
         some |= drawn.faults

@@ -12,7 +12,7 @@ import click
 import pytest
 
 from softbody import World
-from validation import changed_faults, faults, revision
+from validation import changed_faults, faults
 from validation.changed_faults import declarations
 from validation.check import all_checks
 from validation.claim_groups import WORLDS, group_of
@@ -20,7 +20,7 @@ from validation.damaged_core import ROOT
 from validation.fault import Fault
 from validation.fault_draw import draw
 from validation.fault_trials import claims_by_group, planted_faults
-from validation.mutation import sample
+from validation.mutation import revision, sample
 from validation.mutation.revision import changed, definitions_in, number_of_head, sources_at
 from validation.mutation.sample import changed_functions
 
@@ -205,18 +205,22 @@ def test_all_are_drawn_if_there_are_no_more() -> None:
 def test_what_is_chosen_is_what_changed_and_the_draw(monkeypatch: pytest.MonkeyPatch) -> None:
     fault = next(each for each, claims in FAULTS.items() if len(claims) > 2)
     monkeypatch.setattr(changed_faults, "changed_faults", lambda checks, since: {fault} if since else set())
-    some, told = faults.chosen("", "main", 20, 7)
+    some, told = faults.chosen("", "main", None, 20, 7)
     assert some[fault] == FAULTS[fault]
     others = sum(map(len, FAULTS.values())) - len(FAULTS[fault])
     assert told.startswith(
         f"1 faults that are new or changed since main, 20 drawn of {others} others by seed 7: worlds"
     )
-    assert faults.chosen("", None, None, None)[0] == FAULTS
+    assert faults.chosen("", None, None, None, None)[0] == FAULTS
     monkeypatch.setattr(revision, "number_of_head", lambda: 9)
-    assert "by seed 9" in faults.chosen("", None, 20, None)[1]
-    assert faults.chosen("", "", None, None) == ({}, "0 faults that are new or changed since ")
+    assert "by seed 9" in faults.chosen("", None, None, 20, None)[1]
+    assert faults.chosen("", "", None, None, None) == ({}, "0 faults that are new or changed since ")
+    monkeypatch.setattr(changed_faults, "changed_faults", lambda checks, since: set(FAULTS))
+    some, told = faults.chosen("", "main", 60, None, 7)
+    assert sum(map(len, some.values())) == 60
+    assert told.startswith(f"60 of {sum(map(len, FAULTS.values()))} that are new or changed since main: worlds")
     with pytest.raises(click.UsageError, match="no fault and no claim has 'nothing of it'"):
-        faults.chosen("nothing of it", None, None, None)
+        faults.chosen("nothing of it", None, None, None, None)
 
 
 def test_claims_that_compile_the_same_are_judged_in_turn() -> None:
