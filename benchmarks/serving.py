@@ -20,6 +20,7 @@ from typing import Any
 import pytest
 from _pytest.runner import runtestprotocol
 
+from benchmarks.older import understand
 from benchmarks.race import Race, nothing, short_name
 
 PIPE = "SOFTBODY_BENCHMARKS_PIPE"  # the environment variable with the number of the pipe's end that is the worker's
@@ -141,7 +142,8 @@ class Serving:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Take the worker's end of the pipe."""
+    """Take the worker's end of the pipe, and get to know the core."""
+    understand()
     server = Server(Connection(int(os.environ[PIPE])))
     config.stash[SERVER] = server
     config.pluginmanager.register(Serving(server))
