@@ -139,7 +139,7 @@ def build_surfaces(model: Model, position: np.ndarray, threads: int = 1) -> Surf
             low,
             high,
             *rows,
-            spans,
+            spans=spans,
         ),
         _scratch(max((tree for tree, _ in kinds), key=lambda tree: len(tree.order)), model, threads),
         None if threads == 1 else threads,
@@ -181,7 +181,9 @@ def _scratch(largest: BVH, model: Model, threads: int) -> ThreadScratch:
     )
     taken = {np.dtype(kind): 0 for kind in (np.float64, np.float32, np.int64, np.int32, np.uint8)}
     spans = spans_of(parts, taken)
-    scratch = ThreadScratch(*(room_for((threads, odd_lines(size, kind)), kind) for kind, size in taken.items()), spans)
+    scratch = ThreadScratch(
+        *(room_for((threads, odd_lines(size, kind)), kind) for kind, size in taken.items()), spans=spans
+    )
     for hint in (HINT, BOX_HINT):
         scratch.short[:, slice(*spans[hint])] = -1
     return scratch
