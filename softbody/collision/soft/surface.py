@@ -120,7 +120,7 @@ class Surfaces(NamedTuple):
 
 def build_surfaces(model: Model, position: np.ndarray, threads: int = 1) -> Surfaces:
     """Return the surfaces of all soft bodies of a model whose particles are at `position` (n, 3) [m]."""
-    # The first kind is nobody's: it is the largest where there are no bodies.
+    # The first kind is nobody's, and none of its tables is kept: it is the largest where there are no bodies.
     kinds = [_kind_of(np.eye(4, 3), np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]))]
     known, kind = dict[bytes, int](), np.empty(model.soft_count, np.int64)
     for body in range(model.soft_count):
@@ -129,7 +129,6 @@ def build_surfaces(model: Model, position: np.ndarray, threads: int = 1) -> Surf
         kind[body] = known.setdefault(triangles.tobytes(), len(known))
         if len(known) == len(kinds):
             kinds.append(_kind_of(position[first:end], triangles))
-    rows, spans = _rows_of([tables for _, tables in kinds[1:]])
     low, high = np.zeros((2, model.soft_count, 3))
     return Surfaces(
         Shapes(
@@ -138,8 +137,7 @@ def build_surfaces(model: Model, position: np.ndarray, threads: int = 1) -> Surf
             np.zeros(model.soft_count + model.box_count),
             low,
             high,
-            *rows,
-            spans=spans,
+            *_tables_of([tables for _, tables in kinds[1:]]),
         ),
         _scratch(max((tree for tree, _ in kinds), key=lambda tree: len(tree.order)), model, threads),
         None if threads == 1 else threads,
@@ -150,7 +148,7 @@ def build_surfaces(model: Model, position: np.ndarray, threads: int = 1) -> Surf
     )
 
 
-def _rows_of(kinds: list[tuple[np.ndarray, ...]]) -> tuple[list[np.ndarray], np.ndarray]:
+def _tables_of(kinds: list[tuple[np.ndarray, ...]]) -> list[np.ndarray]:
     """Return what `_kind_of` says of all kinds, as the last four fields of `Shapes`."""
     taken = {np.dtype(kind): 0 for kind in (np.int64, np.int32, np.uint32)}
     spans = np.array([spans_of(tables, taken) for tables in kinds], np.int64).reshape(-1, 8, 2)
@@ -158,7 +156,7 @@ def _rows_of(kinds: list[tuple[np.ndarray, ...]]) -> tuple[list[np.ndarray], np.
     for tables, places in zip(kinds, spans, strict=True):
         for table, (first, end) in zip(tables, places, strict=True):
             rows[table.dtype][first:end] = table.ravel()
-    return list(rows.values()), spans
+    return [*rows.values(), spans]
 
 
 def _scratch(largest: BVH, model: Model, threads: int) -> ThreadScratch:
@@ -181,9 +179,8 @@ def _scratch(largest: BVH, model: Model, threads: int) -> ThreadScratch:
     )
     taken = {np.dtype(kind): 0 for kind in (np.float64, np.float32, np.int64, np.int32, np.uint8)}
     spans = spans_of(parts, taken)
-    scratch = ThreadScratch(
-        *(room_for((threads, odd_lines(size, kind)), kind) for kind, size in taken.items()), spans=spans
-    )
+    rows = [room_for((threads, odd_lines(size, kind)), kind) for kind, size in taken.items()]
+    scratch = ThreadScratch(*[*rows, spans])
     for hint in (HINT, BOX_HINT):
         scratch.short[:, slice(*spans[hint])] = -1
     return scratch
