@@ -42,7 +42,7 @@ def test_faults_and_mutants_of_this_core_are_told(left):
     assert (found.mutants, found.killed, found.crashed, found.hung) == (4, 1, 0, 1)
     assert (found.equivalent, found.within) == (1, 0)
     assert (found.seen_at, found.earlier) == ({"quick": 1, "standard": 1}, 4)
-    assert found.survivors == ["softbody/model/material.py:12 f3: -x -> x"]
+    assert found.survivors == ["softbody/law.py:12 f3: -x -> x"]
     assert found.faults_why is None
 
 

@@ -287,7 +287,7 @@ def near_bodies_and_shares(run: Run) -> Comparison:
         left -= 1
         model, state = world.model, world.state
         surfaces = build_surfaces(model, state.particle_position, threads)
-        asked = model, state, surfaces.shapes, surfaces.desks, None, False
+        asked = model, state, surfaces.shapes, surfaces.scratch, None, False
         start, other = soft_contacts.near_bodies(*asked)
         for form, found in (("compiled", (start, other)), ("by Python", _by_python(*asked))):
             lists = [sorted(found[1][found[0][i] : found[0][i + 1]].tolist()) for i in range(soft)]

@@ -298,8 +298,8 @@ def torus_stays_upright(run: Run) -> Comparison:
         Fault(
             "pairs of soft bodies looked at from one side",
             soft_contacts._find_contacts_of,
-            "probe_ = surface_of(m_, s_, shapes_, desks_, desk_, other_)",
-            "if other_ < body:\n    continue\nprobe_ = surface_of(m_, s_, shapes_, desks_, desk_, other_)",
+            "probe_ = surface_of(m_, s_, shapes_, scratch_, thread_, other_)",
+            "if other_ < body:\n    continue\nprobe_ = surface_of(m_, s_, shapes_, scratch_, thread_, other_)",
         ),
     ),
 )

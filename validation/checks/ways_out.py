@@ -39,7 +39,7 @@ def _surface(mesh: Mesh) -> Surface:
     world = softbody.World()
     world.add_soft_body(mesh, 1.0, 1.0, 0.0)
     found = build_surfaces(world.model, world.state.particle_position)
-    return surface_of(world.model, world.state, found.shapes, found.desks, 0, 0)
+    return surface_of(world.model, world.state, found.shapes, found.scratch, 0, 0)
 
 
 @check(

@@ -18,7 +18,16 @@ from softbody.collision.soft.sat_meshes import faces_part
 from softbody.collision.soft.soft_box import find_contacts_in_box, find_corner_contacts
 from softbody.collision.soft.soft_soft import find_soft_soft_contacts
 from softbody.collision.soft.split_steps import spheres_of_boxes
-from softbody.collision.soft.surface import Desks, Memory, Shapes, Solid, Surfaces, memory_at, surface_of, tree_at
+from softbody.collision.soft.surface import (
+    Memory,
+    Shapes,
+    Solid,
+    Surfaces,
+    ThreadScratch,
+    memory_at,
+    surface_of,
+    tree_at,
+)
 from softbody.compiler.jit import jit, jit_lean, jit_threaded
 from softbody.geometry.aabb import bounding_box, boxes_meet
 from softbody.geometry.box import box_corner, point_in_box
@@ -69,15 +78,15 @@ def find_soft_contacts(
     """
     if surfaces is None:
         return contacts
-    shapes, desks = surfaces.shapes, surfaces.desks
-    shares = desks.frame.shape[0]
-    start, near = near_bodies(model, state, shapes, desks, rest, settings.exhaustive_pairs)
+    shapes, scratch = surfaces.shapes, surfaces.scratch
+    shares = scratch.reals.shape[0]
+    start, near = near_bodies(model, state, shapes, scratch, rest, settings.exhaustive_pairs)
     cut, work = even_shares(model, start, near, shares)
     pairs = Pairs(start, near, cut, work, settings.edge_contacts, surfaces.with_boxes)
     before, found = contacts.number[0], np.zeros(shares, np.int64)
     while True:
         rows = rows_of(contacts, found, before, contacts.depth.shape[0])
-        _find_all(model, state, shapes, desks, pairs, rows, surfaces.threads)
+        _find_all(model, state, shapes, scratch, pairs, rows, surfaces.threads)
         most, room = 0, (contacts.depth.shape[0] - before) // shares
         for share in range(shares):
             most = max(most, found[share])
@@ -99,26 +108,28 @@ def find_soft_contacts(
 
 @jit
 def _find_all(
-    model: Model, state: State, shapes: Shapes, desks: Desks, pairs: Pairs, rows: Listing, threads: int | None
+    model: Model, state: State, shapes: Shapes, scratch: ThreadScratch, pairs: Pairs, rows: Listing, threads: int | None
 ) -> None:
     """List the contacts of all shares, each in its part of the rows."""
     if threads is None or pairs.work < MUCH:
         for share in range(pairs.cut.shape[0] - 1):
-            find_share(model, state, shapes, desks, pairs, rows, share)
+            find_share(model, state, shapes, scratch, pairs, rows, share)
     else:
-        find_on_threads(model, state, shapes, desks, pairs, rows)
+        find_on_threads(model, state, shapes, scratch, pairs, rows)
 
 
 @jit_threaded
-def find_on_threads(model: Model, state: State, shapes: Shapes, desks: Desks, pairs: Pairs, rows: Listing) -> None:
-    """Let each thread find a share of the contacts, at a desk of its own."""
+def find_on_threads(
+    model: Model, state: State, shapes: Shapes, scratch: ThreadScratch, pairs: Pairs, rows: Listing
+) -> None:
+    """Let each thread find a share of the contacts, in memory of its own."""
     for share in prange(pairs.cut.shape[0] - 1):
-        find_share(model, state, shapes, desks, pairs, rows, share)
+        find_share(model, state, shapes, scratch, pairs, rows, share)
 
 
 @jit_lean
 def find_share(
-    model: Model, state: State, shapes: Shapes, desks: Desks, pairs: Pairs, rows: Listing, share: int
+    model: Model, state: State, shapes: Shapes, scratch: ThreadScratch, pairs: Pairs, rows: Listing, share: int
 ) -> None:
     """List the contacts of one share of the soft bodies in its part of the rows, and count them."""
     room = rows.depth.shape[0] // (pairs.cut.shape[0] - 1)
@@ -126,7 +137,7 @@ def find_share(
     listing.number[0] = 0
     for body in range(pairs.cut[share], pairs.cut[share + 1]):
         if pairs.start[body] < pairs.start[body + 1]:
-            _find_contacts_of(model, state, shapes, desks, pairs, listing, share, body)
+            _find_contacts_of(model, state, shapes, scratch, pairs, listing, share, body)
 
 
 @jit
@@ -153,7 +164,7 @@ def even_shares(model: Model, start: np.ndarray, near: np.ndarray, shares: int) 
 
 @jit
 def near_bodies(
-    model: Model, state: State, shapes: Shapes, desks: Desks, rest: SleepState | None, exhaustive: bool
+    model: Model, state: State, shapes: Shapes, scratch: ThreadScratch, rest: SleepState | None, exhaustive: bool
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return (start, other) of `Pairs`. (Contacts of boxes among themselves are found elsewhere.)"""
     soft = model.soft_count
@@ -182,8 +193,8 @@ def near_bodies(
             bounds = load(shapes.low, a), load(shapes.high, a)
             meet = boxes_meet(bounds, (load(shapes.low, b), load(shapes.high, b)))
             if meet and exhaustive:
-                one = surface_of(model, state, shapes, desks, 0, a)
-                other = surface_of(model, state, shapes, desks, 0, b)
+                one = surface_of(model, state, shapes, scratch, 0, a)
+                other = surface_of(model, state, shapes, scratch, 0, b)
                 meet = not faces_part(one.vertices.position, one.triangles, other.vertices.position, other.triangles)
         else:
             meet = _sphere_may_meet_box(model, state, (load(centre, a), radius[a]), b - soft)
@@ -220,20 +231,20 @@ def _find_contacts_of(
     model: Model,
     state: State,
     shapes: Shapes,
-    desks: Desks,
+    scratch: ThreadScratch,
     pairs: Pairs,
     listing: Listing,
-    desk: int,
+    thread: int,
     body: int,
 ) -> None:
     """Add what of other bodies is in a soft body, and what of it is in boxes."""
-    soft, memory = model.soft_count, memory_at(desks, desk)
-    surface, tree = surface_of(model, state, shapes, desks, desk, body), tree_at(shapes, desks, desk, body)
+    soft, memory = model.soft_count, memory_at(scratch, thread)
+    surface, tree = surface_of(model, state, shapes, scratch, thread, body), tree_at(shapes, scratch, thread, body)
     refit_bvh(tree, surface.vertices.position)
     solid = Solid(surface, tree)
     for other in pairs.other[pairs.start[body] : pairs.start[body + 1]]:
         if other < soft:
-            probe = surface_of(model, state, shapes, desks, desk, other)
+            probe = surface_of(model, state, shapes, scratch, thread, other)
             length, other_length = model.soft_edge_length[body], model.soft_edge_length[other]
             has_edges = pairs.with_edges and other_length >= COARSE * length
             deepest = SHALLOW * min(length, other_length) if has_edges else 0.0

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from softbody.compiler.jit import jit_inlined
+from softbody.compiler.parts import END, FIRST, odd_lines, part_of, room_for, spans_of
 from softbody.compiler.simd import LANES
 from softbody.geometry.bvh import BVH, Search, build_bvh, search_space
 from softbody.geometry.penetration import Penetrations, Points, room_for_penetrations
@@ -70,61 +71,46 @@ class Shapes(NamedTuple):
     radius: np.ndarray  # (b + m,) [m]
     low: np.ndarray  # (b, 3) [m] corner of the bounding box of each body
     high: np.ndarray  # (b, 3) [m]
-    start: (
-        np.ndarray
-    )  # (kinds + 1, 8) first row of each kind in each of the following, which `Surface` and `BVH` explain
-    triangles: np.ndarray
-    order: np.ndarray
-    places: np.ndarray
-    level_start: np.ndarray
-    level_count: np.ndarray
-    ridges: np.ndarray
-    wings: np.ndarray
-    sides: np.ndarray
+    whole: np.ndarray  # int64: TRIANGLES, LEVEL_START and LEVEL_COUNT of each kind, which `Surface` and `BVH` explain
+    short: np.ndarray  # int32: its ORDER, RIDGES, WINGS and SIDES
+    places: np.ndarray  # uint32: its PLACES
+    spans: np.ndarray  # (kinds, 8, 2) see `softbody.compiler.parts`
 
 
-class Desks(NamedTuple):
-    """Memory of as many threads, each with room for the largest surface: one is asked at a time.
+TRIANGLES, ORDER, PLACES, LEVEL_START, LEVEL_COUNT, RIDGES, WINGS, SIDES = range(8)  # parts of Shapes
 
-    First what follows that surface as it moves, see `BVH`; then hints; then what `memory_at` makes a `Memory` of.
+
+class ThreadScratch(NamedTuple):
+    """Memory of as many threads, a row each, with room for the largest surface: one is asked at a time.
+
+    `surface_of`, `tree_at` and `memory_at` make views of its parts.
     """
 
-    corners: np.ndarray  # (threads, leaves, 9, 8)
-    boxes: np.ndarray  # (threads, nodes, 6, 8)
-    frame: np.ndarray  # (threads, 4)
-    hint: np.ndarray  # (threads, n) int32, see `Points`
-    node: np.ndarray
-    bound: np.ndarray
-    near: np.ndarray
-    square: np.ndarray
-    asked: np.ndarray
-    point: np.ndarray
-    listed: np.ndarray
-    meets: np.ndarray
-    inside: np.ndarray
-    triangle: np.ndarray
-    weights: np.ndarray
-    depth: np.ndarray
-    outcode: np.ndarray
-    edge: np.ndarray
-    tried_edge: np.ndarray
-    tried_segments: np.ndarray
-    tried_hits: np.ndarray
-    tried_place: np.ndarray
-    entered_edge: np.ndarray
-    entered_segments: np.ndarray
-    entered_hits: np.ndarray
-    entered_place: np.ndarray
-    way_out: np.ndarray
-    box_corners: np.ndarray
-    box_hint: np.ndarray
+    reals: np.ndarray  # (threads, …) float64
+    singles: np.ndarray  # (threads, …) float32
+    whole: np.ndarray  # (threads, …) int64
+    short: np.ndarray  # (threads, …) int32
+    codes: np.ndarray  # (threads, …) uint8
+    spans: np.ndarray  # (parts, 2) of each row, see `softbody.compiler.parts`
+
+
+# Parts of ThreadScratch: what follows a surface as it moves, see `BVH`; hints of all particles, see `Points`; then what
+# `memory_at` makes a `Memory` of, in its order.
+TREE_CORNERS, TREE_BOXES, TREE_FRAME, HINT = range(4)
+SEARCH_NODE, SEARCH_BOUND, SEARCH_NEAR, SEARCH_SQUARE = range(4, 8)
+SEARCH_ASKED, SEARCH_POINT, SEARCH_LISTED, SEARCH_MEETS = range(8, 12)
+FOUND_POINT, FOUND_TRIANGLE, FOUND_WEIGHTS, FOUND_DEPTH, FOUND_OUTCODE = range(12, 17)
+EDGE = 17
+TRIED_EDGE, TRIED_SEGMENTS, TRIED_HITS, TRIED_PLACE = range(18, 22)
+ENTERED_EDGE, ENTERED_SEGMENTS, ENTERED_HITS, ENTERED_PLACE = range(22, 26)
+WAY_OUT, BOX_CORNERS, BOX_HINT = range(26, 29)
 
 
 class Surfaces(NamedTuple):
     """What finds the contacts of soft bodies, and what else their response remembers."""
 
     shapes: Shapes
-    desks: Desks
+    scratch: ThreadScratch
     threads: int | None  # None: one thread, for which nothing but the plain loop needs to be compiled
     with_boxes: bool | None  # None: there are none, and nothing that touches them needs to be compiled
     weight_sum: np.ndarray  # (n,) see `resolve_contacts`
@@ -134,7 +120,7 @@ class Surfaces(NamedTuple):
 
 def build_surfaces(model: Model, position: np.ndarray, threads: int = 1) -> Surfaces:
     """Return the surfaces of all soft bodies of a model whose particles are at `position` (n, 3) [m]."""
-    # Of the first kind no row is kept: it tells what arrays look like where there are no bodies.
+    # The first kind is nobody's, and none of its tables is kept: it is the largest where there are no bodies.
     kinds = [_kind_of(np.eye(4, 3), np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]))]
     known, kind = dict[bytes, int](), np.empty(model.soft_count, np.int64)
     for body in range(model.soft_count):
@@ -143,7 +129,6 @@ def build_surfaces(model: Model, position: np.ndarray, threads: int = 1) -> Surf
         kind[body] = known.setdefault(triangles.tobytes(), len(known))
         if len(known) == len(kinds):
             kinds.append(_kind_of(position[first:end], triangles))
-    lengths = [[0] * 8, *([len(rows) for rows in topology] for _, topology in kinds[1:])]
     low, high = np.zeros((2, model.soft_count, 3))
     return Surfaces(
         Shapes(
@@ -152,13 +137,9 @@ def build_surfaces(model: Model, position: np.ndarray, threads: int = 1) -> Surf
             np.zeros(model.soft_count + model.box_count),
             low,
             high,
-            np.cumsum(lengths, axis=0),
-            *(
-                np.concatenate([rows[0][:0], *rows[1:]])
-                for rows in zip(*(topology for _, topology in kinds), strict=True)
-            ),
+            *_tables_of([tables for _, tables in kinds[1:]]),
         ),
-        _desks(max((tree for tree, _ in kinds), key=lambda tree: len(tree.order)), model, threads),
+        _scratch(max((tree for tree, _ in kinds), key=lambda tree: len(tree.order)), model, threads),
         None if threads == 1 else threads,
         None if model.box_count == 0 else True,
         weight_sum=np.zeros(len(position)),
@@ -167,11 +148,22 @@ def build_surfaces(model: Model, position: np.ndarray, threads: int = 1) -> Surf
     )
 
 
-def _desks(largest: BVH, model: Model, threads: int) -> Desks:
+def _tables_of(kinds: list[tuple[np.ndarray, ...]]) -> list[np.ndarray]:
+    """Return what `_kind_of` says of all kinds, as the last four fields of `Shapes`."""
+    taken = {np.dtype(kind): 0 for kind in (np.int64, np.int32, np.uint32)}
+    spans = np.array([spans_of(tables, taken) for tables in kinds], np.int64).reshape(-1, 8, 2)
+    rows = {kind: room_for((size,), kind) for kind, size in taken.items()}
+    for tables, places in zip(kinds, spans, strict=True):
+        for table, (first, end) in zip(tables, places, strict=True):
+            rows[table.dtype][first:end] = table.ravel()
+    return [*rows.values(), spans]
+
+
+def _scratch(largest: BVH, model: Model, threads: int) -> ThreadScratch:
     """Return room for as many threads to ask a surface with the `largest` tree what of any other is inside."""
     most = int(np.diff(model.soft_particle_start).max(initial=8))
     edges = int(np.diff(model.soft_edge_start).max(initial=0))
-    desk = (
+    parts = (
         largest.corners,
         largest.boxes,
         largest.frame,
@@ -185,10 +177,13 @@ def _desks(largest: BVH, model: Model, threads: int) -> Desks:
         np.empty((8, 3)),
         np.empty(8, np.int32),
     )
-    desks = Desks(*(np.zeros((threads, *rows.shape), rows.dtype) for rows in desk))
-    desks.hint[:] = -1
-    desks.box_hint[:] = -1
-    return desks
+    taken = {np.dtype(kind): 0 for kind in (np.float64, np.float32, np.int64, np.int32, np.uint8)}
+    spans = spans_of(parts, taken)
+    rows = [room_for((threads, odd_lines(size, kind)), kind) for kind, size in taken.items()]
+    scratch = ThreadScratch(*[*rows, spans])
+    for hint in (HINT, BOX_HINT):
+        scratch.short[:, slice(*spans[hint])] = -1
+    return scratch
 
 
 def _room_for_eight(most: int) -> Eight:
@@ -213,61 +208,80 @@ def _kind_of(vertices: np.ndarray, triangles: np.ndarray) -> tuple[BVH, tuple[np
 
 
 @jit_inlined
-def surface_of(model: Model, state: State, shapes: Shapes, desks: Desks, desk: int, body: int) -> Surface:
-    """Return one surface, its bounds as they are noted, and hints of one desk."""
+def surface_of(model: Model, state: State, shapes: Shapes, scratch: ThreadScratch, thread: int, body: int) -> Surface:
+    """Return one surface, its bounds as they are noted, and hints of one thread."""
     first, end = model.soft_particle_start[body], model.soft_particle_start[body + 1]
-    one, last = shapes.start[shapes.kind[body]], shapes.start[shapes.kind[body] + 1]
-    bounds = load(shapes.low, body), load(shapes.high, body)
+    spans, bounds = shapes.spans[shapes.kind[body]], (load(shapes.low, body), load(shapes.high, body))
+    hint = part_of(scratch.short[thread], scratch.spans, HINT, ())
     return Surface(
         first,
-        shapes.ridges[one[5] : last[5]],
-        shapes.wings[one[6] : last[6]],
-        shapes.triangles[one[0] : last[0]],
-        shapes.sides[one[7] : last[7]],
-        Points(state.particle_position[first:end], bounds, desks.hint[desk, first:end]),
+        part_of(shapes.short, spans, RIDGES, (4,)),
+        part_of(shapes.short, spans, WINGS, (2,)),
+        part_of(shapes.whole, spans, TRIANGLES, (3,)),
+        part_of(shapes.short, spans, SIDES, (3,)),
+        Points(state.particle_position[first:end], bounds, hint[first:end]),
     )
 
 
 @jit_inlined
-def tree_at(shapes: Shapes, desks: Desks, desk: int, body: int) -> BVH:
-    """Return the BVH of one body at a desk; fit it before it is asked, and before another one is fitted there."""
-    one, last = shapes.start[shapes.kind[body]], shapes.start[shapes.kind[body] + 1]
-    leaves = (last[1] - one[1]) // LANES
+def tree_at(shapes: Shapes, scratch: ThreadScratch, thread: int, body: int) -> BVH:
+    """Return the BVH of one body for a thread; fit it before it is asked, and before another one is fitted there."""
+    spans, reals = shapes.spans[shapes.kind[body]], scratch.reals[thread]
+    order = part_of(shapes.short, spans, ORDER, ())
     return BVH(
-        shapes.triangles[one[0] : last[0]],
-        shapes.order[one[1] : last[1]],
-        shapes.places[one[2] : last[2]],
-        desks.corners[desk, :leaves],
-        shapes.level_start[one[3] : last[3]],
-        shapes.level_count[one[4] : last[4]],
-        desks.boxes[desk],
-        desks.frame[desk],
+        part_of(shapes.whole, spans, TRIANGLES, (3,)),
+        order,
+        part_of(shapes.places, spans, PLACES, (3, LANES)),
+        part_of(reals, scratch.spans, TREE_CORNERS, (9, LANES))[: order.shape[0] // LANES],
+        part_of(shapes.whole, spans, LEVEL_START, ()),
+        part_of(shapes.whole, spans, LEVEL_COUNT, ()),
+        part_of(scratch.singles[thread], scratch.spans, TREE_BOXES, (6, LANES)),
+        part_of(reals, scratch.spans, TREE_FRAME, ()),
     )
 
 
 @jit_inlined
-def memory_at(desks: Desks, desk: int) -> Memory:
-    """Return the memory of one desk."""
-    no_bounds = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+def memory_at(scratch: ThreadScratch, thread: int) -> Memory:
+    """Return the memory of one thread."""
+    reals, singles, whole, short = (
+        scratch.reals[thread],
+        scratch.singles[thread],
+        scratch.whole[thread],
+        scratch.short[thread],
+    )
+    spans, no_bounds = scratch.spans, ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    most_hits = spans[SEARCH_LISTED, END] - spans[SEARCH_LISTED, FIRST]  # an edge may go through all triangles
     return Memory(
         Search(
-            desks.node[desk],
-            desks.bound[desk],
-            desks.near[desk],
-            desks.square[desk],
-            desks.asked[desk],
-            desks.point[desk],
-            desks.listed[desk],
-            desks.meets[desk],
+            part_of(whole, spans, SEARCH_NODE, ()),
+            part_of(reals, spans, SEARCH_BOUND, ()),
+            part_of(singles, spans, SEARCH_NEAR, ()),
+            part_of(reals, spans, SEARCH_SQUARE, ()),
+            part_of(singles, spans, SEARCH_ASKED, (LANES,)),
+            part_of(whole, spans, SEARCH_POINT, ()),
+            part_of(whole, spans, SEARCH_LISTED, ()),
+            part_of(whole, spans, SEARCH_MEETS, ()),
         ),
         Penetrations(
-            desks.inside[desk], desks.triangle[desk], desks.weights[desk], desks.depth[desk], desks.outcode[desk]
+            part_of(whole, spans, FOUND_POINT, ()),
+            part_of(whole, spans, FOUND_TRIANGLE, ()),
+            part_of(reals, spans, FOUND_WEIGHTS, (3,)),
+            part_of(reals, spans, FOUND_DEPTH, ()),
+            part_of(scratch.codes[thread], spans, FOUND_OUTCODE, ()),
         ),
-        desks.edge[desk],
-        Eight(desks.tried_edge[desk], desks.tried_segments[desk], desks.tried_hits[desk], desks.tried_place[desk]),
+        part_of(whole, spans, EDGE, ()),
         Eight(
-            desks.entered_edge[desk], desks.entered_segments[desk], desks.entered_hits[desk], desks.entered_place[desk]
+            part_of(whole, spans, TRIED_EDGE, ()),
+            part_of(reals, spans, TRIED_SEGMENTS, (LANES,)),
+            part_of(whole, spans, TRIED_HITS, ()),
+            part_of(reals, spans, TRIED_PLACE, (most_hits,)),
         ),
-        desks.way_out[desk],
-        Points(desks.box_corners[desk], no_bounds, desks.box_hint[desk]),
+        Eight(
+            part_of(whole, spans, ENTERED_EDGE, ()),
+            part_of(reals, spans, ENTERED_SEGMENTS, (LANES,)),
+            part_of(whole, spans, ENTERED_HITS, ()),
+            part_of(reals, spans, ENTERED_PLACE, (most_hits,)),
+        ),
+        part_of(reals, spans, WAY_OUT, (3,)),
+        Points(part_of(reals, spans, BOX_CORNERS, (3,)), no_bounds, part_of(short, spans, BOX_HINT, ())),
     )
