@@ -52,5 +52,6 @@ def understand() -> None:
     sys.meta_path.append(_Then())
     import softbody
 
-    if "store" not in dir(softbody.World):
-        softbody.World.store = property(lambda world: world)  # type: ignore[assignment, misc]
+    world: Any = getattr(softbody, "World", None)
+    if world is not None and not hasattr(world, "store"):
+        world.store = property(lambda each: each)

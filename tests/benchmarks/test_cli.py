@@ -45,7 +45,7 @@ def repository(tmp_path_factory):
     root = tmp_path_factory.mktemp("repository")
     for folder in ("softbody", "benchmarks"):
         (root / folder).mkdir()
-    for file in ("__init__.py", "conftest.py", "race.py", "serving.py", "machine.py"):
+    for file in ("__init__.py", "conftest.py", "machine.py", "older.py", "race.py", "serving.py"):
         shutil.copy(ROOT / "benchmarks" / file, root / "benchmarks")
     (root / "benchmarks" / "bench_tiny.py").write_text(BENCHMARKS)
     (root / "softbody" / "compiler").mkdir()
