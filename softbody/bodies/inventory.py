@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -11,10 +13,13 @@ from softbody.bodies.joint import Joint
 from softbody.bodies.rigid_box import Box, boxes_of
 from softbody.bodies.soft_body import SoftBody, soft_bodies_of
 from softbody.bodies.store import Store
-from softbody.bodies.strict_names import StrictNames
+from softbody.bodies.strict_names import StrictNames, check_options
 from softbody.dynamics.energy import Energies, angular_momentum, linear_momentum
 from softbody.model.arrays import Controls, Model, State
 from softbody.model.validation import vector
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 
 class Inventory(StrictNames):
@@ -23,6 +28,11 @@ class Inventory(StrictNames):
     __slots__ = ("__weakref__", "store")
 
     store: Store
+
+    def __new__(cls, *_: Any, **options: Any) -> Self:
+        """Refuse options that are mistyped; raises ParameterError, which names those that there are."""
+        check_options(cls, options)
+        return super().__new__(cls)
 
     def __getitem__(self, name: str) -> SoftBody | Box | Joint:
         """Return a handle of the body, or joint, that has a name; raises ParameterError, which lists those there are.

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from difflib import get_close_matches
 from typing import Any
+
+from softbody.errors import ParameterError
 
 
 class StrictNames:
@@ -22,6 +25,17 @@ class StrictNames:
         meant = get_close_matches(name, dir(type(self)), 1)
         hint = f"did you mean {meant[0]!r}? " if meant else ""
         raise AttributeError(f"a {kind} has no {name!r} to set; {hint}{_settable(type(self))}")
+
+
+def check_options(kind: type, given: Iterable[str]) -> None:
+    """Raise ParameterError for the name of an argument that a class has none of, with those that there are."""
+    code = kind.__init__.__code__  # type: ignore[misc]
+    known = code.co_varnames[1 : code.co_argcount + code.co_kwonlyargcount]
+    for name in given:
+        if name not in known:
+            meant = get_close_matches(name, known, 1)
+            hint = f"did you mean {meant[0]!r}? " if meant else ""
+            raise ParameterError(f"a {kind.__name__} has no {name!r}; {hint}choose from {', '.join(known)}")
 
 
 def _settable(kind: type) -> str:

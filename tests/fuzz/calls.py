@@ -136,6 +136,7 @@ class Caller:
             "frictionless": self.yes(),
             "substeps": self.one([1, 2, 0, -1, 10**400, None, 1.0, "1", np.uint64(2)]),
             "threads": self.one([1, 0, -1, 10**6, 10**400, None, 1.0, "1", np.uint64(1)]),
+            "colour": 1,
         }
         some = {name: value for name, value in choices.items() if self.rng.random() < 0.15}
         self.world = self.one([World, World.paper])(gravity=self.vector(), **some)

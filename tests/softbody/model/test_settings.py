@@ -40,8 +40,12 @@ def test_a_world_is_refused_by_the_name_of_its_bad_parameter(name, value):
 
 
 def test_a_choice_that_a_world_does_not_have_is_refused():
-    with pytest.raises(TypeError, match=r"unexpected keyword argument 'rules'"):
+    with pytest.raises(
+        ParameterError, match=r"a World has no 'rules'; choose from gravity, precision, threads, integr"
+    ):
         World(rules="paper")
+    with pytest.raises(ParameterError, match=r"a World has no 'substep'; did you mean 'substeps'\? choose from"):
+        World(substep=2)
     with pytest.raises(
         ParameterError, match=r"a World has no 'rules'; choose from integrator, substeps, axes, contact, "
     ):
