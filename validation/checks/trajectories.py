@@ -249,7 +249,7 @@ def rows_of_bodies(run: Run) -> Comparison:
             "frames that follow the world until they are written",
             writer.TrajectoryWriter._checked,
             "{name: array[0] for name, array in frame.items()}",
-            "{name: getattr(self._world.state, name) for name in frame}",
+            "{name: getattr(self._runner.store.state, name) for name in frame}",
         ),
         Fault(
             "frames in single precision",
