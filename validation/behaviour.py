@@ -11,7 +11,7 @@ from references import igl, pybullet_world
 from softbody import SoftBody, World
 from softbody.scenes import boxes_on_torus, rolling_torus, sphere_on_torus, torus_stack
 from validation.cases import corners_of, rotation_matrix
-from validation.checks.fast import FLIGHT, TARGETS, shoot
+from validation.checks.worlds.fast import FLIGHT, TARGETS, shoot
 from validation.record import Behaviour
 
 SECONDS = 3.0  # of each scene

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import inspect
 import pkgutil
 import random
 import zlib
@@ -20,6 +21,13 @@ from validation.fault import Fault
 from validation.record import BROKEN, ENGINE, KINDS, LIBRARY, NOT_RUN, Arbitration
 
 CLAIMS = "validation.checks"  # where they are declared
+ROOMS = {  # of claims: folder → what they are about
+    "geometry": "Meshes and geometry",
+    "boxes": "Rigid boxes",
+    "soft": "Soft bodies",
+    "worlds": "Whole worlds",
+    "contract": "What users set, files and pictures",
+}
 LEVELS = ("quick", "standard", "full")
 
 DISAGREEMENTS = "disagreements"
@@ -87,7 +95,7 @@ class Check:
 
     id: str
     family: str
-    claim: str
+    claim: str  # one sentence
     section: str
     piece: str
     reference: str
@@ -95,8 +103,9 @@ class Check:
     unit: str
     tolerance: float
     because: str
-    detects: str
     compare: Callable[[Run], Comparison]
+    detail: str = ""  # what else is claimed, and of which cases
+    room: str = ""  # of ROOMS
     erratum: Misprint | None = None
     faults: tuple[Fault, ...] = ()  # that turn it red
     least: int = 1  # cases that it must compare
@@ -120,36 +129,44 @@ CHECKS: dict[str, Check] = {}
 
 def check(
     *,
-    family: str,
-    claim: str,
     section: str,
     piece: str,
     reference: str,
     tolerance: float,
     because: str,
-    detects: str,
     faults: tuple[Fault, ...],
     unit: str = "relative",
     engines: tuple[str, ...] = (),
     erratum: Misprint | None = None,
     least: int = LEAST,
     kind: str | None = None,
+    family: str | None = None,
 ) -> Callable[[Callable[[Run], Comparison]], Callable[[Run], Comparison]]:
-    """Declare a check; its id is the module's and the function's name, such as `volume.closed_forms`.
+    """Declare a check: a function whose docstring is the claim, one sentence, and then what else there is to say.
 
-    That of a plug-in has its package before it, such as `acme_hulls.claims.volumes`.
+    Its id is the file's and the function's name, such as `volume.closed_forms`; that of a plug-in has its package
+    before it, such as `acme_hulls.claims.volumes`. Its room is the folder of its file, its family the FAMILY there.
 
     `least`: how many cases it must compare at every level; where they are fewer than LEAST, it says so itself. `kind`
     of judge, one of KINDS: with engines and without one it is ENGINE or LIBRARY.
 
-    Raises ValueError for an engine that no reference declares, for a tolerance that is no finite number from 0 on, for
-    fewer than one case, and for a check without a fault that it sees.
+    Raises ValueError for a function without a docstring or a family, for an engine that no reference declares, for a
+    tolerance that is no finite number from 0 on, for fewer than one case, and for a check without a fault that it sees.
     """
 
     def register(compare: Callable[[Run], Comparison]) -> Callable[[Run], Comparison]:
-        name = f"{compare.__module__.removeprefix(f'{CLAIMS}.')}.{compare.__name__}"
+        module, room = compare.__module__, ""
+        if module.startswith(f"{CLAIMS}."):
+            *_, room, module = module.split(".")
+        name = f"{module}.{compare.__name__}"
         if name in CHECKS:
             raise ValueError(f"two checks are called {name}; rename one")
+        claim, detail = sentences_of(compare)
+        if not claim:
+            raise ValueError(f"{name} claims nothing: its docstring is the claim; write one")
+        kin = family or compare.__globals__.get("FAMILY")  # type: ignore[attr-defined]
+        if not kin:
+            raise ValueError(f"{name} has no family: give its file a FAMILY, or `family=` here")
         unknown = [engine for engine in engines if engine not in PACKAGES]
         if unknown:
             raise ValueError(
@@ -167,8 +184,10 @@ def check(
             raise ValueError(f"{name} names no fault that turns it red: a claim that cannot fail says nothing")
         CHECKS[name] = Check(
             id=name,
-            family=family,
+            room=ROOMS.get(room, ""),
+            family=str(kin),
             claim=claim,
+            detail=detail,
             section=section,
             piece=piece,
             reference=reference,
@@ -176,7 +195,6 @@ def check(
             unit=unit,
             tolerance=tolerance,
             because=because,
-            detects=detects,
             compare=compare,
             erratum=erratum,
             faults=faults,
@@ -186,6 +204,12 @@ def check(
         return compare
 
     return register
+
+
+def sentences_of(compare: Callable[..., Any]) -> tuple[str, str]:
+    """Return the claim that a function's docstring makes, and what it says besides; each on one line."""
+    claim, _, detail = (inspect.getdoc(compare) or "").partition("\n\n")
+    return " ".join(claim.split()), " ".join(detail.split())
 
 
 def _kind_of(engines: tuple[str, ...]) -> str | None:
@@ -201,8 +225,8 @@ def all_checks() -> dict[str, Check]:
     A plug-in that is broken has a check of its own, which is never run and says why.
     """
     package = importlib.import_module(CLAIMS)
-    for module in sorted(info.name for info in pkgutil.iter_modules(package.__path__)):
-        importlib.import_module(f"{CLAIMS}.{module}")
+    for module in sorted(info.name for info in pkgutil.walk_packages(package.__path__, f"{CLAIMS}.")):
+        importlib.import_module(module)
     _load_plug_ins()
     for name, why in plug_ins.BROKEN.items():
         CHECKS[name] = _broken(name, why)
@@ -232,7 +256,6 @@ def _broken(name: str, why: str) -> Check:
         unit=DISAGREEMENTS,
         tolerance=0.0,
         because="",
-        detects="a package that cannot be used",
         compare=compare,
         kind="specification",
         never=(BROKEN, why),

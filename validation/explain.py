@@ -20,7 +20,8 @@ def explanation(check: Check) -> RenderableType:
     rows.add_column(overflow="fold")
     for name, text in facts_of(check):
         rows.add_row(name, Text(text))
-    return Group(Text(check.claim, style="bold"), Text(), rows)
+    detail = [Text(), Text(check.detail)] if check.detail else []
+    return Group(Text(check.claim, style="bold"), *detail, Text(), rows)
 
 
 def facts_of(check: Check) -> list[tuple[str, str]]:
@@ -34,7 +35,6 @@ def facts_of(check: Check) -> list[tuple[str, str]]:
         ("kind of judge", f"{check.kind}: {KINDS.get(check.kind, '')}"),
         ("needs", ", ".join(check.engines) or "no engine"),
         ("tolerance", f"{check.tolerance:g} {check.unit}: {check.because}"),
-        ("detects", check.detects),
     ]
     if check.least != LEAST:
         facts.append(("compares", f"{check.least} cases at least"))

@@ -160,7 +160,6 @@ class ClaimRecord:
     value: float | None  # the largest error; null if not run
     tolerance: float
     because: str  # why that tolerance
-    detects: str  # the smallest fault that turns the claim red
     n: int  # comparisons made
     seed: int  # that replays it: of several draws, the worst one's
     verdict: str  # HOLDS, FAILS, NOT_RUN or BROKEN
@@ -174,6 +173,8 @@ class ClaimRecord:
     worst: Case | None = None  # the case with the largest error, also of a claim that holds
     arbitrations: list[Arbitration] = field(default_factory=list)  # who was right, where answers differ
     faults: list[str] = field(default_factory=list)  # names of those that are planted to turn it red
+    detail: str = ""  # what else is claimed, and of which cases
+    room: str = ""  # what claims like it are about, such as "Rigid boxes"
     draws: int = 1  # of its cases, with seeds of their own: what is said is the worst, or the sum (validation/draws.py)
 
     def __post_init__(self) -> None:

@@ -19,7 +19,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from validation import plug_ins
-from validation.check import Check, Comparison, Run, all_checks
+from validation.check import Check, Comparison, Run, all_checks, sentences_of
 from validation.declared import Declared, all_in
 from validation.engines import DECLARED
 from validation.record import NOT_RUN
@@ -109,7 +109,9 @@ def asks(question: str, **declared: object) -> Callable[[Callable[[Run, Callable
 
     def register(compare: Callable[[Run, Callable], Comparison]) -> Callable:
         name = f"{compare.__module__.rpartition('.')[2]}.{compare.__name__}"
-        words = {"section": "", "engines": (), "piece": "", "unit": "relative", **declared}
+        claim, detail = sentences_of(compare)
+        said = {"claim": claim, "detail": detail, "family": compare.__globals__["FAMILY"]}
+        words = {"section": "", "engines": (), "piece": "", "unit": "relative", **said, **declared}
         CLAIMS[name] = SubjectClaim(Check(id=name, compare=None, **words), question, compare)  # type: ignore[arg-type]
         return compare
 

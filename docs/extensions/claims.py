@@ -73,16 +73,16 @@ class Families(SphinxDirective):
             "Judge": words(claim.reference if claim.kind in claim.reference else f"{claim.kind}: {claim.reference}"),
             "Tolerance": words(f"{number(claim.tolerance)} {claim.unit}: {claim.because}"),
             "Piece": self._links(claim.piece),
-            "Sees": words(claim.detects),
             "Turns red at": words("; ".join(fault.name for fault in claim.faults)),
             "Found": self._found(claim),
             "Name": [nodes.literal("", claim.id)],
         }
+        more = [nodes.paragraph("", "", *words(claim.detail))] if claim.detail else []
         lines = [nodes.line("", "", nodes.strong("", f"{name} "), *what) for name, what in facts.items() if what]
         return nodes.definition_list_item(
             "",
             nodes.term("", "", *words(claim.claim), ids=[target]),
-            nodes.definition("", nodes.line_block("", *lines)),
+            nodes.definition("", *more, nodes.line_block("", *lines)),
         )
 
     def _links(self, pieces: str) -> list[nodes.Node]:

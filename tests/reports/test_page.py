@@ -87,7 +87,8 @@ def test_the_facts_of_every_claim_are_there(parsed, report):
             claim.piece,
             claim.reference,
             claim.because,
-            claim.detects,
+            claim.detail,
+            *claim.faults,
             claim.why or "",
         ):
             assert fact in parsed.text

@@ -27,7 +27,7 @@ def test_the_pieces_of_all_claims_are_there() -> None:
 
 
 FAULT = Fault("a fault", "softbody.world.PRECISIONS", "x_", "None")
-WORDS = dict.fromkeys(("family", "claim", "section", "piece", "reference", "because", "detects"), "some")
+WORDS = dict.fromkeys(("family", "section", "piece", "reference", "because"), "some")
 
 
 def declared(**changes):
@@ -35,10 +35,24 @@ def declared(**changes):
     compare = check(**{**WORDS, "tolerance": 0.0, "kind": "invariant", "faults": (FAULT,), **changes})
 
     def some_claim(run):
+        """Nothing is as
+        it seems.
+
+        Of all that is tried.
+        """
         return Comparison([], [])
 
     compare(some_claim)
     return CHECKS.pop(f"{__name__}.some_claim")
+
+
+def test_a_docstring_is_the_claim_and_what_else_is_said_of_it():
+    claim = declared()
+    assert (claim.claim, claim.detail) == ("Nothing is as it seems.", "Of all that is tried.")
+    with pytest.raises(ValueError, match="claims nothing"):
+        check(**WORDS, tolerance=0.0, kind="invariant", faults=(FAULT,))(lambda run: Comparison([], []))
+    with pytest.raises(ValueError, match="no family"):
+        declared(family=None)
 
 
 @pytest.mark.parametrize("tolerance", [-1.0, math.inf, math.nan])

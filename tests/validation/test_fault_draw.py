@@ -46,11 +46,11 @@ CLAIM = """
 LATE = Fault("late", step.run, "h_", "2.0 * h_")
 
 @check(
-    claim="An area is one.",
     tolerance=1e-9,
     faults=(Fault("twice", law.area, "w_", "2.0 * w_"), LATE),
 )
 def areas(run):
+    'An area is one.'
     return compare(run)
 """
 
@@ -137,7 +137,7 @@ def test_declarations_are_those_of_the_claims() -> None:
 
 def test_faults_of_a_function_that_changed_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     check = CHECKS["volume.inertia_of_boxes"]
-    checks = Path("validation/checks/volume.py")
+    checks = Path("validation/checks/geometry/volume.py")
     box = (ROOT / "softbody/geometry/box.py").read_text()
     commit(tmp_path, {"softbody/old/box.py": box, str(checks): (ROOT / checks).read_text()})
     commit(tmp_path, {"softbody/geometry/box.py": box, str(checks): (ROOT / checks).read_text()})

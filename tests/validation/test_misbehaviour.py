@@ -96,14 +96,14 @@ from validation.check import Comparison, check
 from validation.fault import Fault
 
 engines.PACKAGES["some_engine"] = "some-engine"
-words = dict.fromkeys(("claim", "section", "piece", "reference", "because", "detects"), "some\\x00 words \\ud800")
+words = dict.fromkeys(("section", "piece", "reference", "because"), "some\\x00 words \\ud800")
 fault = Fault("a fault", "softbody.world.PRECISIONS", "x_", "None")
 
 def declare(kind, family):
     def compare(run):
         import some_engine
         return Comparison([1.0] * 2, [some_engine.ask(kind)] * 2, notes=["a \\x00 note \\ud800"], groups=["\\x1b", "b"])
-    compare.__name__ = kind
+    compare.__name__, compare.__doc__ = kind, words["because"]
     check(family=family, tolerance=0.0, least=1, engines=("some_engine",), faults=(fault,), **words)(compare)
 
 kinds = {kinds}

@@ -34,20 +34,20 @@ from softbody.geometry import polyhedron
 from validation.check import Comparison, check
 from validation.fault import Fault
 
+FAMILY = "hulls of ACME"
+
 
 @check(
-    family="hulls of ACME",
-    claim="The volume of a convex mesh is that of its hull.",
     section="2.3",
     piece="softbody.geometry.polyhedron.signed_volume",
     reference="ACME's hulls",
     engines=("acme_hulls",),
     tolerance=1e-12,
     because="rounding of some hundred terms",
-    detects="a term that is missing",
     faults=(Fault("volume off by 1e-11", polyhedron.signed_volume, "six_ / 6.0", "six_ / 6.0 * (1.0 + 1e-11)"),),
 )
 def volumes(run):
+    "The volume of a convex mesh is that of its hull."
     from acme_hulls.reference import hull_volume
 
     solids = [softbody.box(tuple(size), 1) for size in run.fresh_rng().uniform(0.1, 2.0, (10, 3))]

@@ -28,7 +28,7 @@ import time
 from validation.check import Comparison, check
 from validation.fault import Fault
 
-words = dict.fromkeys(("section", "piece", "reference", "because", "detects"), "some")
+words = dict.fromkeys(("section", "piece", "reference", "because"), "some")
 fault = Fault("a fault", "softbody.world.PRECISIONS", "x_", "None")
 
 def declare(number):
@@ -36,8 +36,8 @@ def declare(number):
         time.sleep({seconds})
         answers = run.fresh_rng().random(1_000)
         return Comparison(answers, answers + 1e-12 * run.fresh_rng().normal(size=1_000), inputs={{"answer": answers}})
-    compare.__name__ = f"one_{{number}}"
-    check(family=f"family {{number % 3}}", claim="One of many.", tolerance=1e-9, kind="invariant", faults=(fault,),
+    compare.__name__, compare.__doc__ = f"one_{{number}}", "One of many."
+    check(family=f"family {{number % 3}}", tolerance=1e-9, kind="invariant", faults=(fault,),
           **words)(compare)
 
 for number in range({count}):

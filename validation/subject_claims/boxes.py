@@ -9,8 +9,8 @@ import numpy as np
 from references.accounts import of_boxes
 from validation.cases import corners_of, random_orientations, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run
-from validation.checks.passing import overlap_of, paces, passing
-from validation.checks.rigid import turned_by
+from validation.checks.boxes.passing import overlap_of, paces, passing
+from validation.checks.boxes.rigid import turned_by
 from validation.subject import Boxes, asks
 
 FAMILY = "boxes in motion"
@@ -31,15 +31,13 @@ def boxes(*rows: tuple, gravity: float = 0.0, friction: float = 0.0, restitution
 
 @asks(
     "move_boxes",
-    family=FAMILY,
-    claim="A box that flies moves evenly, and gains g t of speed.",
     reference=NEWTON,
     unit="of the speed",
     tolerance=1e-12,
     because="a thousand additions, each rounded at 1e-16",
-    detects="a gravity off by 1e-12; damping that nobody asked for",
 )
 def fly(run: Run, move: Answer) -> Comparison:
+    """A box that flies moves evenly, and gains g t of speed."""
     rng, measured, expected, scale = run.fresh_rng(), [], [], []
     for _ in range(run.count(6, 30, 300)):
         velocity, h, steps = 3.0 * rng.normal(size=3), rng.uniform(1e-3, 1e-2), int(rng.integers(10, 1000))
@@ -53,15 +51,13 @@ def fly(run: Run, move: Answer) -> Comparison:
 
 @asks(
     "move_boxes",
-    family=FAMILY,
-    claim="A box that spins about its longest or shortest axis turns by |ω| t about it.",
     reference="closed form: Rodrigues' formula for the whole turn",
     unit="of the rotation matrix",
     tolerance=1e-10,
     because="a thousand products of quaternions, and a torque that is 0 but for rounding: 2e-11 after 50 rad",
-    detects="a turn of first order; damping of spins",
 )
 def turn(run: Run, move: Answer) -> Comparison:
+    """A box that spins about its longest or shortest axis turns by |ω| t about it."""
     rng, measured, expected = run.fresh_rng(), [], []
     for k, start in enumerate(random_orientations(rng, run.count(6, 30, 300))):
         matrix = rotation_matrix(start)
@@ -78,15 +74,13 @@ def turn(run: Run, move: Answer) -> Comparison:
 
 @asks(
     "move_boxes",
-    family=FAMILY,
-    claim="A free box of three different inertias tumbles for 10 s, and keeps its angular momentum.",
     reference="invariant",
     kind="invariant",
     tolerance=1e-11,
     because="rounding of a thousand steps, 1e-15 each, always the same way at worst",
-    detects="no gyroscopic torque, or one of first order",
 )
 def tumble(run: Run, move: Answer) -> Comparison:
+    """A free box of three different inertias tumbles for 10 s, and keeps its angular momentum."""
     rng, measured, expected = run.fresh_rng(), [], []
     for start in random_orientations(rng, run.count(6, 20, 100)):
         size, spin = np.array([1.0, 0.6, 0.3]) * rng.uniform(0.8, 1.2, 3), 2.0 * rng.normal(size=3)
@@ -125,31 +119,27 @@ def collisions(rng: np.random.Generator, count: int) -> list[Boxes]:
 
 @asks(
     "move_boxes",
-    family=FAMILY,
-    claim="Two boxes that collide, turned anyhow and spinning, keep their momentum.",
     reference="invariant",
     kind="invariant",
     unit="of the momenta",
     tolerance=1e-11,
     because="rounding of some hundred steps and impulses",
-    detects="bodies that are pushed by nobody; impulses that are not opposite",
 )
 def keep_momentum(run: Run, move: Answer) -> Comparison:
+    """Two boxes that collide, turned anyhow and spinning, keep their momentum."""
     return kept(run, move, slice(0, 3))
 
 
 @asks(
     "move_boxes",
-    family=FAMILY,
-    claim="Two boxes that collide, turned anyhow and spinning, keep their angular momentum.",
     reference="invariant",
     kind="invariant",
     unit="of the momenta, at 1 m",
     tolerance=5e-3,
     because="an impulse acts where boxes meet within a step of 1/240 s, and they go on from where the step ends: 3e-3",
-    detects="an impulse that acts at two places; a gyroscopic torque left out",
 )
 def keep_angular_momentum(run: Run, move: Answer) -> Comparison:
+    """Two boxes that collide, turned anyhow and spinning, keep their angular momentum."""
     return kept(run, move, slice(3, 6))
 
 
@@ -166,16 +156,14 @@ def kept(run: Run, move: Answer, part: slice) -> Comparison:
 
 @asks(
     "move_boxes",
-    family=FAMILY,
-    claim="Two boxes that collide, turned anyhow and spinning, of any restitution up to 1, gain no energy.",
     reference="invariant: kinetic energy",
     kind="invariant",
     unit="of the energy before",
     tolerance=1e-6,
     because="impulses at which sweeps over several contacts stop",
-    detects="a bounce that adds energy; depths that are undone as speed",
 )
 def gain_nothing(run: Run, move: Answer) -> Comparison:
+    """Two boxes that collide, turned anyhow and spinning, of any restitution up to 1, gain no energy."""
     gained = []
     for pair in collisions(run.fresh_rng(), run.count(6, 40, 400)):
         before = momenta(pair.orientation, pair.velocity, pair.spin, pair.position, pair)[6]
@@ -187,15 +175,13 @@ def gain_nothing(run: Run, move: Answer) -> Comparison:
 
 @asks(
     "move_boxes",
-    family=FAMILY,
-    claim="Two boxes that meet face to face part with e times their speed, as their masses say.",
     reference="closed form: central impact",
     unit="of the closing speed",
     tolerance=1e-4,
     because="sweeps over four corners that say the same: 3e-5 at worst",
-    detects="a restitution off by 1e-4; masses exchanged; boxes that go through each other",
 )
 def meet_face_to_face(run: Run, move: Answer) -> Comparison:
+    """Two boxes that meet face to face part with e times their speed, as their masses say."""
     rng, measured, expected, scale = run.fresh_rng(), [], [], []
     for _ in range(run.count(6, 50, 500)):
         size, e, speed = rng.uniform(0.3, 0.6, 3), float(rng.random()), 10.0 ** rng.uniform(0.0, 1.5)
@@ -215,15 +201,13 @@ def meet_face_to_face(run: Run, move: Answer) -> Comparison:
 
 @asks(
     "move_boxes",
-    family=FAMILY,
-    claim="A box dropped flat bounces to e², e⁴ and e⁶ of its height.",
     reference="closed form e²ⁿ h",
     unit="of the first height",
     tolerance=2e-3,
     because="an impact is seen up to a step early, v h = 1e-3 m above the ground, v = 4.4 m/s, h = 1/4 ms",
-    detects="restitution 0.1 % off; energy gained at an impact",
 )
 def bounce(run: Run, move: Answer) -> Comparison:
+    """A box dropped flat bounces to e², e⁴ and e⁶ of its height."""
     measured, expected, kinds = [], [], []
     for e in (0.5, 0.8, 1.0):
         for size in ((1.0, 1.0, 1.0), (1.0, 0.6, 0.4))[: run.count(1, 2, 2)]:
@@ -247,15 +231,13 @@ def ground(height: float = 0.0, speed: object = (0.0, 0.0, 0.0)) -> tuple:
 
 @asks(
     "move_boxes",
-    family=FAMILY,
-    claim="A box that slides on the ground stops after v²/2μg.",
     reference=COULOMB,
     unit="of the way",
     tolerance=5e-3,
     because="Euler's steps: the way differs by v h / 2 of v²/2μg, which is μ g h / v",
-    detects="friction 0.5 % off; friction that does not point against the sliding",
 )
 def slide(run: Run, move: Answer) -> Comparison:
+    """A box that slides on the ground stops after v²/2μg."""
     rng, measured, expected = run.fresh_rng(), [], []
     for _ in range(run.count(6, 20, 200)):
         friction, speed, angle = rng.uniform(0.2, 0.8), rng.uniform(1.0, 3.0), rng.uniform(0.0, 2.0 * np.pi)
@@ -271,15 +253,13 @@ def slide(run: Run, move: Answer) -> Comparison:
 
 @asks(
     "move_boxes",
-    family=FAMILY,
-    claim="A box on a slope holds if and only if tan θ < μ; else it slides down by g (sin θ − μ cos θ) t²/2.",
     reference=COULOMB,
     unit="of g t²/2",
     tolerance=2e-3,
     because="Euler's steps: t² becomes t (t + h), h/t = 1e-3; θ is 1 % or more off the threshold",
-    detects="friction 0.2 % off; a box that creeps",
 )
 def slope(run: Run, move: Answer) -> Comparison:
+    """A box on a slope holds if and only if tan θ < μ; else it slides down by g (sin θ − μ cos θ) t²/2."""
     rng, measured, expected, kinds = run.fresh_rng(), [], [], []
     for k in range(run.count(6, 20, 200)):
         friction = rng.uniform(0.2, 0.8)
@@ -296,15 +276,13 @@ def slope(run: Run, move: Answer) -> Comparison:
 
 @asks(
     "move_boxes",
-    family=FAMILY,
-    claim="A box that is put on a belt gains μ g t until it is as fast as the belt, and then goes with it.",
     reference=COULOMB,
     unit="of the belt's speed",
     tolerance=5e-6,
     because="impulses at which sweeps stop: 6.5e-7 at worst, sliding; what friction holds, 2e-11",
-    detects="a belt that stays, is slowed by what it carries, or whose speed is not felt",
 )
 def ride(run: Run, move: Answer) -> Comparison:
+    """A box that is put on a belt gains μ g t until it is as fast as the belt, and then goes with it."""
     rng, measured, expected, kinds = run.fresh_rng(), [], [], []
     for _ in range(run.count(6, 20, 100)):
         size = rng.uniform(0.3, 0.6, 3) * [1.0, 1.0, 0.3]  # low, so that it does not tip
@@ -325,16 +303,14 @@ def ride(run: Run, move: Answer) -> Comparison:
 
 @asks(
     "move_boxes",
-    family=FAMILY,
-    claim="A stack of ten boxes stands for 20 s: it hardly sinks, drifts or moves.",
     reference="bounds",
     kind="bound",
     unit="of the bound",
     tolerance=1.0,
     because="bounds: sinking 10 g h² (one fall in a step at each contact), drift 1 % of a side, speed at rest g h / 4",
-    detects="a stack that topples, creeps, sinks or shakes",
 )
 def stack(run: Run, move: Answer) -> Comparison:
+    """A stack of ten boxes stands for 20 s: it hardly sinks, drifts or moves."""
     h = 1.0 / 240.0
     rows = [((1.0, 1.0, 1.0), 1.0, (0.0, 0.0, 0.5 + k)) for k in range(10)]
     end = move(boxes(ground(), *rows, gravity=G, friction=0.5), h, 4800, 4800)
@@ -349,15 +325,13 @@ def stack(run: Run, move: Answer) -> Comparison:
 
 @asks(
     "move_boxes",
-    family=FAMILY,
-    claim="A tower that leans on its edge falls back or topples as its centre is inside or outside that edge.",
     reference="closed form: the edge is under the centre at tan θ = width / height",
     unit=DISAGREEMENTS,
     tolerance=0.0,
     because="a yes-or-no answer, 1 % or more of the angle off the threshold",
-    detects="one wrong answer",
 )
 def topple(run: Run, move: Answer) -> Comparison:
+    """A tower that leans on its edge falls back or topples as its centre is inside or outside that edge."""
     rng, measured, expected = run.fresh_rng(), [], []
     for k in range(run.count(6, 30, 200)):
         width, height = rng.uniform(0.4, 1.0), rng.uniform(0.8, 1.5)
@@ -372,16 +346,14 @@ def topple(run: Run, move: Answer) -> Comparison:
 
 @asks(
     "move_boxes",
-    family=FAMILY,
-    claim="Boxes that fly past each other with 1 mm to 10 cm of air, at 1 to 100 m/s, are not struck; those whose"
-    " outlines overlap are, however far they go in a step.",
     reference="closed form: outlines of two boxes, seen along their relative motion, overlap or are apart",
     unit=DISAGREEMENTS,
     tolerance=0.0,
     because="what is not touched is not struck; overlaps below 1 mm are left out",
-    detects="a ghost; a box that goes through another",
 )
 def pass_or_meet(run: Run, move: Answer) -> Comparison:
+    """Boxes that fly past each other with 1 mm to 10 cm of air, at 1 to 100 m/s, are not struck; those whose outlines
+    overlap are, however far they go in a step."""
     rng = run.fresh_rng()
     count = run.count(60, 300, 3_000)
     cases = [passing(rng, float(10.0 ** rng.uniform(-3.0, -1.0)) if k % 2 else None) for k in range(count)]

@@ -41,15 +41,13 @@ def inflated(run: Run, count: int) -> list[tuple[str, GasBody, float]]:
 
 @asks(
     "gas_volume",
-    family=FAMILY,
-    claim="A regular solid with springs and gas comes to rest at λ³ of its volume, λ² − λ = 3nRT / k Σ l0².",
     reference="closed form",
     unit="of the volume",
     tolerance=5e-5,
     because="that of the same claim about Bullet and the core; the core is at 1e-12",
-    detects="a gas or a stiffness off by 1e-4",
 )
 def rest(run: Run, volume: Answer) -> Comparison:
+    """A regular solid with springs and gas comes to rest at λ³ of its volume, λ² − λ = 3nRT / k Σ l0²."""
     measured, expected, kinds = [], [], []
     for kind, body, scale in inflated(run, run.count(2, 10, 100)):
         size = float(np.linalg.norm(body.vertices[0]))
@@ -61,14 +59,12 @@ def rest(run: Run, volume: Answer) -> Comparison:
 
 @asks(
     "gas_period",
-    family=FAMILY,
-    claim="A regular solid with springs and gas breathes with the period of its closed form.",
     reference="closed form of small oscillations; they are of 1 % of the size",
     tolerance=2.5e-4,
     because="that of the same claim about Bullet and the core; 1e-4 of it is that the swing is not small",
-    detects="a mass, a stiffness or a gas off by 1e-3",
 )
 def breathe(run: Run, period: Answer) -> Comparison:
+    """A regular solid with springs and gas breathes with the period of its closed form."""
     measured, expected, kinds = [], [], []
     for kind, body, _ in inflated(run, run.count(2, 10, 100)):
         measured.append(period(body, 0.01))

@@ -11,7 +11,7 @@ from references import exact
 from softbody import Mesh
 from validation.cases import dented_sphere, points_around, rotated, stacked_points
 from validation.check import DISAGREEMENTS, Comparison, Run
-from validation.checks.containment import special_points
+from validation.checks.geometry.containment import special_points
 from validation.subject import asks
 
 FAMILY = "points in meshes"
@@ -39,7 +39,6 @@ POINTS = {
     "unit": DISAGREEMENTS,
     "tolerance": 0.0,
     "because": "a yes-or-no answer; points exactly on the surface are left out",
-    "detects": "one wrong answer",
 }
 
 
@@ -49,19 +48,19 @@ def shapes(run: Run) -> dict[str, Mesh]:
     return {"torus": rotated(softbody.torus(1.0, 0.4, 16, 8), rng), "dented sphere": rotated(dented_sphere(1), rng)}
 
 
-@asks("points_in_mesh", family=FAMILY, claim="Random points are inside or outside as they are.", **POINTS)
+@asks("points_in_mesh", **POINTS)
 def anywhere(run: Run, ask: Answer) -> Comparison:
+    """Random points are inside or outside as they are."""
     meshes, rng = shapes(run), run.fresh_rng()
     return inside(meshes, {kind: points_around(mesh, run.count(200, 1_000, 20_000), rng) for kind, mesh in meshes.items()}, ask)  # fmt: skip  # noqa: E501
 
 
 @asks(
     "points_in_mesh",
-    family=FAMILY,
-    claim="Points above, below and 1e-3 to 1e-15 m off vertices, edges and faces are inside or outside as they are.",
     **POINTS,
 )
 def next_to(run: Run, ask: Answer) -> Comparison:
+    """Points above, below and 1e-3 to 1e-15 m off vertices, edges and faces are inside or outside as they are."""
     meshes, rng = shapes(run), run.fresh_rng()
     points = {
         k: np.concatenate([*special_points(m, rng, run.count(30, 150, 2_000)).values()]) for k, m in meshes.items()
@@ -71,11 +70,10 @@ def next_to(run: Run, ask: Answer) -> Comparison:
 
 @asks(
     "points_in_mesh",
-    family=FAMILY,
-    claim="Points straight above and below the vertices of meshes that are stacked are inside or outside as they are.",
     **POINTS,
 )
 def stacked(run: Run, ask: Answer) -> Comparison:
+    """Points straight above and below the vertices of meshes that are stacked are inside or outside as they are."""
     meshes = {"sphere": softbody.icosphere(1), "torus": softbody.torus(1.0, 0.4, 16, 8)}
     rng = run.fresh_rng()
     return inside(meshes, {k: stacked_points(m, rng, run.count(2, 8, 40)) for k, m in meshes.items()}, ask)
@@ -83,11 +81,10 @@ def stacked(run: Run, ask: Answer) -> Comparison:
 
 @asks(
     "points_in_mesh",
-    family=FAMILY,
-    claim="Random points are inside or outside as they are 1 000 km from the origin, too.",
     **POINTS,
 )
 def far_away(run: Run, ask: Answer) -> Comparison:
+    """Random points are inside or outside as they are 1 000 km from the origin, too."""
     rng = run.fresh_rng()
     meshes = {k: Mesh(m.vertices + 1e6 * rng.uniform(-1.0, 1.0, 3), m.triangles) for k, m in shapes(run).items()}
     return inside(meshes, {k: points_around(m, run.count(200, 1_000, 20_000), rng) for k, m in meshes.items()}, ask)

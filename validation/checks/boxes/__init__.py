@@ -1,0 +1,1 @@
+"""Claims about rigid boxes: impacts, contacts, piles."""

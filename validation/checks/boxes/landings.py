@@ -1,0 +1,121 @@
+"""Claims about boxes that strike face against face in one long step, from aside or while they leave."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from softbody import World
+from softbody.collision.boxes import manifold, swept_boxes
+from validation.check import Comparison, Run, check
+from validation.fault import Fault
+
+FAMILY = "boxes that pass"
+LANE = "worlds"  # claims that share the kernels of a whole world, and a process
+
+STEP = 1.0 / 60.0  # [s]
+LONG = 8.0  # [m] side of the plate: the box is over it for three steps
+
+
+@check(
+    section="4.4, 4.5",
+    piece="softbody.collision.boxes.manifold.swept_manifold, softbody.collision.boxes.swept_boxes.meeting_of",
+    reference="closed form: what holds all of a face up pushes through its middle",
+    engines=("scipy",),
+    kind="closed form",
+    unit="of the speed",
+    tolerance=3e-14,
+    because="rounding of a rotation and of a solution for four corners: 2e-15 at worst of ten seeds",
+    faults=(
+        Fault(
+            "points where the heavier box has them now",
+            manifold._clip_faces,
+            "1.0 - sweep.share if faces.towards_reference > 0.0 else sweep.share",
+            "sweep.share if faces.towards_reference > 0.0 else 1.0 - sweep.share",
+        ),
+        Fault(
+            "a way along one side for that along the other",
+            manifold._clip_faces,
+            "polygon_[at_, k_, 1] - behind_ * shift_[1]",
+            "polygon_[at_, k_, 1] - behind_ * shift_[0]",
+        ),
+        Fault(
+            "faces clipped where they are at the end of the step",
+            swept_boxes.meeting_of,
+            "-np.inf, 0.0, NO_MEETING, False",
+            "-np.inf, 1.0, NO_MEETING, False",
+        ),
+    ),
+)
+def strikes_from_aside(run: Run) -> Comparison:
+    """A smooth box that strikes a plate flat parts from it at e times its speed, slides on at its own and gets no spin:
+    if it comes over the rim within the step, and is over the plate when they meet; and if it was over it when they
+    touched, and is past the rim at the end. The plate stands still, or flies evenly; no gravity."""
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    for trial in range(run.count(60, 300, 3_000)):
+        kind = ("comes over the rim", "leaves over the rim")[trial % 2]
+        size, thick, e, speed = rng.uniform(0.3, 0.8, 3), rng.uniform(0.2, 1.0), rng.random(), rng.uniform(1.0, 4.0)
+        reach, angle = 0.5 * np.hypot(*size[:2]), rng.uniform(-0.5, 0.5)
+        along, aside = np.array([np.cos(angle), np.sin(angle), 0.0]), rng.uniform(-1.0, 1.0)
+        if kind == "comes over the rim":
+            when = rng.uniform(0.6, 0.9) * STEP  # they meet, and all of the box is over the plate
+            way = rng.uniform(0.5, 1.5) * reach / when * along
+            start = np.array([1.01 * reach - 0.5 * LONG, aside, 0.0]) - when * way + (0.0, 0.0, speed * when)
+        else:
+            way = rng.uniform(1.5, 2.5) * reach / STEP * along
+            start = np.array([0.5 * LONG - 1.01 * reach, aside, 0.0])
+        turn, yaw = Rotation.random(random_state=rng), Rotation.from_rotvec((0.0, 0.0, rng.uniform(-3.0, 3.0)))
+        place, velocity = start + (0.0, 0.0, 0.5 * (thick + size[2])), way - (0.0, 0.0, speed)
+        frame = rng.normal(size=3) * 3.0 * (trial // 2 % 2)
+        named = Rotation.create_group("O")[int(rng.integers(24))]
+        plate = (
+            np.abs(np.round(named.inv().as_matrix()) @ (LONG, LONG, thick)), None, np.zeros(3),
+            (turn * named).as_quat(scalar_first=True), frame,
+        )  # fmt: skip
+        box = size, 1.0, turn.apply(place), (turn * yaw).as_quat(scalar_first=True), frame + turn.apply(velocity)
+        world = World(gravity=(0.0, 0.0, 0.0))
+        for each in (plate, box) if trial // 4 % 2 else (box, plate):
+            world.add_box(*each, friction=0.0, restitution=e * (trial // 8 % 2))
+        struck = world.boxes[trial // 4 % 2]
+        world.step(STEP, 3)
+        scale = speed + np.linalg.norm(way) + np.linalg.norm(frame)
+        after = way + (0.0, 0.0, e * (trial // 8 % 2) * speed)
+        measured.append(np.hstack([struck.velocity, struck.angular_velocity * reach]) / scale)
+        expected.append(np.hstack([frame + turn.apply(after), np.zeros(3)]) / scale)
+        kinds.append(kind)
+    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+
+
+@check(
+    section="4.4, 4.5",
+    piece="softbody.collision.boxes.swept_boxes.meeting_of",
+    reference="closed form: half of both thicknesses apart",
+    kind="closed form",
+    unit="of the way in a step",
+    tolerance=5e-7,
+    because="sweeps end where one corrects less than 1e-4 g h, and it comes flat: 2.3e-8 at worst of ten seeds",
+    faults=(
+        Fault(
+            "a sine that is rounded to 1e-8",
+            swept_boxes._projection,
+            "sqrt(cosine[i1, j] * cosine[i1, j] + cosine[i2, j] * cosine[i2, j])",
+            "sqrt(max(0.0, 1.0 - cosine[i, j] * cosine[i, j]))",
+        ),
+    ),
+)
+def flat_however_turned(run: Run) -> Comparison:
+    """A box that comes down flat on a fixed one, with weight, both turned anyhow in the world and about their common
+    normal, is on it after two steps, and no deeper."""
+    rng = run.fresh_rng()
+    off = []
+    for _ in range(run.count(150, 600, 6_000)):
+        turn, yaw = Rotation.random(random_state=rng), Rotation.from_rotvec((0.0, 0.0, rng.uniform(-3.0, 3.0)))
+        up, speed, sizes = turn.apply((0.0, 0.0, 1.0)), rng.uniform(1.0, 5.0), rng.uniform(0.5, 1.0, (2, 3))
+        world, thick = World(gravity=-9.81 * up), 0.5 * sizes[:, 2].sum()
+        world.add_box(sizes[0], None, (0.0, 0.0, 0.0), turn.as_quat(scalar_first=True))
+        height = thick + rng.uniform(0.0, 0.9) * speed * STEP
+        box = world.add_box(sizes[1], 1.0, height * up, (turn * yaw).as_quat(scalar_first=True), -speed * up)
+        world.step(STEP, 2)
+        off.append((box.position @ up - thick) / (speed * STEP))
+    return Comparison(off, np.zeros(len(off)))

@@ -1,0 +1,421 @@
+"""Boxes over many steps: they turn, bounce, slide, topple, stand and pile up."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softbody import World
+from softbody.collision.boxes import box_contacts, manifold
+from softbody.collision.solver import sequential_impulses
+from softbody.dynamics import rigid_boxes
+from softbody.geometry.box import box_corners
+from softbody.model import material
+from validation import accounts
+from validation.cases import depths_of_boxes, random_orientations, rotation_matrix
+from validation.check import DISAGREEMENTS, Comparison, Misprint, Run, check
+from validation.fault import Fault
+
+FAMILY = "boxes in motion"
+LANE = "worlds"  # claims that share the kernels of a whole world, and a process
+
+FIRST_ORDER_TORQUE = Fault(
+    "a gyroscopic torque of first order",
+    rigid_boxes.advance_boxes,
+    "rotate_diagonal(half_way, inverse_, momentum_)",
+    "rotate_diagonal(q, inverse_, momentum_)",
+)
+FRICTION = Fault(
+    "friction off by 1 %",
+    sequential_impulses._sweep,
+    "load_lanes(row_[FRICTION], 0) * normal_",
+    "1.01 * load_lanes(row_[FRICTION], 0) * normal_",
+)
+G = 9.81
+
+
+def spun(size: np.ndarray, q: np.ndarray, spin: np.ndarray, seconds: float, h: float) -> np.ndarray:
+    """Return the rotation matrix (9,) of a free box of the core, with its gyroscopic torque, after `seconds`."""
+    world = World(gravity=(0.0, 0.0, 0.0), gyroscopic=True)
+    box = world.add_box(size, 1.0, orientation=q, angular_velocity=spin)
+    world.step(h, round(seconds / h))
+    return np.asarray(rotation_matrix(box.orientation)).ravel()
+
+
+def spins(run: Run, count: int) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Return sizes, orientations and spins of boxes with three different inertias."""
+    rng = run.fresh_rng()
+    return [(np.array([1.0, 0.6, 0.3]) * rng.uniform(0.8, 1.2, 3), q, 2.0 * rng.normal(size=3)) for q in random_orientations(rng, count)]  # fmt: skip  # noqa: E501
+
+
+@check(
+    section="5.2",
+    piece="softbody.dynamics.rigid_boxes.advance_boxes",
+    reference="SciPy DOP853 on Euler's equations, extrapolating our steps h and h/2 as for an order of 2",
+    engines=("scipy",),
+    unit="of the rotation matrix",
+    least=4,
+    tolerance=4e-7,
+    because="after 2 s the rest beyond the order h², which is of order h³, with h = 0.5 ms and |ω| of up to 8 rad/s",
+    faults=(FIRST_ORDER_TORQUE,),
+    erratum=Misprint("E19", "no gyroscopic term: ω stays", "ω × I ω: I ω stays"),
+)
+def free_rotation(run: Run) -> Comparison:
+    """With the gyroscopic torque, a free asymmetric box tumbles as Euler's equations say."""
+    from references import printed, rotation
+
+    measured, expected, wrong = [], [], []
+    for size, q, spin in spins(run, run.count(4, 20, 100)):
+        coarse, fine = (spun(size, q, spin, 2.0, h) for h in (1e-3, 5e-4))
+        measured.append((4.0 * fine - coarse) / 3.0)
+        expected.append(rotation.free_rotation(size, q, spin, 2.0)[0].ravel())
+        wrong.append(printed.turn_without_gyroscopic_torque(q, spin, 2.0)[0].ravel())
+    return Comparison(np.array(measured), np.array(expected), printed=np.array(wrong))
+
+
+@check(
+    section="5.2",
+    piece="softbody.dynamics.rigid_boxes.advance_boxes",
+    reference="MuJoCo, RK4, steps of 1 ms",
+    engines=("mujoco",),
+    unit="of the rotation matrix",
+    least=4,
+    tolerance=2e-6,
+    because="as above; MuJoCo itself is within 1e-8",
+    faults=(FIRST_ORDER_TORQUE,),
+)
+def free_rotation_by_mujoco(run: Run) -> Comparison:
+    """… and as MuJoCo's RK4 makes it tumble."""
+    from references import mujoco
+
+    measured, expected = [], []
+    for size, q, spin in spins(run, run.count(4, 20, 100)):
+        coarse, fine = (spun(size, q, spin, 2.0, h) for h in (1e-3, 5e-4))
+        measured.append((4.0 * fine - coarse) / 3.0)
+        expected.append(mujoco.free_rotation(size, 1.0, q, spin, 2.0, 1e-3).ravel())
+    return Comparison(np.array(measured), np.array(expected))
+
+
+@check(
+    section="5.2",
+    piece="softbody.dynamics.rigid_boxes.advance_boxes",
+    reference="invariants",
+    kind="invariant",
+    tolerance=1e-11,
+    because="rounding of a thousand steps, 1e-15 each, always the same way at worst",
+    faults=(
+        Fault(
+            "angular velocity from the orientation half-way",
+            rigid_boxes.advance_boxes,
+            "store(rows_, i_, rotate_diagonal(q_, inverse_, momentum_))",
+            "store(rows_, i_, rotate_diagonal(half_way, inverse_, momentum_))",
+        ),
+    ),
+)
+def free_rotation_keeps(run: Run) -> Comparison:
+    """A free box with the gyroscopic torque keeps its angular momentum; without it, its angular velocity."""
+    measured, expected, kinds = [], [], []
+    for size, q, spin in spins(run, run.count(4, 20, 100)):
+        for gyroscopic in (False, True):
+            world = World(gravity=(0.0, 0.0, 0.0), gyroscopic=gyroscopic)
+            box = world.add_box(size, 1.0, orientation=q, angular_velocity=spin)
+            start = accounts.angular_momentum(world) if gyroscopic else spin
+            world.step(1e-2, 1000)
+            end = accounts.angular_momentum(world) if gyroscopic else box.angular_velocity
+            measured.append(end / np.linalg.norm(start))
+            expected.append(start / np.linalg.norm(start))
+            kinds.append("angular momentum" if gyroscopic else "angular velocity")
+    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+
+
+@check(
+    section="4.4, 5.2",
+    piece="softbody.stepping.move_boxes.move_boxes",
+    reference="closed form e²ⁿ h",
+    unit="of the first height",
+    kind="closed form",
+    tolerance=2e-3,
+    because="an impact is seen up to a step early, v h = 1e-3 m above the ground, v = 4.4 m/s, h = 1/4 ms",
+    faults=(
+        Fault(
+            "restitution of many contacts off by 0.2 %",
+            material.speed_after,
+            "restitution_ * approach_",
+            "1.002 * restitution_ * approach_",
+        ),
+    ),
+)
+def bounce_heights(run: Run) -> Comparison:
+    """A box dropped flat bounces to e², e⁴, … of its height."""
+    measured, expected, kinds = [], [], []
+    for e in (0.5, 0.8, 1.0):
+        for size in ((1.0, 1.0, 1.0), (1.0, 0.6, 0.4))[: run.count(1, 2, 2)]:
+            world = World()
+            world.add_ground(restitution=e)
+            box = world.add_box(size, 1.0, (0.0, 0.0, 1.0 + 0.5 * size[2]))
+            tops: list[float] = []
+            top = 0.0
+            falling = True
+            while len(tops) < 3:
+                world.step(2.5e-4)
+                height = box.position[2] - 0.5 * size[2]
+                rises = box.velocity[2] > 0.0
+                if rises:
+                    top, falling = np.maximum(top, height), False
+                elif not falling:
+                    tops.append(top)
+                    top, falling = 0.0, True
+            measured += tops
+            expected += [e ** (2 * n) for n in (1, 2, 3)]
+            kinds += [f"e = {e}"] * 3
+    return Comparison(measured, expected, groups=kinds)
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.collision.solver.sequential_impulses.solve_velocities",
+    reference="closed form",
+    unit="of the way",
+    kind="closed form",
+    least=4,
+    tolerance=5e-3,
+    because="Euler's steps: the way differs by v h / 2 of v²/2μg, which is μ g h / v",
+    faults=(FRICTION,),
+)
+def sliding_distance(run: Run) -> Comparison:
+    """A box that slides stops after v²/2μg."""
+    rng = run.fresh_rng()
+    measured, expected = [], []
+    for _ in range(run.count(4, 20, 200)):
+        friction, speed, angle = rng.uniform(0.2, 0.8), rng.uniform(1.0, 3.0), rng.uniform(0.0, 2.0 * np.pi)
+        world = World()
+        world.add_ground(friction=friction)
+        # Low and wide, so that friction cannot lift its rear.
+        size = np.array([1.0, 1.0, 0.2]) * rng.uniform(0.7, 1.3, 3)
+        v = speed * np.array([np.cos(angle), np.sin(angle), 0.0])
+        box = world.add_box(size, rng.uniform(0.1, 10.0), (0.0, 0.0, 0.5 * size[2]), velocity=v, friction=friction)
+        world.run(1.2 * speed / (friction * G), 5e-4)
+        measured.append(np.linalg.norm(box.position[:2]))
+        expected.append(speed**2 / (2.0 * friction * G))
+    return Comparison(measured, expected, np.array(expected))
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.collision.solver.sequential_impulses.solve_velocities",
+    reference="closed form",
+    unit="of g t²/2",
+    kind="closed form",
+    tolerance=2e-3,
+    because="Euler's steps: t² becomes t (t + h), h/t = 1e-3; θ is 1 % or more off the threshold",
+    faults=(FRICTION,),
+)
+def incline(run: Run) -> Comparison:
+    """A box on an incline holds if and only if tan θ < μ; else it slides down by g (sin θ − μ cos θ) t²/2."""
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    for i in range(run.count(6, 20, 200)):
+        friction = rng.uniform(0.2, 0.8)
+        part = 1.0 + rng.uniform(0.01, 0.3) * (1.0 if i % 2 else -1.0)
+        slope = np.arctan(part * friction)
+        world = World()
+        tilt = (np.cos(0.5 * slope), 0.0, np.sin(0.5 * slope), 0.0)
+        up = np.array([np.sin(slope), 0.0, np.cos(slope)])
+        world.add_box((50.0, 50.0, 1.0), None, orientation=tilt, friction=friction)
+        box = world.add_box((1.0, 1.0, 0.2), 1.0, 0.6 * up, tilt, friction=friction)
+        world.step(1e-3, 1000)
+        measured.append(np.linalg.norm(box.position - 0.6 * up) / (0.5 * G))
+        expected.append(np.maximum(0.0, np.sin(slope) - friction * np.cos(slope)))
+        kinds.append("slides" if i % 2 else "holds")
+    return Comparison(measured, expected, groups=kinds)
+
+
+@check(
+    section="5.2",
+    piece="softbody.stepping.move_boxes.move_boxes",
+    reference="closed form: the edge is under the centre at tan θ = width / height",
+    unit=DISAGREEMENTS,
+    kind="closed form",
+    tolerance=0.0,
+    because="a yes-or-no answer, 1 % or more of the angle off the threshold",
+    faults=(Fault("a corner that the ground does not see", box_contacts._add_ground_contacts, "range(8)", "range(7)"),),
+)
+def toppling(run: Run) -> Comparison:
+    """A tower leaning on its edge falls back or topples as its centre is inside or outside that edge."""
+    rng = run.fresh_rng()
+    measured, expected = [], []
+    for i in range(run.count(6, 30, 200)):
+        width, height = rng.uniform(0.4, 1.0), rng.uniform(0.8, 1.5)
+        balance = np.arctan(width / height)
+        angle = balance * (1.0 + rng.uniform(0.01, 0.2) * (1.0 if i % 2 else -1.0))
+        world = World()
+        world.add_ground(friction=1.0)
+        q = (np.cos(0.5 * angle), 0.0, np.sin(0.5 * angle), 0.0)
+        low = box_corners((width, 0.7, height), (0.0, 0.0, 0.0), q)[:, 2].min()
+        box = world.add_box((width, 0.7, height), 1.0, (0.0, 0.0, -low), q, friction=1.0)
+        world.run(3.0, 2e-3)
+        measured.append(bool(abs(rotation_matrix(box.orientation)[2, 2]) < 0.5))
+        expected.append(bool(i % 2))
+    return Comparison(np.array(measured), np.array(expected))
+
+
+@check(
+    section="4.4",
+    piece="softbody.collision.solver.sequential_impulses.solve_velocities",
+    reference="bounds; pybullet's stack is in the note",
+    engines=("pybullet",),
+    unit="of the bound",
+    kind="bound",
+    least=3,
+    tolerance=1.0,
+    because="bounds of rounding, for boxes that are put where they stay: sinking 8.5e-12 m, two roundings of 9e-16 in"
+    " each of 4 800 steps (1.4e-12 seen); drift 1e-13 m (1.1e-14 seen); speed at rest 1e-15 of what ten weights give"
+    " in a step, 4e-16 m/s (2.3e-17 seen)",
+    faults=(
+        Fault(
+            "boxes that touch at two points only",
+            manifold._clip_faces,
+            "above_ <= limits_.margin and kept_ < MOST_POINTS",
+            "above_ <= limits_.margin and kept_ < 2",
+        ),
+    ),
+)
+def stack(run: Run) -> Comparison:
+    """A stack of ten boxes stands for 20 s: it hardly sinks, drifts or moves."""
+    from references.pybullet_world import BulletWorld
+
+    h, seconds = 1.0 / 240.0, 20.0
+    world, bullet = World(), BulletWorld(h, world_iterations())
+    world.add_ground()
+    bullet.add_ground()
+    for i in range(10):
+        world.add_box((1.0, 1.0, 1.0), 1.0, (0.0, 0.0, 0.5 + i))
+        bullet.add_box((1.0, 1.0, 1.0), 1.0, (0.0, 0.0, 0.5 + i))
+    world.run(seconds, h)
+    bullet.step(round(seconds / h))
+    ours = _rest(world.state.box_position, np.hstack([world.state.box_velocity, world.state.box_angular_velocity]))
+    theirs = _rest(bullet.positions(), bullet.velocities())
+    bullet.close()
+    # Each step rounds heights of up to 9.5 m twice; the lowest contacts give ten weights a step, rounded a few times.
+    bounds = np.array([2.0 * round(seconds / h) * 2.0**-50, 1e-13, 1e-15 * 10.0 * G * h])
+    return Comparison(
+        ours,
+        np.zeros(3),
+        bounds,
+        ["sinking", "drift", "speed"],
+        notes=["after 20 s: sunk {:.1e} m, drifted {:.1e} m, still moving at {:.1e} m/s; ".format(*ours)
+               + "Bullet's stack {:.1e} m, {:.1e} m, {:.1e} m/s".format(*theirs)],
+    )  # fmt: skip
+
+
+def world_iterations() -> int:
+    """Return the sweeps of the contact solver in a world by default, for Bullet to have as many."""
+    return World().store.settings.iterations
+
+
+def _rest(position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+    """Return how far a stack has sunk and drifted [m], and how fast it still moves [m/s]."""
+    heights = 0.5 + np.arange(len(position))
+    return np.array([np.abs(position[:, 2] - heights).max(), np.abs(position[:, :2]).max(), np.abs(velocity).max()])
+
+
+@check(
+    section="4.4",
+    piece="softbody.stepping.move_boxes.move_boxes",
+    reference="pybullet's pile of the same boxes; depths of ours by FCL; bounds on energy and speed",
+    engines=("pybullet", "fcl"),
+    unit="of the bound",
+    kind="bound",
+    least=4,
+    tolerance=1.0,
+    because="bounds: Bullet's deepest of all steps below the ground (12 piles: 0.1 to 0.35 of it), twice its deepest "
+    "inside each other (0.4 to 1.5: one extreme of thousands of impacts), 1e-3 of all energy gained in a step (by "
+    "lifting boxes out of each other; no velocity feels that), 1 m/s root mean square at the end of 6 s",
+    faults=(
+        Fault(
+            "boxes that touch only when 0.2 m inside each other",
+            manifold.swept_manifold,
+            "separation_ > limits_.margin",
+            "separation_ > limits_.margin - 0.2",
+        ),
+    ),
+)
+def pile(run: Run) -> Comparison:
+    """Boxes that fall into a pile stay above the ground and out of each other, and come to rest."""
+    from references.pybullet_world import BulletWorld
+
+    rng = run.fresh_rng()
+    count, h = run.count(30, 120, 1000), 1.0 / 240.0
+    # Without its gyroscopic torque even a free box would not keep its energy.
+    world, bullet = World(gyroscopic=True), BulletWorld(h, world_iterations())
+    world.add_ground()
+    bullet.add_ground()
+    side = max(2, round((count / 3.0) ** (1.0 / 3.0)))
+    for i in range(count):
+        x, y, z = i % side, i // side % side, i // side**2
+        size = rng.uniform(0.5, 1.0, 3)
+        place = np.array([1.8 * x, 1.8 * y, 1.0 + 1.8 * z]) + rng.uniform(-0.03, 0.03, 3)
+        q = random_orientations(rng, 1)[0]
+        world.add_box(size, float(np.prod(size)), place, q)
+        bullet.add_box(size, float(np.prod(size)), place, q)
+    energy = start = accounts.energy(world)
+    rise = below = inside = 0.0
+    deepest = np.zeros(2)
+    for step in range(round(6.0 / h)):
+        world.step(h)
+        now = accounts.energy(world)
+        rise, energy = np.maximum(rise, now - energy), now
+        if step % 8 == 0:
+            inside, below = np.maximum((inside, below), depths_of_boxes(world))
+        bullet.step()
+        deepest = np.maximum(deepest, bullet.deepest())
+    speed, theirs = (
+        float(np.sqrt(np.mean(np.sum(v**2, axis=1)))) for v in (world.state.box_velocity, bullet.velocities()[:, :3])
+    )
+    ours_top, their_top = world.state.box_position[:, 2].max(), bullet.positions()[:, 2].max()
+    bullet.close()
+    measured = np.array([below, inside, rise, speed])
+    return Comparison(
+        measured,
+        np.zeros(4),
+        np.array([deepest[1], 2.0 * deepest[0], 1e-3 * start, 1.0]),
+        ["below the ground", "inside each other", "energy gained in a step", "speed at the end"],
+        notes=[
+            f"{count} boxes after 6 s: root mean square {speed:.2g} m/s, top at {ours_top:.2f} m; "
+            f"Bullet's {theirs:.2g} m/s, {their_top:.2f} m",
+            f"at the worst {inside:.3f} m inside each other, {below:.3f} m below the ground; "
+            "Bullet's {:.3f} m and {:.3f} m".format(*deepest),
+        ],
+    )
+
+
+@check(
+    section="4.4",
+    piece="softbody.collision.solver.sequential_impulses.solve_positions",
+    reference="depths by FCL; the speed is 0",
+    engines=("fcl",),
+    unit="m/s gained, m inside",
+    tolerance=2e-13,
+    because="displacements are no velocities: the speed is exactly 0; depths decay by a fifth a step, to 1e-15",
+    faults=(
+        Fault(
+            "a displacement that becomes a velocity",
+            rigid_boxes.shift_boxes,
+            "state_.box_position[i_, c_] += shift_[i_, c_]",
+            "state_.box_position[i_, c_] += shift_[i_, c_]\nstate_.box_velocity[i_, c_] += shift_[i_, c_]",
+        ),
+    ),
+)
+def deep_start(run: Run) -> Comparison:
+    """Boxes that start inside each other part, and no speed comes of it."""
+    rng = run.fresh_rng()
+    measured, kinds = [], []
+    for _ in range(run.count(5, 30, 300)):
+        world = World(gravity=(0.0, 0.0, 0.0))
+        for _ in range(4):
+            q = random_orientations(rng, 1)[0]
+            world.add_box(rng.uniform(0.5, 1.0, 3), rng.uniform(0.1, 10.0), rng.uniform(-0.2, 0.2, 3), q)
+        world.step(1e-2, 1_500)
+        speed = np.maximum(np.abs(world.state.box_velocity).max(), np.abs(world.state.box_angular_velocity).max())
+        measured += [speed, depths_of_boxes(world)[0]]
+        kinds += ["speed", "depth left"]
+    return Comparison(measured, np.zeros(len(measured)), groups=kinds)

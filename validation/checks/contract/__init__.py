@@ -1,0 +1,1 @@
+"""Claims about what users set and ask, files, pictures and messages."""

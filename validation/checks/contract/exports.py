@@ -1,0 +1,402 @@
+"""Claims that other programs find in an exported file what was in the world."""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from softbody import Camera, Trajectory, TrajectoryWriter, World, icosphere
+from softbody.export import animation, files, looks, meshes, usd
+from validation.cases import BOX_TRIANGLES, corners_of, random_mesh, random_orientations, rotation_matrix
+from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.fault import Fault
+
+FAMILY = "what is kept and exported"
+
+LANE = "worlds"  # claims that share the kernels of a whole world, and a process
+
+Shown = Mapping[str, tuple[np.ndarray, np.ndarray]]  # name of a body → vertices (n, 3) [m] and triangles (t, 3)
+
+
+def crowded(rng: np.random.Generator) -> World:
+    """Return a world of two soft bodies and two boxes, some metres from the origin."""
+    world = World()
+    world.add_ground(-3.0)
+    for kind in ("torus", "lumpy sphere"):
+        world.add_soft_body(random_mesh(kind, rng), 1.0, 100.0, 10.0, 5.0 * rng.normal(size=3))
+    for mass in (1.0, None):
+        turn = random_orientations(rng, 1)[0]
+        world.add_box(rng.uniform(0.3, 2.0, 3), mass, 5.0 * rng.normal(size=3), turn)
+    return world
+
+
+def in_rows(shown: Shown, of: list[str]) -> np.ndarray:
+    """Return (m, 3): of each body its vertices, of a box in the order of their places, then a row with its volume."""
+    from references import trimesh
+
+    rows = []
+    for name in of:
+        vertices, triangles = shown.get(name, (np.zeros((4, 3)), np.zeros((1, 3), np.int64)))
+        volume = trimesh.volume(vertices, triangles)
+        in_order = vertices[np.lexsort(vertices.T)] if name.startswith("box") else vertices
+        rows += [in_order, np.full((1, 3), volume)]
+    return np.concatenate(rows)
+
+
+def asked(question: Callable[[], Any], otherwise: Any) -> Any:
+    """Return the answer to a question, or another one if there is none: a file that cannot be read shows nothing."""
+    try:
+        return question()
+    except Exception:
+        return otherwise
+
+
+def rows_like(expected: np.ndarray, shown: Shown, of: list[str]) -> np.ndarray:
+    """Return what `in_rows` does, or zeros where bodies have other numbers of vertices than `expected`."""
+    rows = asked(lambda: in_rows(shown, of), expected[:0])
+    return np.asarray(rows) if rows.shape == expected.shape else np.zeros_like(expected)
+
+
+def as_they_are(world: World) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Return the bodies of a world, from raw arrays."""
+    shown = {f"soft_body_{k}": (b.positions.copy(), b.triangles.copy()) for k, b in enumerate(world.soft_bodies)}
+    for k, box in enumerate(world.boxes):
+        corners = corners_of(world.model.box_size[k]) @ rotation_matrix(box.orientation).T + box.position
+        shown[f"box_{k}"] = corners, BOX_TRIANGLES
+    return shown
+
+
+def parted(world: World, vertices: np.ndarray, triangles: np.ndarray) -> Shown:
+    """Return the bodies of one mesh, whose vertices and triangles are in order: soft bodies first, then boxes."""
+    shown, first, row = {}, 0, 0
+    counts = {f"soft_body_{k}": (len(b.positions), len(b.triangles)) for k, b in enumerate(world.soft_bodies)}
+    counts |= {f"box_{k}": (8, 12) for k in range(len(world.boxes))}
+    for name, (count, faces) in counts.items():
+        shown[name] = vertices[first : first + count], triangles[row : row + faces] - first
+        first, row = first + count, row + faces
+    return shown
+
+
+MOMENT = Fault("boxes that are not turned in a file", meshes.box_matrix, "matrix[:3, :3] = rotation_matrix(q_)", "")
+SINGLE = "positions in single precision, of some metres: 2.4e-7 each way, more in a volume"
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.World.export",
+    reference="libigl's reader of PLY and OBJ, trimesh's of GLB, and glTF 2.0 and USD's text read by hand, binary USD"
+    " printed by OpenUSD; raw arrays, boxes by NumPy",
+    engines=("igl", "trimesh", "scipy", "pxr"),
+    unit="metres; and cubic metres, of volumes",
+    tolerance=1e-5,
+    because=SINGLE,
+    faults=(
+        MOMENT,
+        Fault("z up in a GLB file, too", meshes.as_scene, "Y_UP", "np.eye(4)"),
+        Fault(
+            "boxes of half their size",
+            meshes.box_mesh,
+            "_cube().vertices * shapes.box_size[body]",
+            "0.5 * _cube().vertices * shapes.box_size[body]",
+        ),
+        Fault("the cosine last in USD", usd.stage_bytes, "m_.Quatd(w, x, y, z)", "m_.Quatd(z, x, y, w)"),
+        Fault(
+            "USD in centimetres",
+            usd.stage_bytes,
+            "m_.SetStageMetersPerUnit(stage, 1.0)",
+            "m_.SetStageMetersPerUnit(stage, 0.01)",
+        ),
+        Fault("an OBJ of three digits", files._obj, "17", "3"),
+    ),
+)
+def moments_as_files(run: Run) -> Comparison:
+    """A world's PLY and OBJ, as libigl reads them, its GLB, as trimesh and the specification of glTF do, and its USD,
+    as its text says, have its soft bodies, vertex by vertex, and its boxes, corner by corner, where they are, facing
+    outwards."""
+    from references import gltf, trimesh
+    from references import usd as by_hand
+
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    for _ in range(run.count(2, 10, 100)):
+        world = crowded(rng)
+        truth = as_they_are(world)
+        names = list(truth)
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            readers: dict[str, Callable[[Path], Shown]] = {
+                "ply, by libigl": partial(_read, moving=None, world=world),
+                "obj, by libigl": partial(_read, moving=None, world=world),
+                "glb, by trimesh": trimesh.load_scene,
+                "glb, by the specification": lambda path: gltf.Film(path).shown(),
+                "usda": lambda path: by_hand.Stage(path).shown(),
+                "usdc": lambda path: by_hand.Stage(path).shown(),
+            }
+            for kind, reader in readers.items():
+                path = folder / f"now.{kind.partition(',')[0]}"
+                expected.append(in_rows(truth, names))
+                measured.append(rows_like(expected[-1], asked(partial(_exported, world, path, reader), {}), names))
+                kinds += [kind] * len(expected[-1])
+    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.Trajectory.export",
+    reference="glTF 2.0 and USD's text read by hand, as their specifications say, turns by SciPy; libigl's reader of"
+    " PLY and OBJ",
+    engines=("igl", "scipy", "trimesh", "pxr"),
+    unit="metres; and cubic metres, of volumes",
+    tolerance=2e-5,
+    because=SINGLE,
+    faults=(
+        MOMENT,
+        Fault(
+            "shapes from frame to frame, in place of from the first",
+            animation._Moving._targets,
+            "pose.particle_position[rows] - first",
+            "pose.particle_position[rows] - self._poses[max(0, k - 1)].particle_position[rows]",
+        ),
+        Fault(
+            "turns a frame late",
+            animation._Moving.add_to,
+            "_nearest_signs(x_)",
+            "_nearest_signs(np.roll(x_, 1, axis=0))",
+        ),
+        Fault(
+            "shapes a frame late",
+            animation._Moving.add_to,
+            "np.eye(frames, frames - 1, -1)",
+            "np.eye(frames, frames - 1, -2)",
+        ),
+        Fault("signs of turns by the first", animation._nearest_signs, "q_[:-1]", "q_[:1]"),
+        Fault("a weight too many", animation._Moving.add_to, "[0.0] * (frames - 1)", "[0.0] * frames"),
+        Fault("quaternions with w first", animation._Moving.add_to, "x_[:, [1, 2, 3, 0]]", "x_[:, [0, 1, 2, 3]]"),
+        Fault(
+            "USD that counts frames from 1",
+            usd._time_codes,
+            "[float(code) for code in codes]",
+            "[float(code) + 1.0 for code in codes]",
+        ),
+        Fault(
+            "USD whose frames that are not even last as long as each other",
+            usd._time_codes,
+            "codes = seconds * rate",
+            "codes = np.arange(len(seconds))",
+        ),
+        Fault("USD whose points stay", usd._put, "mesh.GetPointsAttr().Set(p_, code)", "mesh.GetPointsAttr().Set(p_)"),
+        Fault("two frames to a file", files.export_sequence, "f'{k:06d}.{kind}'", "f'{k // 2:06d}.{kind}'"),
+    ),
+)
+def films_as_files(run: Run) -> Comparison:
+    """A trajectory's GLB and USD show, at the time of each frame, even or not, its bodies, and between two frames soft
+    bodies on the straight way and boxes on the shortest turn, in GLB also for viewers that do not look for it; its
+    folders of PLY, OBJ, GLB and USD have a file for each frame, or every so many."""
+    from references import gltf
+    from references import usd as by_hand
+
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    moving: dict[str, Callable[[Path], Any]] = {"glb": gltf.Film, "usda": by_hand.Stage, "usdc": by_hand.Stage}
+    for trial in range(run.count(2, 4, 40)):
+        world = crowded(rng)
+        poses = []
+        # Frames that programs can count, eight a second, or none of them at a whole number of any rate.
+        times = np.cumsum(np.full(6, 0.125) if trial % 2 == 0 else rng.uniform(0.1, 0.15, 6))
+        times -= times[0]
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            with TrajectoryWriter(world, folder / "kept") as kept:
+                for k in range(6):
+                    _shake(world, rng)
+                    world.time = float(times[k])
+                    kept.frame()
+                    poses.append((as_they_are(world), world.state.box_orientation.copy()))
+            film = Trajectory.open(folder / "kept")
+            names = list(poses[0][0])
+            for kind, reader in moving.items():
+                if kind == "usdc" and trial % 2:
+                    continue
+                path = folder / f"film.{kind}"
+                seen = asked(partial(_exported, film, path, reader), None)
+                for k, (truth, _) in enumerate(poses):
+                    expected.append(in_rows(truth, names))
+                    measured.append(rows_like(expected[-1], asked(partial(_at, seen, float(times[k])), {}), names))
+                    kinds += [f"{kind} that moves, at a frame"] * len(expected[-1])
+                for k in range(5):
+                    shown = asked(partial(_at, seen, 0.5 * (times[k] + times[k + 1])), {})
+                    expected.append(in_rows(_half_way(world, poses[k], poses[k + 1]), names))
+                    measured.append(rows_like(expected[-1], shown, names))
+                    kinds += [f"{kind} that moves, between frames"] * len(expected[-1])
+                if kind == "glb":  # (bodies, weights that are not one for each target, turns that go the long way)
+                    expected.append(np.array([[4.0, 0.0, 0.0]]))
+                    measured.append(np.array([asked(partial(_counts, seen), [0.0, 0.0, 0.0])]))
+                    kinds.append("weights and turns")
+            for kind in ("ply", "obj", *moving) if trial % 2 == 0 else ():
+                asked(partial(film.export, folder / kind, kind, every=2), None)
+                paths = asked(partial(_files, folder / kind), [])
+                for pose, path in zip(poses[::2], paths):
+                    read = partial(_read, path, moving.get(kind), world)
+                    expected.append(in_rows(pose[0], names))
+                    measured.append(rows_like(expected[-1], asked(read, {}), names))
+                    kinds += [f"a folder of {kind}"] * len(expected[-1])
+                measured.append(np.full((1, 3), float(len(paths))))
+                expected.append(np.full((1, 3), 3.0))
+                kinds.append(f"a folder of {kind}")
+    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.World.export, softbody.World.picture",
+    reference="pixels of a picture from the side that lies in shadow, as shares of light (power 2.2); glTF 2.0 and"
+    " USD's text read by hand",
+    kind="specification",
+    engines=("trimesh", "pxr"),
+    unit="of a unit vector of red, green and blue, as a screen is told",
+    tolerance=0.03,
+    because="pictures and GLB have eight bits a colour: 5.3e-3 at worst of ten seeds; colours are 0.2 apart and more",
+    faults=(
+        Fault("bodies without a colour", meshes._add, "mesh.visual = v_", ""),
+        Fault("colours as screens are told", looks.looks_of, "np.array(colour) ** GAMMA", "np.array(colour)"),
+        Fault("boxes that begin anew", looks.looks_of, "colour_of(len(soft) + k)", "colour_of(k)"),
+    ),
+)
+def colours_of_bodies(run: Run) -> Comparison:
+    """A body has in a GLB and in a USD file the colour that it has in a picture, up to how bright it is: of two to
+    eight bodies, soft ones and boxes, some of which cannot move, each of its own colour."""
+    from references import gltf
+    from references import usd as by_hand
+
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    for _ in range(run.count(2, 6, 60)):
+        world = World()
+        for k in range(int(rng.integers(1, 4))):
+            world.add_soft_body(icosphere(2, 0.5), 1.0, 100.0, 10.0, (10.0 * k, -8.0 * k, 2.0))
+        first = len(world.soft_bodies)
+        for k in range(first, first + int(rng.integers(1, 6))):
+            mass = None if rng.random() < 0.3 else 1.0
+            world.add_box((1.0, 1.0, 1.0), mass, (10.0 * k, -8.0 * k, 2.0))
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            files: dict[str, dict[str, np.ndarray]] = {
+                "GLB": _exported(world, folder / "now.glb", gltf.Film).colours(),
+                "USD": _exported(world, folder / "now.usda", by_hand.Stage).colours(),
+            }
+        bodies = {f"soft_body_{k}": body.centre for k, body in enumerate(world.soft_bodies)}
+        bodies |= {f"box_{k}": box.position for k, box in enumerate(world.boxes)}
+        for title, place in bodies.items():
+            camera = Camera(
+                tuple(place + np.array([1.54, 1.26, -0.2])), tuple(place), 5.0
+            )  # the light comes from −x, −y
+            pixels = world.picture(camera=camera, size=(16, 16), colour="plain").reshape(-1, 3).mean(axis=0)
+            for kind, colours in files.items():
+                screen = colours.get(title, np.ones(3)) ** (1.0 / 2.2)
+                measured.append(screen / np.linalg.norm(screen))
+                expected.append(pixels / np.linalg.norm(pixels))
+                kinds.append(kind)
+    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+
+
+def _exported(what: World | Trajectory, path: Path, reader: Callable[[Path], Any]) -> Any:
+    """Return what a reader makes of a file."""
+    what.export(path)
+    return reader(path)
+
+
+def _files(folder: Path) -> list[Path]:
+    return sorted(folder.iterdir())
+
+
+def _at(film: Any, time: float) -> Shown:
+    return film.shown(time)  # type: ignore[no-any-return]
+
+
+def _counts(film: Any) -> list[float]:
+    """Return how many bodies a GLB file has, how many of them of a wrong number of weights, and its long turns."""
+    weights = film.weights()
+    return [float(len(weights)), float(sum(one != other for one, other in weights)), float(film.long_turns())]
+
+
+def _read(path: Path, moving: Callable[[Path], Any] | None, world: World) -> Shown:
+    from references import igl
+
+    return _at(moving(path), 0.0) if moving else parted(world, *igl.read_mesh(path))
+
+
+def _shake(world: World, rng: np.random.Generator) -> None:
+    """Put everything a little aside; a quaternion may change its sign, and means the same."""
+    state = world.state
+    state.particle_position[:] += 0.01 * rng.normal(size=state.particle_position.shape)
+    state.box_position[:] += 0.1 * rng.normal(size=state.box_position.shape)
+    turned = state.box_orientation + 0.2 * rng.normal(size=state.box_orientation.shape)
+    turned *= rng.choice([-1.0, 1.0], (len(turned), 1))
+    state.box_orientation[:] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
+
+
+def _half_way(
+    world: World, one: tuple[Shown, np.ndarray], other: tuple[Shown, np.ndarray]
+) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Return what is between two poses: shapes and places half-way, turns by the shortest arc."""
+    from references import rotation
+
+    shown = {}
+    for name, (vertices, triangles) in one[0].items():
+        ahead = other[0][name][0]
+        if name.startswith("box"):
+            k = int(name.removeprefix("box_"))
+            middle = 0.5 * (vertices.mean(axis=0) + ahead.mean(axis=0))
+            turn = rotation.half_way(one[1][k], other[1][k])
+            shown[name] = corners_of(world.model.box_size[k]) @ rotation_matrix(turn).T + middle, triangles
+        else:
+            shown[name] = 0.5 * (vertices + ahead), triangles
+    return shown
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.Trajectory.export",
+    reference="what is documented; the times in the file's text, read by hand",
+    kind="specification",
+    engines=("pxr",),
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="yes or no; times of up to a minute are kept to 1e-14 s",
+    faults=(
+        Fault("a hundredth less even", usd._time_codes, "x_.max() < EVEN", "x_.max() < 1.01 * EVEN"),
+        Fault("frames that are never counted", usd._time_codes, "x_.max() < EVEN", "False"),
+        Fault("even to a millionth of a second", usd._time_codes, "x_.max() < EVEN", "x_.max() < whole * EVEN"),
+    ),
+)
+def frames_that_are_counted(run: Run) -> Comparison:
+    """Programs count the frames of a USD, whose times are whole numbers then, if the frames come a whole number a
+    second, each to a millionth of a frame: with one that is late or early by 0.5, 0.997, 1.003 and 2 millionths."""
+    rng = run.fresh_rng()
+    counted, even, kinds = [], [], []
+    for trial in range(run.count(16, 48, 400)):
+        factor, rate, late = (0.5, 0.997, 1.003, 2.0)[trial % 4], int(rng.integers(2, 100)), int(rng.integers(1, 5))
+        times = np.arange(6.0) / rate
+        times[late] += rng.choice([-1.0, 1.0]) * factor * 1e-6 / rate
+        world = World()
+        world.add_box((1.0, 1.0, 1.0), 1.0)
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            with TrajectoryWriter(world, folder / "kept") as kept:
+                for time in times.tolist():
+                    world.state.box_position[0] = rng.normal(size=3)
+                    world.time = time
+                    kept.frame()
+            Trajectory.open(folder / "kept").export(folder / "film.usda")
+            text = (folder / "film.usda").read_text()
+        codes = [float(code) for code in re.findall(r"^\s*([-+.e\d]+): \(", text, re.MULTILINE)]
+        counted.append(len(codes) >= 6 and all(code.is_integer() for code in codes))
+        even.append(factor < 1.0)
+        kinds.append(f"{factor} millionths of a frame")
+    return Comparison(np.array(counted), np.array(even), groups=kinds)

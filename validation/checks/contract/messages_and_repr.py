@@ -1,0 +1,281 @@
+"""Claims that what worlds, bodies, messages and progress say is true, and what is read-only is so."""
+
+from __future__ import annotations
+
+import io
+import re
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import redirect_stderr
+from functools import partial
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+import numpy as np
+
+import softbody
+from softbody import ParameterError, Trajectory, TrajectoryWriter, World
+from softbody.bodies import names, rigid_box, soft_body
+from softbody.cli import progress
+from softbody.geometry import MeshQuery, query
+from softbody.trajectory import reader
+from validation.cases import random_mesh, random_orientations
+from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.checks.contract.exports import asked
+from validation.fault import Fault
+
+FAMILY = "what users set and ask"
+LANE = "worlds"  # claims that share the kernels of a whole world, and a process
+
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]\d+)?")
+MOST_NUMBERS = 9  # that anything says of itself
+
+
+def told(thing: object) -> tuple[str, list[float]]:
+    """Return the words and the numbers that something says of itself, nothing where it cannot."""
+    text: str = asked(partial(repr, thing), "")
+    return NUMBER.sub("#", text), [float(number) for number in NUMBER.findall(text)]
+
+
+def of_things(rng: np.random.Generator, folder: Path) -> Iterator[tuple[object, str, list[float]]]:
+    """Yield things, and the words and numbers that they must say: from what they were made of, by NumPy."""
+    world = World(gravity=(0.0, 0.0, 0.0))
+    mesh, mass, size, place = random_mesh("torus", rng), rng.uniform(0.5, 20.0), rng.uniform(0.1, 3.0, 3), np.zeros(3)
+    start = 30.0 * rng.normal(size=3)
+    centre = mesh.vertices.mean(axis=0) + start
+    yield world, "<World: # soft bodies of # particles, # boxes; # steps, # s>", [0, 0, 0, 0, 0]
+    body = world.add_soft_body(mesh, mass, 100.0, 0.0, start)
+    gone, another = (world.add_soft_body(softbody.octahedron(), mass, 1.0, 0.0, k) for k in ((99, 0, 0), (199, 0, 0)))
+    world.remove(gone)
+    yield gone, "<soft body that is gone>", []
+    yield body, "<soft body #: # particles, # kg, at (#, #, #) m>", [0, len(mesh.vertices), mass, *centre]
+    another.name = "top"
+    yield another, "<soft body # 'top': # particles, # kg, at (#, #, #) m>", [1, 6, mass, 199, 0, 0]
+    turn = random_orientations(rng, 1)[0]
+    boxes = [world.add_box(size, each, place + 500.0 * k, turn) for k, each in enumerate((mass, None, mass), 1)]
+    kinematic = world.add_box(size, None, place - 500.0, velocity=(0.0, 0.0, 0.1), name="lift")
+    world.remove(boxes[2])
+    yield boxes[0], "<box #: (#, #, #) m, # kg, at (#, #, #) m>", [0, *size, mass, 500, 500, 500]
+    yield boxes[1], "<box #: (#, #, #) m, static, at (#, #, #) m>", [1, *size, 1000, 1000, 1000]
+    yield boxes[2], "<box that is gone>", []
+    yield kinematic, "<box # 'lift': (#, #, #) m, kinematic, at (#, #, #) m>", [2, *size, -500, -500, -500]
+    stiffness, end = rng.uniform(1.0, 1e4), rng.normal(size=3)
+    joint = world.add_joint((boxes[0], place + 500.0), place + 500.0 + end, stiffness)
+    yield joint, "<joint #: # m, # N/m>", [0, float(np.linalg.norm(end)), stiffness]
+    world.remove(joint)
+    yield joint, "<joint that is gone>", []
+    with TrajectoryWriter(world, folder) as kept:
+        empty = Trajectory.open(folder)
+        for _ in range(3):
+            kept.frame()
+            world.time += 0.25
+    bodies = [2, len(mesh.vertices) + 6, 3]
+    words = "soft bodies of # particles, # boxes>"
+    yield empty, f"<Trajectory: # frames; # {words}", [0, *bodies]
+    yield Trajectory.open(folder), f"<Trajectory: # frames until # s; # {words}", [3, 0.5, *bodies]
+    yield world.ground, "<no ground>", []
+    height, restitution, friction = rng.uniform(-3000.0, -2000.0), rng.random(), rng.random()
+    ground = world.add_ground(height, restitution=restitution, friction=friction)
+    yield ground, "<ground at # m: restitution #, friction #>", [height, restitution, friction]
+    world.step(1e-3, 7)
+    numbers = [*bodies, height, 7, world.time]
+    yield world, "<World: # soft bodies of # particles, # boxes, ground at # m; # steps, # s>", numbers
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.World, softbody.SoftBody, softbody.Box, softbody.Joint, softbody.Ground, softbody.Trajectory",
+    reference="what they were made of, by NumPy",
+    kind="specification",
+    unit="relative; 1 for other words",
+    tolerance=2e-3,
+    because="four digits: up to 5e-4 of a number",
+    faults=(
+        Fault("what is gone is there", soft_body.SoftBody.__repr__, "not self.is_there", "self.is_there"),
+        Fault("boxes said to be of half their size", rigid_box.Box.__repr__, "self.size", "0.5 * self.size"),
+        Fault("the time of the first frame", reader.Trajectory.__repr__, "self.times[-1]", "self.times[0]"),
+        Fault("how long it lasts, of no frames", reader.Trajectory.__repr__, "len(self)", "not len(self)"),
+    ),
+)
+def what_things_say(run: Run) -> Comparison:
+    """What worlds, soft bodies, boxes, joints, the ground and trajectories say of themselves is so: how many, how large
+    and heavy, where and how stiff they are, to four digits, and whether they are there at all; also of what has a name,
+    or has moved up when another was removed."""
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    for _ in range(run.count(2, 10, 100)):
+        with tempfile.TemporaryDirectory() as folder:
+            for thing, words, numbers in of_things(rng, Path(folder) / "kept"):
+                said, of = told(thing)
+                short, count = [0.0] * (MOST_NUMBERS - len(numbers)), len(numbers)
+                measured.append([float(said == words), *(of if len(of) == count else [np.inf] * count), *short])
+                expected.append([1.0, *numbers, *short])
+                kinds.append(words)
+    scale = np.where(np.array(expected) == 0.0, 1.0, np.abs(expected))
+    return Comparison(np.array(measured) / scale, np.array(expected) / scale, groups=kinds)
+
+
+def naming() -> dict[str, Callable[[object], object]]:
+    """Return what gives a name, each in a world of its own."""
+    ball, size = softbody.octahedron(0.5), (1.0, 1.0, 1.0)
+
+    def later(kind: str, name: Any) -> None:
+        world = World()
+        made = world.add_box(size, 1.0) if kind == "box" else world.add_soft_body(ball, 1.0, 100.0, 1.0)
+        made.name = name
+
+    return {
+        "add_soft_body(name=…)": lambda name: World().add_soft_body(ball, 1.0, 100.0, 1.0, name=name),  # type: ignore[arg-type]
+        "add_box(name=…)": lambda name: World().add_box(size, 1.0, name=name),  # type: ignore[arg-type]
+        "soft_body.name = …": partial(later, "soft"),
+        "box.name = …": partial(later, "box"),
+    }
+
+
+NAMED = ("a", "two words", "ß漢", "x" * 100, "12", "'")
+NO_NAMES = ("", "x" * 101, " a", "a ", "a\n", "a\tb", "\x7f", "\u202e", 7, True, b"a")
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.SoftBody.name, softbody.Box.name, softbody.World.__getitem__",
+    reference="the documentation; the names that were given, counted",
+    kind="specification",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="yes or no",
+    faults=(
+        Fault("names of any length", names.checked_name, "0 < len(value) <= MOST", "0 < len(value)"),
+        Fault("spaces around", names.checked_name, "value == value.strip()", "True"),
+        Fault("one too many", names.names_listed, "len(names) - MOST_LISTED", "len(names) - MOST_LISTED + 1"),
+        Fault("one that is not said", names.names_listed, "len(names) > MOST_LISTED", "len(names) > MOST_LISTED + 1"),
+    ),
+)  # fmt: skip
+def names_and_who_has_them(run: Run) -> Comparison:
+    """A name is any text of 1 to 100 characters that can be printed, without spaces around it, wherever it is given to
+    a soft body or a box; others are refused by an error that says so. Who asks for a name that nobody has is told those
+    that there are, each once, all of them or how many more, and the one that is spelt nearly so."""
+    rng = run.fresh_rng()
+    right, kinds = [], []
+    for what, give in naming().items():
+        for value in (*NAMED, *NO_NAMES):
+            try:
+                give(value)
+                right.append(value in NAMED)
+            except ParameterError as error:
+                right.append(value not in NAMED and "1 to 100 characters" in str(error))
+            kinds.append(what)
+    for count in (0, 1, 2, *range(18, 24), *rng.integers(25, 60, run.count(1, 10, 100))):
+        world, given = World(), [f"body {k}" for k in rng.permutation(100)[:count]]
+        for k, name in enumerate(given):
+            world.add_box((1.0, 1.0, 1.0), None, (3.0 * k, 0.0, 0.0), name=name)
+        meant = str(rng.choice(given)) if count else "body"
+        try:
+            world[meant + "x"]
+            text = ""
+        except ParameterError as error:
+            text = str(error).partition("in this world; ")[2]
+        listed, more = re.findall(r"'(body \d+)'", text.partition("there are ")[2]), re.findall(r"and (\d+) more", text)
+        right.append(listed == given[: len(listed)] and len(listed) + sum(map(int, more)) == count)
+        right.append(len(listed) <= 20 and (not count or f"did you mean {meant!r}" in text))
+        kinds += ["names that there are", "the name that is meant"]
+    return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
+
+
+def read_only(rng: np.random.Generator, folder: Path) -> Iterator[tuple[str, Callable[[], np.ndarray]]]:
+    """Yield what is documented as read-only, and what asks for it."""
+    mesh = random_mesh("sphere", rng)
+    asking, world = MeshQuery(mesh), World()
+    body = world.add_soft_body(mesh, 1.0, 100.0, 10.0)
+    with TrajectoryWriter(world, folder) as kept:
+        kept.frame()
+    opened = Trajectory.open(folder)
+    yield "Mesh.vertices", lambda: mesh.vertices
+    yield "Mesh.triangles", lambda: mesh.triangles
+    yield "MeshQuery.vertices", lambda: asking.vertices
+    yield "MeshQuery.triangles", lambda: asking.triangles
+    yield "SoftBody.stiffness", lambda: body.stiffness
+    yield "SoftBody.rest_length", lambda: body.rest_length
+    yield "Trajectory.times", lambda: opened.times
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.Mesh, softbody.geometry.MeshQuery, softbody.SoftBody.stiffness, softbody.SoftBody.rest_length,"
+    " softbody.Trajectory",
+    reference="NumPy's ValueError; copies that were taken before",
+    kind="specification",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="yes or no",
+    faults=(
+        Fault("arrays of a MeshQuery as they are", query._read_only, "view.flags.writeable = False", ""),
+        Fault("springs as they are", soft_body._read_only, "view.flags.writeable = False", ""),
+        Fault("times as they are", reader.Trajectory.__init__, "self.times.flags.writeable = False", ""),
+    ),
+)
+def what_is_read_only(run: Run) -> Comparison:
+    """What is read-only refuses to be written to, and is as it was: vertices and triangles of a Mesh and of a
+    MeshQuery, also of one that has moved, stiffness and rest lengths of a soft body, times of a trajectory."""
+    rng = run.fresh_rng()
+    right, kinds = [], []
+    for _ in range(run.count(1, 5, 50)):
+        with tempfile.TemporaryDirectory() as folder:
+            for what, ask in read_only(rng, Path(folder) / "kept"):
+                before = ask().copy()
+                try:
+                    ask()[0] = 7
+                    is_refused = False
+                except ValueError as error:
+                    is_refused = "read-only" in str(error)
+                right.append(is_refused and ask().tobytes() == before.tobytes())
+                kinds.append(what)
+    return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
+
+
+LINE = re.compile(r"frame (\d+) of (\d+), (\d+):(\d\d):(\d\d) left")
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.cli.progress.reporter",
+    reference="closed form: frames that are left × seconds a frame; a clock that is set",
+    kind="closed form",
+    unit="frames, seconds",
+    tolerance=0.51,
+    because="whole seconds: half of one",
+    faults=(
+        Fault("all of the frames are left", progress._Lines.__call__, "self._total - frames", "self._total"),
+        Fault("frames that were there before", progress._Lines.__call__, "a_ / (frames - self._done)", "a_ / frames"),
+        Fault("minutes of any number", progress._Lines.__call__, "left // 60 % 60", "left // 60"),
+        Fault("lines at every frame", progress._Lines.__call__, "self._next = now + PAUSE", ""),
+    ),
+)
+def time_that_is_left(run: Run) -> Comparison:
+    """Where there is no terminal, a line comes every five seconds, at the first frame from then on, and says which
+    frame of how many that is, and how long the rest will take, if each takes as long as those did that were made since
+    the run was begun, or gone on with."""
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    for trial in range(run.count(6, 30, 300)):
+        each, total = (0.125, 0.5, 8.0)[trial % 3], int(rng.integers(200, 100_000))
+        done = int(rng.integers(0, total - 150))
+        clock, stream = [1000.0], io.StringIO()
+        with (
+            redirect_stderr(stream),
+            mock.patch.object(progress, "monotonic", lambda now=clock: now[0]),
+            progress.reporter(total, done) as tell,
+        ):
+            for k in range(done + 1, done + 121):
+                clock[0] += each
+                tell(k)
+        lines = [[float(number) for number in found] for found in LINE.findall(stream.getvalue())]
+        apart = np.maximum(1, int(np.ceil(5.0 / each)))  # frames from line to line
+        judged = [[done + k, total, (total - done - k) * each] for k in range(int(apart), 121, int(apart))]
+        rows = [[frame, of, 3600.0 * hours + 60.0 * minutes + left] for frame, of, hours, minutes, left in lines]
+        is_clock = all(minutes < 60.0 and left < 60.0 for *_, minutes, left in lines)
+        measured += [[float(len(rows)), float(is_clock), 0.0], *(rows + [[0.0] * 3] * len(judged))[: len(judged)]]
+        expected += [[float(len(judged)), 1.0, 0.0], *judged]
+        kinds += [f"{each} s a frame"] * (len(judged) + 1)
+    return Comparison(np.array(measured), np.array(expected, float), groups=kinds)

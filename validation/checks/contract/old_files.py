@@ -1,0 +1,190 @@
+"""Claims that files of past versions still say what the softbody of then said of them."""
+
+from __future__ import annotations
+
+import io
+import json
+import pickle
+import shutil
+import tempfile
+from collections.abc import Callable
+from contextlib import redirect_stdout
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from softbody import Trajectory, World, scenes
+from softbody.__main__ import main as softbody_command
+from softbody.scenes import scene_file
+from softbody.storage import snapshot
+from softbody.trajectory import manifest, reader
+from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.fault import Fault
+from validation.golden.make import EXPECTED, FILES, told_of_trajectory, told_of_world
+
+FAMILY = "what is kept and exported"
+LANE = "worlds"  # claims that share the kernels of a whole world, and a process
+
+# What a world is told to have that was saved before there was such a thing: entries, by the beginning of their names.
+NONE_THEN: dict[str, Any] = {"names.": "", "rest.": 0, "settings.sleep_speed": 0.0, "settings.sleep_after": 0.5}
+
+READERS: dict[str, Callable[[Path], World]] = {
+    "world.npz": World.load,
+    "paper.pickle": lambda path: pickle.loads(path.read_bytes()),
+    "scene.toml": scenes.from_file,
+}
+
+
+def expected_of(ending: str) -> dict[str, dict[str, Any]]:
+    """Return what was said of the golden files whose names have an ending, by name."""
+    told: dict[str, dict[str, Any]] = json.loads(EXPECTED.read_text(encoding="utf-8"))
+    return {name: said for name, said in told.items() if name.endswith(ending)}
+
+
+def asked(question: Callable[..., dict[str, Any]], *about: Any) -> dict[str, Any]:
+    """Return an answer as JSON has it; none where whatever is wrong with a file stops it."""
+    try:
+        answer: dict[str, Any] = json.loads(json.dumps(question(*about)))
+        return answer
+    except Exception:
+        return {}
+
+
+def comparison(right: dict[str, dict[str, bool]]) -> Comparison:
+    """Return what was right of each file, and a note of what was not."""
+    same = [good for each in right.values() for good in each.values()]
+    kinds = [name for name, each in right.items() for _ in each]
+    wrong = [f"{name}: {what}" for name, each in right.items() for what, good in each.items() if not good]
+    return Comparison(np.array(same), np.ones(len(same), bool), groups=kinds, notes=wrong[:10])
+
+
+def told_by(read: Callable[[Path], World], path: Path) -> dict[str, Any]:
+    """Return what is told of the world of a file."""
+    return told_of_world(read(path))
+
+
+def compared(told: dict[str, Any], said: dict[str, Any]) -> dict[str, bool]:
+    """Tell of each thing that was said whether it is told today, of entries one by one."""
+    entries = said.get("entries", {})
+    same = {name: told.get("entries", {}).get(name) == value for name, value in entries.items()}
+    return same | {
+        name: name in told and told[name] == value
+        for name, value in said.items()
+        if name not in ("entries", "revision")
+    }
+
+
+def said_since(read: Callable[[Path], World], path: Path, said: dict[str, Any]) -> dict[str, bool]:
+    """Tell whether the world of a file has nothing of what the softbody of then did not know."""
+    world = read(path)
+    right = {
+        "joints": "joints" in said or not world.joints,
+        "time_left": "time_left" in said or not world.state.box_time_left.any(),
+        "names": "names" in said or not any(body.name for body in (*world.soft_bodies, *world.boxes, *world.joints)),
+        "asleep": "asleep" in said or not any(body.is_asleep for body in (*world.soft_bodies, *world.boxes)),
+    }
+    for name, array in world.snapshot().items():
+        if name not in said["entries"] and not name.startswith(("format", "state.")):
+            none = next((value for start, value in NONE_THEN.items() if name.startswith(start)), None)
+            right[name] = bool((array == none).all()) if none is not None else not array.size
+    return right
+
+
+@check(
+    section="9",
+    piece="softbody.World.load, softbody.World.restore, softbody.scenes.from_file",
+    reference="what the revisions of then wrote down of the same worlds, before they ended",
+    kind="specification",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="the same bits",
+    faults=(
+        Fault("format 1 is no format", snapshot._format, "entries.leave_out('rings.')", ""),
+        Fault("format 1 needs a number", snapshot._format, "'format' not in entries.names()", "False"),
+        Fault("joints that formats 1 and 2 must have", snapshot._joints, "not count and not any(a_)", "False"),
+        Fault("times left that format 3 must have", snapshot._checked, "number < 4", "number < 3"),
+        Fault("times left that there never were", snapshot._checked, "np.zeros(c_)", "np.ones(c_)"),
+        Fault("names that format 4 must have", snapshot._names, "number < 5", "number < 4"),
+        Fault("rests that format 5 must have", snapshot._rested, "number < 6", "number < 5"),
+        Fault(
+            "a setting without a value for old files",
+            snapshot._settings,
+            "entries.put('settings.sleep_after', x_)",
+            "",
+        ),
+        Fault("sleep in worlds that knew none", snapshot._settings, "np.array(0.0)", "np.array(0.03)"),
+        Fault("a setting of another name", snapshot._settings, "take[t_](f_)", "take[t_](f_.replace('axes', 'tests'))"),
+        Fault("a part of another name", snapshot._part, "f'{name}.{field}'", "f'{kind.__name__}.{field}'"),
+        Fault("pickles that forget", World.__setstate__, "self.restore(snapshot)", ""),
+        Fault(
+            "scenes by the defaults of today",
+            scene_file._Reading._world,
+            "{**t_, **choices}",
+            "dict(choices)",
+        ),
+    ),
+)
+def worlds(run: Run) -> Comparison:
+    """Worlds that softbody has saved, in each of its formats, 1 to 6, and pickled, are read as the revision of softbody
+    that wrote them had them, to the bit: every entry, and what handles say. They have nothing that there was not yet.
+    The same holds of a world that is built from a scene file of then."""
+    right = dict[str, dict[str, bool]]()
+    for ending, read in READERS.items():
+        for name, said in expected_of(ending).items():
+            right[name] = compared(asked(told_by, read, FILES / name), said)
+            right[f"{name}, since then"] = asked(said_since, read, FILES / name, said) or {"readable": False}
+    return comparison(right)
+
+
+def gone_on_with(folder: Path) -> dict[str, Any]:
+    """Return what is told of the trajectory of a run that has ended, after it was gone on with in a copy."""
+    with tempfile.TemporaryDirectory() as elsewhere:
+        copy = Path(elsewhere) / "run"
+        shutil.copytree(folder, copy)
+        with redirect_stdout(io.StringIO()):
+            code = softbody_command(["run", str(copy / "scene.toml"), "--out", str(copy), "--resume"])
+        return told_of_trajectory(copy / "trajectory") if code == 0 else {}
+
+
+def last_frame_in_world(folder: Path) -> dict[str, Any]:
+    """Return what the world of a run tells, moved away and put into the last frame of the run's trajectory."""
+    world = World.load(folder / "world.npz")
+    world.state.particle_position[:] += 1.0
+    world.state.box_velocity[:] += 1.0
+    Trajectory.open(folder / "trajectory").put_into(world, -1)
+    return {"motion": told_of_world(world)["motion"]}
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.Trajectory.open, softbody.Trajectory.put_into, softbody.TrajectoryWriter",
+    reference="what the revisions of then wrote down of the same trajectories, before they ended",
+    kind="specification",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="the same bits",
+    faults=(
+        Fault("labels that all must have", manifest._labels, "found is None", "False"),
+        Fault("a format that is counted up", manifest._manifest, "number == FORMAT", "number == FORMAT + 1"),
+        Fault("bodies that are hashed under another name", reader.Trajectory.__init__, "'bodies'", "'shapes'"),
+        Fault("bodies of a world under another name", reader.Trajectory.put_into, "'bodies'", "'shapes'"),
+        Fault("no names for those who have none", reader.Trajectory.__init__, "x_ or unlabelled(s_)", "x_"),
+        Fault("velocities that are not read", reader.Trajectory.__getitem__, "rows.get('box_velocity')", "None"),
+        Fault("a run that never was", "softbody.cli.run_folder.WORLD", "'world.npz'", "'state.npz'"),
+    ),
+)
+def trajectories_and_runs(run: Run) -> Comparison:
+    """Trajectories and folders of runs that softbody has kept since there are such, beside formats 2, 5 and 6, are read
+    as the revision of softbody that wrote them had them, to the bit: times, bodies, names, and each frame. A run of
+    then can be gone on with, and its last frame is where its world is."""
+    right = dict[str, dict[str, bool]]()
+    for name, said in expected_of("trajectory").items():
+        path, no_names = FILES / name, [None] * (len(said["particles"]) + len(said["box_sizes"]))
+        right[name] = compared(asked(told_of_trajectory, path), {"names": no_names, **said})
+        if path.parent.name == "run":
+            right[f"{name}, gone on with"] = compared(asked(gone_on_with, path.parent), {"names": no_names, **said})
+            (of_world,) = expected_of(name.replace("trajectory", "world.npz")).values()
+            put_back = {"motion": of_world["motion"]}
+            right[f"{name}, put back"] = compared(asked(last_frame_in_world, path.parent), put_back)
+    return comparison(right)

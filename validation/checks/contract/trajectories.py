@@ -1,0 +1,359 @@
+"""Claims that what is kept of a world, frame by frame, is what the world did."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import numpy as np
+
+import softbody
+from softbody import Trajectory, TrajectoryWriter, World
+from softbody.scenes import tray
+from softbody.storage import atomic_file
+from softbody.trajectory import reader, writer
+from validation.cases import random_mesh, random_orientations
+from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.checks.contract.pictures import LATE
+from validation.fault import Fault
+
+FAMILY = "what is kept and exported"
+LANE = "worlds"  # claims that share the kernels of a whole world, and a process
+
+FALL = 9.81  # [m/s²]
+
+# What is kept, as State and the files have it.
+NAMES = (
+    "particle_position",
+    "particle_velocity",
+    "box_position",
+    "box_orientation",
+    "box_velocity",
+    "box_angular_velocity",
+)
+
+
+class Flight:
+    """Bodies that fly without touching anything, and where they are after any steps, by formulas."""
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self.world = World(integrator="rk4")
+        self.meshes = [random_mesh(kind, rng) for kind in ("torus", "sphere")]
+        self.starts, self.speeds = 30.0 * rng.normal(size=(4, 3)), rng.normal(size=(4, 3))
+        for k, mesh in enumerate(self.meshes):
+            self.meshes[k] = mesh = mesh.moved(-mesh.vertices.mean(axis=0))
+            self.world.add_soft_body(mesh, 1.0, 1.0, 0.0, self.starts[k], self.speeds[k])
+        for k, turn in enumerate(random_orientations(rng, 2), 2):
+            self.world.add_box(rng.uniform(0.2, 1.0, 3), 1.0, self.starts[k], turn, self.speeds[k])
+
+    def at(self, step: float, steps: int) -> np.ndarray:
+        """Return time, place and velocity (4, 7) after so many steps: Runge and Kutta's are exact, boxes' are Euler's.
+
+        Those add to the velocity first, v = −g n h, and z = −g h² n (n + 1)/2.
+        """
+        t = step * steps
+        fallen = 0.5 * FALL * t * np.array([t, t, t + step, t + step])
+        rows = np.hstack([np.full((4, 1), t), self.starts + self.speeds * t, self.speeds])
+        rows[:, 3] -= fallen
+        rows[:, 6] -= FALL * t
+        return rows
+
+
+def rows_of(frame: softbody.Frame, kept: Trajectory) -> np.ndarray:
+    """Return time, middle and mean velocity (4, 7) of the bodies in a frame."""
+    assert frame.velocities is not None
+    assert frame.box_velocities is not None
+    bodies = [kept.particles(k) for k in range(kept.soft_count)]
+    middles = [*(frame.positions[rows].mean(axis=0) for rows in bodies), *frame.box_positions]
+    speeds = [*(frame.velocities[rows].mean(axis=0) for rows in bodies), *frame.box_velocities]
+    return np.hstack([np.full((len(middles), 1), frame.time), middles, speeds])
+
+
+def rows_now(world: World) -> np.ndarray:
+    """Return the same of a world as it is."""
+    middles = [*(body.positions.mean(axis=0) for body in world.soft_bodies), *(box.position for box in world.boxes)]
+    speeds = [*(body.velocities.mean(axis=0) for body in world.soft_bodies), *(box.velocity for box in world.boxes)]
+    return np.hstack([np.full((len(middles), 1), world.time), middles, speeds])
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.TrajectoryWriter.run, softbody.TrajectoryWriter.frame, softbody.TrajectoryWriter.flush,"
+    " softbody.TrajectoryWriter.close, softbody.Trajectory.open, softbody.Trajectory.put_into",
+    reference="closed form: the parabola, and its sum over semi-implicit steps for boxes",
+    kind="closed form",
+    unit="of the way and the speed, each at least 1",
+    tolerance=1e-13,
+    because="rounding over some hundred steps: 1.1e-14 at worst of ten seeds",
+    faults=(
+        LATE,
+        Fault(
+            "the frame before",
+            reader.Trajectory.__getitem__,
+            "array[k - self._ends[at]]",
+            "array[max(0, k - self._ends[at] - 1)]",
+        ),
+        Fault(
+            "a world that is put there at its own time",
+            reader.Trajectory.put_into,
+            "(store.clock.time, frame.time)",
+            "(store.clock.time, store.time)",
+        ),
+        Fault(
+            "a world that is put there with its own speed",
+            reader.Trajectory.put_into,
+            "0.0 if frame.velocities is None else frame.velocities",
+            "state.particle_velocity.copy()",
+        ),
+        Fault("a flush that waits", writer.TrajectoryWriter.flush, "self._flush()", "None"),
+        Fault("a close that drops what was not written", writer.TrajectoryWriter.close, "self.flush()", "None"),
+        Fault(
+            "a frame at once wherever two runs meet",
+            writer.TrajectoryWriter.run,
+            "is_first or (time_step is None and self._runner.store.time > self.last_time)",
+            "self._runner.store.time > self.last_time",
+        ),
+        Fault(
+            "no first frame where the world chooses its steps",
+            writer.TrajectoryWriter.run,
+            "is_first or (time_step is None and self._runner.store.time > self.last_time)",
+            "False",
+        ),
+    ),
+)
+def flights_are_kept(run: Run) -> Comparison:
+    """Bodies that fly are kept when they were to be, at the steps nearest to multiples of the frame, where the parabola
+    has them: by one `run` or two that meet between frames, frame by frame, and by a writer that goes on with what
+    another one left; read while it is being written, after a `flush`, or closed. A world that is put into a frame is
+    there, at that time."""
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    for _ in range(run.count(3, 10, 100)):
+        for way in ("run", "frame by frame", "gone on with", "the world's steps"):
+            flight = Flight(rng)
+            world, rate, count = flight.world, rng.uniform(20.0, 100.0), int(rng.integers(6, 20))
+            step = 1.0 / rate / rng.uniform(3.0, 9.0)
+            due = [round(k / rate / step) for k in range(count + 1)]
+            frames, put = list[np.ndarray](), list[tuple[int, np.ndarray]]()
+            # What cannot be kept or read is a frame that is missing.
+            with tempfile.TemporaryDirectory() as folder, suppress(softbody.SoftbodyError, LookupError):
+                path = Path(folder) / "kept"
+                kept = TrajectoryWriter(world, path, rate)
+                if way == "frame by frame":
+                    for now in due:
+                        world.step(step, now - world.steps)
+                        kept.frame()
+                    kept.flush()  # read while it is open
+                elif way == "the world's steps":
+                    kept.run(count / rate)
+                    kept.close()
+                    each = world.steps // count
+                    step, due = 1.0 / rate / each, [each * k for k in range(count + 1)]
+                else:
+                    kept.run(0.5 * due[-1] * step, step)  # to between two frames
+                    if way == "gone on with":
+                        kept.close()
+                        kept = TrajectoryWriter(world, path, rate, resume=True)
+                    kept.run((due[-1] + 0.4 - world.steps) * step, step)
+                    kept.close()
+                found = Trajectory.open(path)
+                frames = [rows_of(frame, found) for frame in found]
+                for k in rng.permutation(len(found))[:3]:
+                    found.put_into(world, int(k))
+                    put.append((int(k), rows_now(world)))
+                kept.close()
+            judged = [flight.at(step, now) for now in due]
+            frames += [np.zeros((4, 7))] * (len(judged) - len(frames))
+            judged += [np.zeros((4, 7))] * (len(frames) - len(judged))
+            measured += [*frames, *(rows for _, rows in put)]
+            expected += [*judged, *(judged[k] for k, _ in put)]
+            kinds += [way] * 4 * len(frames) + [f"{way}: put back"] * 4 * len(put)
+    scale = 1.0 + np.linalg.norm(np.concatenate(expected), axis=1)
+    return Comparison(np.concatenate(measured), np.concatenate(expected), scale, kinds)
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.Trajectory.particles, softbody.Trajectory.triangles",
+    reference="the meshes, counted by NumPy",
+    kind="closed form",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="whole numbers",
+    faults=(
+        Fault(
+            "the first body's particles",
+            reader.Trajectory.particles,
+            'check_whole(body, "body", 0, self.soft_count - 1)',
+            "0",
+        ),
+        Fault(
+            "triangles by numbers of all particles",
+            reader.Trajectory.triangles,
+            "self._shapes.triangles(b_)",
+            "self._shapes.triangles(b_) + self._shapes.particles(body).start",
+        ),
+        Fault(
+            "rows up to the last particle but one",
+            reader.Trajectory.particles,
+            "self._shapes.particles(b_)",
+            "slice(self._shapes.particles(b_).start, self._shapes.particles(b_).stop - 1)",
+        ),
+    ),
+)
+def rows_of_bodies(run: Run) -> Comparison:
+    """A trajectory's `particles` and `triangles` are those of the meshes that were added, of worlds of several bodies,
+    all unlike."""
+    rng = run.fresh_rng()
+    measured, expected = [], []
+    for _ in range(run.count(3, 10, 100)):
+        world, first = World(), 0
+        meshes = [random_mesh(kind, rng) for kind in rng.permutation(["torus", "sphere", "box"])]
+        for mesh in meshes:
+            world.add_soft_body(mesh, 1.0, 100.0, 10.0, 30.0 * rng.normal(size=3))
+        with tempfile.TemporaryDirectory() as folder:
+            with TrajectoryWriter(world, Path(folder) / "kept") as kept:
+                kept.frame()
+            found = Trajectory.open(Path(folder) / "kept")
+            for k, mesh in enumerate(meshes):
+                rows = found.particles(k)
+                measured += [[rows.start, rows.stop, 0], *found.triangles(k)]
+                expected += [[first, first + len(mesh.vertices), 0], *mesh.triangles]
+                first += len(mesh.vertices)
+    return Comparison(np.array(measured), np.array(expected))
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.TrajectoryWriter.frame, softbody.Trajectory.open",
+    reference="copies of the world's arrays, taken beside; NumPy and JSON read the files",
+    kind="specification",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="the same bits",
+    faults=(
+        Fault(
+            "frames that follow the world until they are written",
+            writer.TrajectoryWriter._checked,
+            "{name: array[0] for name, array in frame.items()}",
+            "{name: getattr(self._runner.store.state, name) for name in frame}",
+        ),
+        Fault(
+            "frames in single precision",
+            writer.TrajectoryWriter._flush,
+            "np.stack([frame[name] for _, frame in pending])",
+            "np.stack([frame[name] for _, frame in pending]).astype(np.float32).astype(float)",
+        ),
+        Fault(
+            "the first chunk again",
+            reader.Trajectory.__getitem__,
+            "self._manifest.chunks[at]",
+            "(self._manifest.chunks[0].file, self._manifest.chunks[0].times)",
+        ),
+    ),
+)
+def frames_have_every_bit(run: Run) -> Comparison:
+    """Every bit of every frame of balls that fall into a tray is kept, over several chunks: in what `Trajectory`
+    returns, and in the files that NumPy reads itself, in the order and with the times of the manifest."""
+    same, kinds = [], []
+    for chunk in (128, 5):
+        world = tray.build(2)
+        step, beside = 0.9 * world.stable_time_step(), []
+        with tempfile.TemporaryDirectory() as folder:
+            with TrajectoryWriter(world, folder) as kept:
+                for _ in range(run.count(140, 300, 600)):
+                    world.step(step)
+                    beside.append((world.time, [array.copy() for array in _motion(world)]))
+                    kept.frame()
+                    if kept.frames % chunk == 0:
+                        kept.flush()
+            frames = list(Trajectory.open(folder))
+            manifest = json.loads((Path(folder) / "trajectory.json").read_text())
+            files = [dict(np.load(Path(folder) / each["file"])) for each in manifest["chunks"]]
+        rows = {name: np.concatenate([file[name] for file in files]) for name in files[0]}
+        for k, (time, arrays) in enumerate(beside):
+            frame = frames[k]
+            told: list[np.ndarray | None] = [
+                frame.positions,
+                frame.velocities,
+                frame.box_positions,
+                frame.box_orientations,
+            ]
+            told += [frame.box_velocities, frame.box_angular_velocities]
+            same.append(frame.time == time and all(_same_bits(*both) for both in zip(told, arrays)))
+            same.append(rows["time"][k] == time and all(_same_bits(rows[n][k], a) for n, a in zip(NAMES, arrays)))
+            kinds += [f"a Trajectory, {chunk} a chunk", f"NumPy, {chunk} a chunk"]
+    return Comparison(np.array(same), np.ones(len(same), bool), groups=kinds)
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.TrajectoryWriter",
+    reference="a lock of the system's (flock) on the folder, that is given back after a while",
+    kind="specification",
+    least=3,
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="yes or no: was the lock given back before the writer was done?",
+    faults=(
+        Fault("locks that are none", atomic_file._locked, "fcntl.LOCK_EX | fcntl.LOCK_NB", "fcntl.LOCK_UN"),
+        Fault(
+            "a flush that does not ask",
+            writer.TrajectoryWriter.flush,
+            "alone_in(f_)",
+            "alone_in(self._folder / 'nowhere')",
+        ),
+    ),
+)
+def folders_are_locked(run: Run) -> Comparison:
+    """Whoever begins a trajectory, writes to it or ends it waits while somebody else has its folder locked."""
+    world, waited = Flight(run.fresh_rng()).world, []
+    for _ in range(run.count(1, 2, 10)):
+        with tempfile.TemporaryDirectory() as folder:
+            with locked_for_a_while(folder) as given_back:
+                kept = TrajectoryWriter(world, folder)
+                waited.append(bool(given_back))
+            kept.frame()
+            with locked_for_a_while(folder) as given_back:
+                kept.flush()
+                waited.append(bool(given_back))
+            kept.frame()
+            with locked_for_a_while(folder) as given_back:
+                kept.close()
+                waited.append(bool(given_back))
+    return Comparison(np.array(waited), np.ones(len(waited), bool))
+
+
+@contextmanager
+def locked_for_a_while(folder: str) -> Iterator[list[bool]]:
+    """Lock a folder for a tenth of a second; yield what is no longer empty when the lock is given back."""
+    import fcntl
+
+    file, given_back = os.open(folder, os.O_RDONLY), list[bool]()
+    fcntl.flock(file, fcntl.LOCK_EX)
+
+    def give_back() -> None:
+        given_back.append(True)
+        fcntl.flock(file, fcntl.LOCK_UN)
+
+    somebody = threading.Timer(0.1, give_back)
+    somebody.start()
+    try:
+        yield given_back
+    finally:
+        somebody.join()
+        os.close(file)
+
+
+def _motion(world: World) -> list[np.ndarray]:
+    """Return the arrays of NAMES."""
+    return [getattr(world.state, name) for name in NAMES]
+
+
+def _same_bits(one: np.ndarray | None, other: np.ndarray) -> bool:
+    return one is not None and one.tobytes() == other.tobytes()

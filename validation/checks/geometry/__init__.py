@@ -1,0 +1,1 @@
+"""Claims about meshes, points in them, and shapes that meet."""

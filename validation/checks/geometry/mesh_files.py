@@ -1,0 +1,216 @@
+"""Claims that files, and triangles that share no corners, become the mesh that was meant."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from softbody import Mesh, MeshError
+from softbody.mesh import files, mesh, weld
+from validation.cases import MESH_KINDS, edge_lengths, random_mesh
+from validation.check import Comparison, Run, check
+from validation.checks.geometry.shapes import corners_in_order
+from validation.fault import Fault
+
+FAMILY = "meshes that users make"
+
+FILES = ("stl", "ascii.stl", "ply", "ascii.ply", "obj", "off")
+
+
+def arrays_of(make: Callable[[], Mesh]) -> tuple[np.ndarray, np.ndarray]:
+    """Return vertices and triangles of a mesh, or none of one that is refused."""
+    try:
+        shape = make()
+    except MeshError:
+        return np.zeros((0, 3)), np.zeros((0, 3), np.int64)
+    return shape.vertices, shape.triangles
+
+
+def alike(
+    ours: tuple[np.ndarray, np.ndarray], judged: tuple[np.ndarray, np.ndarray], size: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return corners (t + 1, 9) of two meshes in units of their size, as many rows each, and counts of vertices."""
+    sides = [corners_in_order(vertices / size, triangles) for vertices, triangles in (ours, judged)]
+    rows = max(map(len, sides))
+    sides = [np.vstack([side, np.zeros((rows - len(side), 9))]) for side in sides]
+    counts = [np.full((1, 9), float(len(vertices))) for vertices, _ in (ours, judged)]
+    return np.vstack([sides[0], counts[0]]), np.vstack([sides[1], counts[1]])
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.Mesh.from_file",
+    reference="libigl's own reader; files written by trimesh",
+    engines=("igl", "trimesh"),
+    unit="of the size",
+    tolerance=0.0,
+    because="the same digits, read twice: readers that round decimals to the nearest double give the same bits",
+    faults=(
+        Fault(
+            "coordinates read in single precision",
+            files.triangles_of,
+            "(mesh.vertices, mesh.faces)",
+            "(__import__('numpy').float32(mesh.vertices), mesh.faces)",
+        ),
+        Fault(
+            "a merge that is asked for by a tolerance only",
+            mesh.Mesh._from_arrays,
+            'check_yes_or_no(merge, "merge") or tolerance > 0.0',
+            "tolerance > 0.0",
+        ),
+        Fault(
+            "vertices merged within a thousandth of a metre",
+            mesh.Mesh._from_arrays,
+            "cls.from_soup(vertices, triangles, tolerance)",
+            "cls.from_soup(vertices, triangles, 1e-3)",
+        ),
+    ),
+)
+def files_of_all_kinds(run: Run) -> Comparison:
+    """Of meshes of all kinds, written as STL, PLY, OBJ and OFF, as text and in binary, `Mesh.from_file` with
+    `merge=True` has the triangles that libigl reads, with as many vertices as were written; without it, what shares its
+    vertices in the file."""
+    from references import igl, trimesh
+
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    with tempfile.TemporaryDirectory() as folder:
+        for kind in MESH_KINDS[: run.count(2, 5, 5)]:
+            shape = random_mesh(kind, rng).scaled(10.0 ** rng.uniform(-3.0, 0.0)).moved(rng.normal(size=3))
+            size = float(np.ptp(shape.vertices, axis=0).max())
+            for file in FILES:
+                path = Path(folder) / f"{kind}.{file}"
+                trimesh.write_mesh(path, shape.vertices, shape.triangles, "ascii" in file)
+                judged = igl.read_mesh(path)
+                ways = [True] if "stl" in file else [True, False]
+                for merge in ways:
+                    ours, theirs = alike(arrays_of(partial(Mesh.from_file, path, merge=merge)), judged, size)
+                    theirs[-1] = len(shape.vertices)
+                    measured.append(ours)
+                    expected.append(theirs)
+                    kinds += [f"{file}, {'merged' if merge else 'as it stands'}"] * len(ours)
+    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.Mesh.from_soup",
+    reference="SciPy: its k-d tree, and connected components",
+    engines=("scipy",),
+    unit="of the size",
+    tolerance=0.0,
+    because="places are copied, not computed",
+    faults=(
+        Fault(
+            "half of the tolerance",
+            weld._join_near,
+            "norm(sub(load(p_, i_), load(p_, j_))) <= t_",
+            "norm(sub(load(p_, i_), load(p_, j_))) <= 0.5 * t_",
+        ),
+        Fault(
+            "half as much again, and more",
+            weld._join_near,
+            "norm(sub(load(p_, i_), load(p_, j_))) <= t_",
+            "norm(sub(load(p_, i_), load(p_, j_))) <= 1.7 * t_",
+        ),
+        Fault("chains that are not followed", weld._join_near, "parent[i] = root_of(parent, i)", "pass", nth=0),
+        Fault(
+            "vertices that no triangle uses, kept",
+            weld.merged,
+            "points[used]",
+            "np.append(points[used], points[-1:], axis=0)",
+        ),
+    ),
+)
+def soups_within_a_tolerance(run: Run) -> Comparison:
+    """Of triangles whose corners lie apart, in chains of up to six within a `tolerance` of the next, `from_soup` makes
+    the vertices that SciPy finds connected, each at the place of the first; corners that are farther apart, by less
+    than half as much, stay; slivers, and vertices that no triangle uses, are left out."""
+    from references import scipy
+
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    for kind in MESH_KINDS:
+        for _ in range(run.count(2, 6, 60)):
+            shape = random_mesh(kind, rng)
+            edge = float(edge_lengths(shape.vertices, shape.edges).min())
+            tolerance = edge / 40.0
+            numbers = shape.triangles.ravel()
+            # The corners at a vertex are beads on a string, so that the first reaches the last by leaps only.
+            bead = _turn_of_each(numbers) % 6
+            along = rng.normal(size=(len(shape.vertices), 3))
+            along /= np.linalg.norm(along, axis=1, keepdims=True)
+            corners = shape.vertices[numbers] + (0.9 * tolerance * bead)[:, None] * along[numbers]
+            # Its corners are 0.99 of the tolerance apart along two axes, so that none are to be merged.
+            tiny = 10.0 + (0.99 * tolerance / 2.0) * np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)])
+            corners = np.concatenate([corners, tiny[[0, 1, 2, 0, 3, 1, 0, 2, 3, 1, 3, 2]]])
+            sliver = np.repeat(corners[:1], 3, axis=0)
+            points = np.concatenate([corners, sliver, 20.0 + rng.normal(size=(2, 3))])
+            triangles = np.arange(len(corners) + 3).reshape(-1, 3)
+            place = scipy.places_joined(points[: len(corners)], tolerance)
+            used, faces = np.unique(place, return_inverse=True)
+            ours, theirs = alike(
+                arrays_of(partial(Mesh.from_soup, points, triangles, tolerance)),
+                (points[used], faces.reshape(-1, 3)),
+                float(np.ptp(shape.vertices, axis=0).max()),
+            )
+            measured.append(ours)
+            expected.append(theirs)
+            kinds += [kind] * len(ours)
+    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+
+
+def _turn_of_each(numbers: np.ndarray) -> np.ndarray:
+    """Return for each number (n,) how often it has come before."""
+    order = np.argsort(numbers, kind="stable")
+    begins = np.searchsorted(numbers[order], numbers[order])
+    turn = np.empty(len(numbers), np.int64)
+    turn[order] = np.arange(len(numbers)) - begins
+    return turn
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.Mesh.from_trimesh",
+    reference="trimesh: unmerge_vertices, merge_vertices",
+    engines=("trimesh",),
+    unit="of the size",
+    tolerance=0.0,
+    because="places are copied, not computed",
+    faults=(
+        Fault(
+            "a mesh of half the size",
+            mesh.Mesh.from_trimesh,
+            "cls._from_arrays(*triangles_of(mesh), merge, tolerance)",
+            "cls._from_arrays(mesh.vertices * 0.5, mesh.faces, merge, tolerance)",
+        ),
+        Fault(
+            "a mesh that is mirrored",
+            mesh.Mesh.from_trimesh,
+            "cls._from_arrays(*triangles_of(mesh), merge, tolerance)",
+            "cls._from_arrays(mesh.vertices * (1.0, 1.0, -1.0), mesh.faces[:, ::-1], merge, tolerance)",
+        ),
+    ),
+)
+def meshes_of_trimesh(run: Run) -> Comparison:
+    """The mesh of a trimesh.Trimesh that was cut apart into loose triangles, and merged again, is the one that trimesh
+    makes by merging them itself."""
+    from references import trimesh
+
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    for kind in MESH_KINDS:
+        for _ in range(run.count(2, 6, 60)):
+            shape = random_mesh(kind, rng)
+            whole, loose, merged = trimesh.cut_apart_and_merged(shape.vertices, shape.triangles)
+            size = float(np.ptp(shape.vertices, axis=0).max())
+            for given, merge in ((whole, False), (whole, True), (loose, True)):
+                ours, theirs = alike(arrays_of(partial(Mesh.from_trimesh, given, merge=merge)), merged, size)
+                measured.append(ours)
+                expected.append(theirs)
+                kinds += [kind] * len(ours)
+    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)

@@ -1,0 +1,1 @@
+"""Claims about soft bodies: gas, springs, contacts."""

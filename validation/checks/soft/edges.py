@@ -1,0 +1,426 @@
+"""Claims about edges of soft bodies in boxes and across each other: depth, and way out."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import ConvexHull
+from scipy.spatial.transform import Rotation
+
+from softbody import Mesh, World
+from softbody.collision.contact import Listing, new_contacts
+from softbody.collision.soft import edge_box, edge_mesh, soft_response, soft_soft
+from softbody.collision.soft.edge_mesh import Ridge, bits_across, edge_across_edge
+from softbody.geometry.segments import put_segment
+from softbody.linalg.vec import Vec
+from softbody.model.arrays import Particles
+from validation.cases import ROOF, ROOF_FACES, random_orientations
+from validation.check import Comparison, Run, check
+from validation.fault import Fault
+
+FAMILY = "soft bodies that collide"
+LANE = "worlds"  # claims that share the kernels of a whole world, and a process
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.collision.soft.edge_box.edge_in_box",
+    reference="the nearest facet of their Minkowski difference, by Qhull; the surface of the box",
+    kind="third-party library",
+    engines=("scipy",),
+    unit="of the size, of a unit vector",
+    tolerance=2e-13,
+    because="Qhull's normals of facets with corners that lie close: 7.1e-15 at worst of three seeds at full",
+    faults=(
+        Fault("one axis twice", edge_box.edge_in_box, "half[1] * abs(across_[1])", "half[1] * abs(across[0])"),
+        Fault("the nearer side of the box", edge_box.edge_in_box, "normal_[2] > 0.0", "normal[2] < 0.0"),
+        Fault(
+            "lengths that are squares",
+            edge_box.edge_in_box,
+            "dot(cross(sub(corner, a), direction), across_) / (length_ * length_)",
+            "dot(cross(sub(corner, a), direction), across) / length",
+        ),
+        Fault(
+            "the face that is farther off",
+            edge_box.edge_in_box,
+            "1.0 if up_ < down_ else -1.0",
+            "1.0 if up > down else -1.0",
+        ),
+    ),
+)
+def edges_in_a_box(run: Run) -> Comparison:
+    """How deep an edge goes through a box, the shortest way out, and where the two touch when it has gone that way, or,
+    if that was beyond the box, where it comes in: edges through sides, faces and the middle, and aside."""
+    rng, corners = run.fresh_rng(), np.stack(np.meshgrid(*[(-0.5, 0.5)] * 3), axis=-1).reshape(-1, 3)
+    measured, expected, kinds = [], [], []
+    for _ in range(run.count(150, 1_500, 15_000)):
+        size, place, q = rng.uniform(0.2, 3.0, 3), rng.normal(0.0, 3.0, 3), random_orientations(rng, 1)[0]
+        turn = Rotation.from_quat(q, scalar_first=True)
+        through = rng.uniform(-0.5, 0.5, 3) * size
+        way = rng.normal(size=3) * size
+        ends = np.array([through - rng.random() * way, through + rng.random() * way]) + rng.normal(0.0, 0.1, 3) * size
+        hull = ConvexHull((corners * size - ends[:, None]).reshape(-1, 3), qhull_options="Qt")
+        ways = hull.equations[np.unique(hull.equations.round(7), axis=0, return_index=True)[1]]
+        depths = np.sort(-ways[:, 3])
+        unit = size.max() + np.abs(place).max()
+        if abs(depths[0]) < 1e-9 or depths[1] - depths[0] < 1e-9:
+            continue  # they just touch; or two ways out are as short
+        p, end = turn.apply(ends) + place
+        depth, normal, where = edge_box.edge_in_box(tuple(p), tuple(end), tuple(size), tuple(place), tuple(q))
+        if depths[0] < 0.0 or depth <= 0.0:  # apart, or so it is said
+            measured.append([np.maximum(depth, 0.0) / unit, 0.0, 0.0, 0.0, 0.0])
+            expected.append([np.maximum(depths[0], 0.0) / unit, 0.0, 0.0, 0.0, 0.0])
+            kinds.append("apart")
+            continue
+        out = ways[np.argmin(-ways[:, 3]), :3]
+        through_face = np.abs(out).max() > 1.0 - 1e-9
+        from_surface = (
+            np.inf
+        )  # of where they touch once it has gone, or, if that was beyond the box, of where it comes in
+        for gone in (depth, 0.0):
+            beyond = np.abs(turn.inv().apply(p + where * (end - p) + gone * np.array(normal) - place)) - 0.5 * size
+            from_surface = np.minimum(from_surface, np.abs(beyond).min() + np.maximum(beyond, 0.0).sum())
+        measured.append([depth / unit, *normal, from_surface / unit])
+        expected.append([depths[0] / unit, *turn.apply(out), 0.0])
+        kinds.append("through a face" if through_face else "across a side")
+    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.collision.soft.edge_mesh.edge_across_edge",
+    reference="nearest points of two lines by least squares, sides by determinants, in NumPy",
+    kind="closed form",
+    unit="of lengths of 1, of a unit vector; 0 or 1",
+    tolerance=2e-12,
+    because="rounding, of lines at 6° and more that are a hundredth apart at least: 1.2e-13 at worst of ten seeds at"
+    " standard",
+    faults=(
+        Fault("ways up alone", edge_mesh.bits_across, "up | down", "up"),
+        Fault(
+            "half as deep",
+            edge_mesh.bits_across,
+            "bits_at_most(depth, deepest)",
+            "bits_at_most(2.0 * depth, deepest)",
+        ),
+        Fault("no deeper, the other way round", edge_mesh.bits_across, "bits_at_most(-deepest, depth)", "0"),
+        Fault(
+            "own sides that rise both",
+            edge_mesh.edge_across_edge,
+            "dot(normal, own_left) < 0.0 or dot(normal, own_right) < 0.0",
+            "dot(normal, own_left) < 0.0 and dot(normal, own_right) < 0.0",
+        ),
+        Fault(
+            "reentrant ridges of its own",
+            edge_mesh.edge_across_edge,
+            "dot(cross(along, own_left), own_right) >= 0.0",
+            "False",
+        ),
+        Fault(
+            "faces not by their angle",
+            edge_mesh.edge_across_edge,
+            "dot(normal, face_left) * norm(face_right)",
+            "dot(normal, face_left) * norm(face_left)",
+        ),
+    ),
+)
+def ridges_across(run: Run) -> Comparison:
+    """Which of eight edges of one body cross an edge of another, how deep, along which way, where, and which of its two
+    triangles faces it more: ridges that part, and such that miss by an end, by a side that rises, by being reentrant,
+    or by 0.1 per cent of the greatest depth that is asked for."""
+    rng, measured, expected, asked = run.fresh_rng(), [], [], []
+    for _ in range(run.count(150, 600, 10_000)):
+        other, eight = ridges(rng)
+        depths = np.array([crossing_of(one, other)[0] for one in eight])
+        deepest = float(rng.choice([*depths[depths > 0.0], 1.0]) * rng.choice([0.999, 1.001, 3.0]))
+        segments = np.empty((9, 8))
+        for lane, one in enumerate(eight.tolist()):
+            put_segment(segments, lane, tuple(one[0]), tuple(one[1]))
+        bits = bits_across(segments, ridge_of(other), deepest)
+        for lane, one in enumerate(eight):
+            row = np.zeros(7)
+            if bits >> lane & 1:
+                depth, normal, place, other_place, on_left = edge_across_edge(ridge_of(one), ridge_of(other), deepest)
+                row = np.array([depth, *normal, place, other_place, on_left]) if depth > 0.0 else row
+            nearest = crossing_of(one, other)
+            measured.append(row)
+            expected.append(nearest if nearest[0] <= deepest else np.zeros(7))
+            asked.append(np.concatenate([one.ravel(), other.ravel(), [deepest]]))
+    return Comparison(np.array(measured), np.array(expected), inputs={"ridges, deepest": np.array(asked)})
+
+
+def ridge_of(corners: np.ndarray) -> Ridge:
+    """Return a ridge of start, end, left and right corner (4, 3)."""
+    return Ridge(*(tuple(corner) for corner in corners.tolist()))
+
+
+def ridges(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Return a ridge (4, 3), and eight (8, 4, 3) that hang down across it, most of them; about 1 long."""
+    up, along, aside = Rotation.random(random_state=rng).as_matrix()
+    place = rng.normal(size=3)
+
+    def ridge(way: np.ndarray, to_left: np.ndarray, down: np.ndarray, middle: np.ndarray) -> np.ndarray:
+        part, length = rng.uniform(-0.1, 1.1), rng.uniform(0.5, 2.0)
+        start = middle - part * length * way
+        drop = np.where(rng.random(2) < 0.9, 1.0, -1.0) * rng.uniform(0.05, 1.0, 2)
+        left, right = rng.choice([1.0, 1.0, 1.0, -1.0]) * rng.uniform(0.2, 1.0, 2) * [1.0, -1.0]
+        sides = [
+            start + part * to_left + rng.uniform(0.0, length) * way + each * down
+            for part, each in ((left, drop[0]), (right, drop[1]))
+        ]
+        return np.array([start, start + length * way, *sides])
+
+    other = ridge(along, aside, -up, place)
+    eight = []
+    for _ in range(8):
+        turn = rng.uniform(0.1, np.pi - 0.1) * rng.choice([1.0, -1.0])
+        way, to_left = np.cos(turn) * along + np.sin(turn) * aside, np.sin(turn) * along - np.cos(turn) * aside
+        middle = (
+            place + rng.uniform(-0.3, 0.3) * along - rng.choice([1.0, 1.0, 1.0, -1.0]) * rng.uniform(0.01, 0.5) * up
+        )
+        eight.append(ridge(way, to_left, up, middle))
+    return other, np.array(eight)
+
+
+def crossing_of(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return (7,) depth, way, place on both, and whether the left triangle faces it; 0 if two ridges do not cross."""
+    (way, left, right), (other_way, other_left, other_right) = one[1:] - one[0], other[1:] - other[0]
+    place, other_place = np.linalg.lstsq(np.stack([way, -other_way], axis=1), other[0] - one[0], rcond=None)[0]
+    apart = other[0] + other_place * other_way - one[0] - place * way
+    depth = np.linalg.norm(apart)
+    normal = apart / depth
+    if not (0.0 <= place <= 1.0 and 0.0 <= other_place <= 1.0):
+        return np.zeros(7)
+    if np.any(np.array([other_left, other_right]) @ normal > 0.0) or np.any(np.array([left, right]) @ normal < 0.0):
+        return np.zeros(7)
+    if np.linalg.det([way, left, right]) >= 0.0 or np.linalg.det([other_way, other_left, other_right]) >= 0.0:
+        return np.zeros(7)
+    faces = np.array([np.cross(other_way, other_left), np.cross(other_right, other_way)])
+    facing = faces @ normal / np.linalg.norm(faces, axis=1)
+    return np.array([depth, *normal, place, other_place, facing[0] >= facing[1]])
+
+
+EDGES = np.unique(np.sort(ROOF_FACES[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)), axis=0)
+RIDGE = np.array([2, 5, 1, 3])  # its ends, and the third corners to its left and right
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.collision.soft.soft_soft.find_soft_soft_contacts",
+    reference="nearest points of two lines by least squares, sides by determinants, in NumPy",
+    kind="closed form",
+    unit="m, of a unit vector; particles, contacts",
+    tolerance=2e-12,
+    because="rounding, of ridges that are a hundredth deep: 1.3e-13 at worst of twelve seeds at standard",
+    faults=(
+        Fault("the triangle that faces away", soft_soft._add_crossing, "2 if on_left else 3", "3 if on_left else 2"),
+        Fault(
+            "places on the other from its end",
+            soft_soft._add_crossing,
+            "(1.0 - other_place, other_place, 0.0)",
+            "(other_place, 1.0 - other_place, 0.0)",
+        ),
+        Fault(
+            "edges that are across outside",
+            soft_soft._add_crossings,
+            "crossing.depth > 0.0 and _is_inside(one, edges[lane], crossing.place, lane, memory)",
+            "crossing.depth > 0.0",
+        ),
+        Fault("a depth's way off", soft_soft.half_way, "0.5 * depth", "depth"),
+    ),
+)
+def ridges_in_a_world(run: Run) -> Comparison:
+    """Two crooked roofs in a World, one upside down across the other, that overlap by their ridges alone: each ridge is
+    held once by the other, as deep, that way and there as the nearest points of both lines are, half-way between them,
+    and by the triangle that faces it more; or not, where that place on it is not inside."""
+    rng, measured, expected = run.fresh_rng(), [], []
+    asked: list[np.ndarray] = []
+    while len(asked) < run.count(80, 200, 1_000):
+        turn, up = rng.uniform(0.3, 0.7) * np.pi * rng.choice([-1.0, 1.0]), rng.uniform(0.01, 0.06)
+        over = Rotation.from_rotvec([np.pi, 0.0, 0.0]) * Rotation.from_rotvec([0.0, 0.0, turn])
+        roofs = [ROOF + rng.uniform(-0.08, 0.08, (6, 3)) + np.outer(np.arange(6) % 3 == 2, [0.0, y, 0.0])
+                 for y in rng.uniform(-0.3, 0.3, 2)]  # fmt: skip
+        roofs[1] = over.apply(roofs[1]) + [0.0, 0.0, 1.0 - up]
+        about = Rotation.random(random_state=rng)
+        roofs = [about.apply(roof) for roof in roofs]
+        nearest = [crossing_of(roofs[k][RIDGE], roofs[1 - k][RIDGE]) for k in range(2)]
+        lengths = [np.linalg.norm(roof[EDGES[:, 0]] - roof[EDGES[:, 1]], axis=1).mean() for roof in roofs]
+        # Of bodies of unlike coarseness only the finer one's edges are asked for, and of a ridge what is inside.
+        if not all(0.01 < each[0] < 0.1 for each in nearest) or abs(np.log(lengths[0] / lengths[1])) > 0.1:
+            continue
+        places = [roof[2] + near[4] * (roof[5] - roof[2]) for roof, near in zip(roofs, nearest)]
+        under = [below(places[k], roofs[1 - k][RIDGE]) for k in range(2)]
+        if np.abs(under).min() < 1e-6:
+            continue
+        world = World((0.0, 0.0, 0.0))
+        for roof in roofs:
+            world.add_soft_body(Mesh(roof, ROOF_FACES), 1.0, 10.0, 0.0)
+        world.step(1e-4)
+        for k, (depth, *normal, place, other_place, on_left) in enumerate(nearest):
+            third = 6 * (1 - k) + RIDGE[2 if on_left else 3]
+            row = [1.0, depth, *normal, *(places[k] + 0.5 * depth * np.array(normal)), place, other_place, third]
+            expected.append(row if under[k] > 0.0 else [0.0] * 11)
+            measured.append(held(world, k))
+        asked.append(np.concatenate(roofs).ravel())
+    return Comparison(np.array(measured), np.array(expected), inputs={"roofs": np.repeat(asked, 2, axis=0)})
+
+
+def below(point: np.ndarray, ridge: np.ndarray) -> float:
+    """Return how far a point (3,) is below the nearer face of a ridge (4, 3), times the face's size [m³]."""
+    way, left, right = ridge[1:] - ridge[0]
+    return float((np.array([np.cross(way, left), np.cross(right, way)]) @ (ridge[0] - point)).min())
+
+
+def held(world: World, k: int) -> np.ndarray:
+    """Return (11,) how often the ridge of roof k is held by the other's, and the last time: how, where, by what."""
+    contacts, found = world.store.contacts, np.zeros(11)
+    for row in range(contacts.number[0]):
+        particles, weights = contacts.particles[row], contacts.weights[row]
+        if sorted(set(particles[0])) == [6 * k + 2, 6 * k + 5] and list(particles[1, :2] - 6 * (1 - k)) == [2, 5]:
+            places = weights[0, particles[0] == 6 * k + 5].sum(), weights[1, 1]
+            how = contacts.depth[row], *contacts.normal[row], *contacts.point[row], *places, particles[1, 2]
+            found = np.array([found[0] + 1.0, *how])
+    return found
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.collision.soft.soft_soft.find_soft_soft_contacts",
+    reference="nearest points of two lines by least squares, sides by determinants, the slopes' normals, in NumPy",
+    kind="specification",
+    unit="m; contacts",
+    tolerance=2e-12,
+    because="rounding, of ridges that are a hundredth deep",
+    faults=(
+        Fault(
+            "edges that lead out, too",
+            soft_soft.find_soft_soft_contacts,
+            "count = _drop_those_that_lead_out(one, count, memory)",
+            "",
+        ),
+        Fault("edges that lead in are dropped", soft_soft._drop_those_that_lead_out, "out <= 0.0", "out >= 0.0"),
+        Fault("all with an end inside are dropped", soft_soft._drop_those_that_lead_out, "out <= 0.0", "out == 0.0"),
+        Fault(
+            "a way that is seen from the other end",
+            soft_soft._drop_those_that_lead_out,
+            "-dot(along, load(memory.way_out, j))",
+            "dot(along, load(memory.way_out, j))",
+        ),
+    ),
+)
+def edges_that_lead_out(run: Run) -> Comparison:
+    """A spike that is stuck into a crooked roof, its tip beside the ridge: an edge of it that leads out from where the
+    tip is, towards the nearer slope's outside, is not held by the ridge besides, for its tip is; one that leads farther
+    in, and passes under the ridge, is, as deep as the nearest points of both lines are."""
+    rng, measured, expected, kinds = run.fresh_rng(), [], [], []
+    wanted = run.count(80, 300, 2_000)
+    left = {"leads out": wanted // 2, "leads in": wanted // 2}
+    while any(left.values()):
+        roof = ROOF * (1.0, 2.5, 1.0) + rng.uniform(-0.05, 0.05, (6, 3))  # so flat that what is below a ridge is inside
+        # The tip is under a slope, near the ridge; the base is above, and turned anyhow.
+        along = rng.uniform(0.3, 0.7)
+        tip = (1.0 - along) * roof[2] + along * roof[5] + (0.0, rng.uniform(-0.15, 0.15), -rng.uniform(0.05, 0.25))
+        about, high, wide = rng.uniform(0.0, 2.0 * np.pi), rng.uniform(0.5, 1.2), rng.uniform(0.2, 1.0)
+        corners = about + np.arange(3) * 2.0 * np.pi / 3.0
+        base = tip + np.column_stack([wide * np.cos(corners), wide * np.sin(corners), np.full(3, high)])
+        base += rng.uniform(-0.2, 0.2, (3, 3))
+        spike = np.concatenate([[tip], base])
+        faces = np.array([(0, 2, 1), (0, 3, 2), (0, 1, 3), (1, 2, 3)])
+        edges = np.array([(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)])
+        length = np.linalg.norm(roof[EDGES[:, 0]] - roof[EDGES[:, 1]], axis=1).mean()
+        spike = tip + (spike - tip) * length / np.linalg.norm(spike[edges[:, 0]] - spike[edges[:, 1]], axis=1).mean()
+        slopes = [(roof[5] - roof[2], roof[1] - roof[2]), (roof[3] - roof[2], roof[5] - roof[2])]
+        normals = np.array([np.cross(a, b) / np.linalg.norm(np.cross(a, b)) for a, b in slopes])
+        normals *= np.sign(normals[:, 2:])
+        depths = normals @ (roof[2] - tip)
+        if depths.min() < 0.01 or abs(np.diff(depths)[0]) < 0.01:
+            continue
+        out = normals[depths.argmin()]
+        found = []
+        for k, (one, two) in enumerate(((3, 2), (1, 3), (2, 1)), 1):  # third corners left and right of tip → corner k
+            way = spike[k] - spike[0]
+            near = crossing_of(np.array([spike[0], spike[k], spike[one], spike[two]]), roof[RIDGE])
+            clear = abs(way @ out) > 1e-3 and (near[0] == 0.0 or 0.01 < near[0] < 0.2)
+            clear &= near[0] == 0.0 or below(spike[0] + near[4] * way, roof[RIDGE]) > 1e-6
+            found.append((k, near[0], "leads out" if way @ out > 0.0 else "leads in", clear))
+        crossing = [each for each in found if each[1] > 0.0]
+        if len(crossing) != 1 or not all(each[3] for each in found) or not left[crossing[0][2]]:
+            continue
+        k, depth, kind, _ = crossing[0]
+        left[kind] -= 1
+        about_all, order = Rotation.random(random_state=rng), rng.random() < 0.5
+        world, names = World((0.0, 0.0, 0.0)), rng.permutation(4)  # the numbers of the spike's vertices
+        turned_spike = np.empty((4, 3))
+        turned_spike[names] = about_all.apply(spike)
+        meshes = [Mesh(about_all.apply(roof), ROOF_FACES), Mesh(turned_spike, names[faces])]
+        for mesh in meshes[::-1] if order else meshes:
+            world.add_soft_body(mesh, 1.0, 10.0, 0.0)
+        world.step(1e-4)
+        first_spike, first_roof = (0, 4) if order else (6, 0)
+        contacts, row = world.store.contacts, np.zeros(2)
+        for number in range(contacts.number[0]):
+            particles = contacts.particles[number]
+            is_edge = sorted(set(particles[0] - first_spike)) == sorted((names[0], names[k]))
+            if is_edge and list(particles[1, :2] - first_roof) == [2, 5]:
+                row = np.array([row[0] + 1.0, contacts.depth[number]])
+        measured.append(row)
+        expected.append([1.0, depth] if kind == "leads in" else [0.0, 0.0])
+        kinds.append(kind)
+    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.collision.soft.soft_response.resolve_contacts",
+    reference="three linear equations, by NumPy",
+    kind="closed form",
+    unit="weights of corners",
+    tolerance=1e-10,
+    because="lines along the plane: where they meet it is rounded twenty times as much, and more in thin triangles",
+    faults=(
+        Fault(
+            "a cosine that is a hundredth larger",
+            soft_response.line_meets_triangle,
+            "ALONG_SURFACE * np.sqrt(s_)",
+            "1.01 * ALONG_SURFACE * np.sqrt(square)",
+        ),
+        Fault("any line", soft_response.line_meets_triangle, "ALONG_SURFACE * np.sqrt(s_)", "0.0 * np.sqrt(square)"),
+        Fault("weights that do not add up", soft_response.line_meets_triangle, "w_[0] - u - v", "weights[0] - u + v"),
+        Fault(
+            "a corner as it is now",
+            soft_response.line_meets_triangle,
+            "_place(particles, at_particle(corners[2]), time_since)",
+            "_place(particles, at_particle(corners[2]), 0.0)",
+        ),
+    ),
+)  # fmt: skip
+def where_pushes_act(run: Run) -> Comparison:
+    """A push on a triangle acts where its line meets the triangle's plane, both as they were when it happened; or where
+    they touch, if the line is at a cosine of 0.05 to the normal or less: at 0.5, 0.997, 1.003 and 2 to 20 times that,
+    of triangles of any shape."""
+    rng, expected, kinds = run.fresh_rng(), [], []
+    measured: list[Vec] = []
+    while len(measured) < run.count(80, 400, 4_000):
+        times = (0.5, 0.997, 1.003, rng.uniform(2.0, 20.0))[len(measured) % 4]
+        position, velocity, ago = rng.normal(size=(6, 3)), rng.normal(size=(6, 3)), rng.uniform(0.0, 0.1)
+        then = position - ago * velocity
+        a, b, c = then[3:]
+        up = np.cross(b - a, c - a)
+        if np.linalg.norm(up) < 0.3:
+            continue
+        normal, across = up / np.linalg.norm(up), np.cross(up, rng.normal(size=3))
+        sine = 0.05 * times * rng.choice([-1.0, 1.0])
+        direction = sine * normal + np.sqrt(1.0 - sine**2) * across / np.linalg.norm(across)
+        direction *= 10.0 ** rng.uniform(-3.0, 3.0)
+        own, others = rng.dirichlet((1.0, 1.0, 1.0), 2)
+        contacts = new_contacts(1)
+        contacts.number[0] = 1
+        contacts.box[0] = -1
+        contacts.particles[0], contacts.weights[0] = [(0, 1, 2), (3, 4, 5)], [own, others]
+        particles = Particles(np.ones(6), position, velocity)
+        rows = Listing(*(getattr(contacts, name) for name in Listing._fields))
+        measured.append(soft_response.line_meets_triangle(rows, 0, particles, tuple(direction.tolist()), ago))
+        # p + t d = a + v (b − a) + w (c − a)
+        solved = np.linalg.solve(np.column_stack([direction, a - b, a - c]), a - own @ then[:3])
+        expected.append(others if times < 1.0 else np.array([1.0 - solved[1] - solved[2], solved[1], solved[2]]))
+        kinds.append("along the plane" if times < 1.0 else "through the plane")
+    return Comparison(np.array(measured), np.array(expected), groups=kinds)

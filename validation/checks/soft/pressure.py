@@ -1,0 +1,521 @@
+"""Gas against springs: the equilibrium that the core's own motion comes to, and the force it feels on the way."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+import softbody
+from softbody import Mesh, SimulationError, World
+from softbody.dynamics import integrators, one_ring_forces, pressure, reference_forces, soft_bodies
+from softbody.dynamics.reference_forces import add_pressure_forces, spring_virial
+from softbody.geometry import polyhedron
+from softbody.stepping import shape_at_rest as resting
+from validation.cases import dented_sphere, edge_lengths, lumpy_sphere, random_mesh
+from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.checks.soft.soft import accelerations
+from validation.fault import Fault
+
+FAMILY = "pressure and volume"
+
+PRESSURE = Fault("pressure off by 1e-9", pressure.gas_pressure, "gas_ / volume_", "gas_ / volume_ * (1.0 + 1e-9)")
+
+
+REST_SECONDS = 40.0
+REST_FORCE = 5e-15  # of k × size: the largest force that is left when the shape counts as at rest
+
+
+def at_rest(mesh: Mesh, stiffness: ArrayLike, gas: float) -> World:
+    """Return a world in which the core has found where a soft body without weight comes to rest."""
+    world = World(gravity=(0.0, 0.0, 0.0))
+    world.add_soft_body(mesh, mass=1.0, stiffness=stiffness, gas=gas)
+    world.equilibrium(REST_FORCE)
+    return world
+
+
+def _mean_distance(world: World) -> float:
+    """Return the mean distance [m] of the particles of one body from its centre."""
+    position = world.state.particle_position
+    return float(np.linalg.norm(position - position.mean(axis=0), axis=1).mean())
+
+
+@check(
+    section="2.1, 2.3",
+    piece="softbody.dynamics.one_ring_forces",
+    reference="the identity itself: it holds at every equilibrium of every closed mesh, without a fitted constant",
+    kind="closed form",
+    least=4,
+    tolerance=2e-12,
+    because="the forces left at rest, 5e-15 k × size on each particle, do that much virtual work",
+    faults=(PRESSURE,),
+)
+def virial_identity(run: Run) -> Comparison:
+    """Spheres, tori, dented and random meshes at rest fulfil the virial identity Σ k (l − l0) l = 3 nRT."""
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    for _ in range(run.count(1, 4, 30)):
+        stiffness, gas = rng.uniform(50.0, 200.0), rng.uniform(20.0, 100.0)
+        for kind, mesh in (
+            ("sphere", softbody.icosphere(2)),
+            ("torus", softbody.torus(1.0, 0.4, 24, 12)),
+            ("dented sphere", dented_sphere(2)),
+            ("random mesh", lumpy_sphere(rng, 2)),
+        ):
+            world = at_rest(mesh, stiffness, gas)
+            model, position = world.model, world.state.particle_position
+            springs = model.edge_particles, model.edge_rest_length, model.edge_stiffness
+            measured.append(spring_virial(position, *springs))
+            expected.append(3.0 * gas)
+            kinds.append(kind)
+    return Comparison(measured, expected, expected, kinds)
+
+
+@check(
+    section="2.1, 2.3",
+    piece="softbody.dynamics.one_ring_forces",
+    reference="closed form: symmetry leaves one unknown",
+    kind="closed form",
+    tolerance=1e-14,
+    because="rounding, and forces of 5e-15 k × size left at rest",
+    faults=(PRESSURE,),
+)
+def equilibrium_scale(run: Run) -> Comparison:
+    """A tetrahedron, octahedron or icosahedron comes to rest at the scale λ with λ² − λ = 3nRT/(k Σ l0²)."""
+    from references import analytic
+
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    for _ in range(run.count(5, 30, 300)):
+        stiffness, radius = rng.uniform(10.0, 1000.0), rng.uniform(0.3, 2.0)
+        for kind, make in (
+            ("tetrahedron", softbody.tetrahedron),
+            ("octahedron", softbody.octahedron),
+            ("icosahedron", softbody.icosahedron),
+        ):
+            mesh = make(radius)
+            i, j = mesh.edges.T
+            rest_squared = ((mesh.vertices[i] - mesh.vertices[j]) ** 2).sum()
+            # Gas from "hardly stretched" to "nearly twice the size".
+            gas = stiffness * rest_squared / 3.0 * 10.0 ** rng.uniform(-3.0, 0.3)
+            world = at_rest(mesh, stiffness, gas)
+            measured.append(_mean_distance(world) / radius)
+            expected.append(analytic.equilibrium_scale(gas, stiffness * rest_squared))
+            kinds.append(kind)
+    return Comparison(measured, expected, expected, kinds)
+
+
+@check(
+    section="2.3, 10.6",
+    piece="softbody.dynamics.pressure.gas_pressure",
+    reference="ideal gas law; volume by trimesh",
+    engines=("trimesh",),
+    least=5,
+    tolerance=2e-14,
+    because="both volumes round some 300 terms",
+    faults=(
+        PRESSURE,
+        Fault(
+            "volume off by 1e-12", polyhedron.signed_volume, "six_volumes_ / 6.0", "six_volumes_ / 6.0 * (1.0 + 1e-12)"
+        ),
+    ),
+)
+def ideal_gas_law(run: Run) -> Comparison:
+    """The pressure that a body tells, times the volume that trimesh measures, is nRT, over nine decades."""
+    from references import trimesh
+
+    rng = run.fresh_rng()
+    measured, expected = [], []
+    for _ in range(run.count(5, 30, 300)):
+        mesh = random_mesh(str(rng.choice(["sphere", "torus", "lumpy sphere"])), rng)
+        world = World(gravity=(0.0, 0.0, 0.0))
+        gas = 10.0 ** rng.uniform(-3.0, 6.0)
+        body = world.add_soft_body(mesh, mass=1.0, stiffness=100.0, gas=gas)
+        measured.append(body.pressure * trimesh.volume(body.positions, mesh.triangles))
+        expected.append(gas)
+    return Comparison(measured, expected, expected)
+
+
+@check(
+    section="2.3, 10.6",
+    piece="softbody.dynamics.pressure.gas_pressure",
+    reference="ideal gas law; volumes in closed form",
+    kind="closed form",
+    tolerance=1e-14,
+    because="volumes of at most 20 triangles",
+    faults=(PRESSURE,),
+)
+def gas_laws(run: Run) -> Comparison:
+    """Boyle's law: P V = nRT over twelve decades of nRT, in which T is, and six of V, in regular solids."""
+    from references import analytic
+
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    for name in ("tetrahedron", "octahedron", "icosahedron"):
+        world = World(gravity=(0.0, 0.0, 0.0))
+        mesh = getattr(softbody, name)()
+        body = world.add_soft_body(mesh, mass=1.0, stiffness=100.0, gas=1.0)
+        for _ in range(run.count(20, 200, 2000)):
+            radius, body.gas = 10.0 ** rng.uniform(-1.0, 1.0), 10.0 ** rng.uniform(-6.0, 6.0)
+            body.positions[:] = radius * mesh.vertices
+            measured.append(body.pressure * analytic.regular_solid_volume(name, radius))
+            expected.append(body.gas)
+            kinds.append(name)
+    return Comparison(measured, expected, expected, kinds)
+
+
+@check(
+    section="2",
+    piece="softbody.dynamics.one_ring_forces",
+    reference="closed forms of the two ends, to the second order",
+    kind="closed form",
+    tolerance=2e-12,
+    because="the next terms: q² ≤ 1e-12, and 1/(8q) of the size; rounding",
+    faults=(
+        Fault("gas that is always there", pressure.gas_pressure, "gas_ / volume_", "(gas_ + 1e-9) / volume_"),
+        Fault(
+            "springs that are stiffer by 1e-9",
+            one_ring_forces._tension,
+            "k_ - pull_ / square_root(square_)",
+            "k_ * (1.0 + 1e-9) - pull_ / square_root(square_)",
+        ),
+    ),
+)
+def limits(run: Run) -> Comparison:
+    """Regular solids without gas rest in the shape of their springs; with little, q = 3nRT/(kΣl0²) ≤ 1e-6, they are 1 +
+    q as large; with very much, q ≥ 1e12, they swell as ½ + √q."""
+    measured, expected, kinds = [], [], []
+    for name in ("tetrahedron", "octahedron", "icosahedron"):
+        mesh = getattr(softbody, name)()
+        rest_squared = (edge_lengths(mesh.vertices, mesh.edges) ** 2).sum()
+        little, much = np.linspace(-9.0, -6.0, run.count(2, 5, 20)), np.linspace(12.0, 15.0, run.count(2, 5, 20))
+        cases = [("no gas", 0.0, 1.0)]
+        cases += [("little gas", q, 1.0 + q) for q in 10.0**little]
+        cases += [("much gas", q, 0.5 + np.sqrt(q)) for q in 10.0**much]
+        for kind, q, scale in cases:
+            world = at_rest(mesh, 1.0, q * rest_squared / 3.0)
+            measured.append(_mean_distance(world) / scale)
+            expected.append(1.0)
+            kinds.append(kind)
+    return Comparison(measured, expected, groups=kinds)
+
+
+@check(
+    section="2",
+    piece="softbody.dynamics.one_ring_forces",
+    reference="SciPy minimiser, on one of each family",
+    engines=("scipy",),
+    unit="of V/V0",
+    least=4,
+    tolerance=2e-14,
+    because="as for the shape at rest: 1.1e-15 at worst of ten seeds and of all ratios at full",
+    faults=(PRESSURE,),
+)
+def scaling(run: Run) -> Comparison:
+    """A torus at rest grows with nRT/(kΣl0²) alone: bodies of any size and stiffness, by that ratio, are similar."""
+    from references import scipy
+
+    rng = run.fresh_rng()
+    measured, expected = [], []
+    mesh = softbody.torus(1.0, 0.4, 12, 6)
+    i, j = mesh.edges.T
+    lengths = np.linalg.norm(mesh.vertices[i] - mesh.vertices[j], axis=1)
+    for decade in np.linspace(-3.0, -1.0, run.count(2, 4, 12)):
+        gas = (lengths**2).sum() / 3.0 * 10.0**decade
+        judged = scipy.equilibrium(mesh.vertices, mesh.edges, lengths, np.ones(len(i)), mesh.triangles, gas)
+        volume = Mesh(judged.positions, mesh.triangles).volume / mesh.volume
+        for _ in range(2):
+            size, stiffness = 10.0 ** rng.uniform(-2.0, 2.0), 10.0 ** rng.uniform(-1.0, 4.0)
+            world = at_rest(mesh.scaled(size), stiffness, gas * stiffness * size**2)
+            measured.append(Mesh(world.state.particle_position, mesh.triangles).volume / (mesh.volume * size**3))
+            expected.append(volume)
+    return Comparison(measured, expected, expected)
+
+
+@check(
+    section="2, 5.1",
+    piece="softbody.dynamics.one_ring_forces",
+    reference="SciPy minimiser of ½ Σ k (l − l0)² − nRT ln V, on its own energy and gradient",
+    engines=("scipy",),
+    unit="of l0",
+    tolerance=2e-14,
+    because="forces of 5e-15 k × size are left by both solvers: 1.8e-15 of a length at worst of ten seeds",
+    faults=(
+        Fault(
+            "spring force over the rest length",
+            one_ring_forces._tension,
+            "k_ - pull_ / square_root(square_)",
+            "1.001 * (k_ - pull_ / square_root(square_))",
+        ),
+        PRESSURE,
+    ),
+)
+def shape_at_rest(run: Run) -> Comparison:
+    """The shape that a body comes to rest in is the one of least energy that SciPy finds."""
+    from references import scipy
+
+    rng = run.fresh_rng()
+    measured, expected, scales, kinds = [], [], [], []
+    for _ in range(run.count(1, 3, 20)):
+        for kind, mesh in (("sphere", softbody.icosphere(2)), ("torus", softbody.torus(1.0, 0.4, 16, 8))):
+            stiffness, gas = rng.uniform(50.0, 200.0), rng.uniform(20.0, 100.0)
+            world = at_rest(mesh, stiffness, gas)
+            model = world.model
+            judged = scipy.equilibrium(
+                mesh.vertices, model.edge_particles, model.edge_rest_length, model.edge_stiffness, mesh.triangles, gas
+            )
+            # The shape may have turned or drifted as a whole: compare the lengths of the springs.
+            measured.append(edge_lengths(world.state.particle_position, model.edge_particles))
+            expected.append(edge_lengths(judged.positions, model.edge_particles))
+            scales.append(model.edge_rest_length)
+            kinds += [kind] * len(model.edge_particles)
+    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds)
+
+
+@check(
+    section="2, 5.1",
+    piece="softbody.World.equilibrium",
+    reference="SciPy minimiser of springs, gas and work, and Newton's method, on its own energy, gradient and Hessian",
+    engines=("scipy",),
+    unit="of the size, and m/s",
+    tolerance=5e-12,
+    because="forces of 1e-14 k × size are left, in soft modes of 1e-2 k: 2.3e-13 at worst of ten seeds, 7e-13 of more"
+    " bodies",
+    faults=(
+        Fault(
+            "no weight at all",
+            resting.shape_at_rest,
+            "controls.gravity if is_held else np.zeros(3)",
+            "np.zeros(3)",
+        ),
+        Fault(
+            "bodies that are left as they were, but for the first",
+            resting.equilibrium,
+            "positions[slice(*store.model.soft_particle_start[b_:b_ + 2])] = shape",
+            "positions[: len(shape)] = shape if body == 0 else positions[: len(shape)]",
+        ),
+        Fault(
+            "bodies that go on moving",
+            resting.equilibrium,
+            "assign_together((store.state.particle_position, positions), (store.state.particle_velocity, 0.0))",
+            "assign_together((store.state.particle_position, positions))",
+        ),
+        Fault(
+            "a shape that is nearly at rest",
+            resting.shape_at_rest,
+            "tolerance * model.edge_stiffness.max()",
+            "1e6 * tolerance * model.edge_stiffness.max()",
+        ),
+    ),
+)
+def hanging_and_floating(run: Run) -> Comparison:
+    """`World.equilibrium` moves bodies of any springs to the shape of least energy that SciPy finds: where they hang on
+    fixed particles, under their weight and forces; where they float, without weight; and stops them."""
+    from references import scipy
+
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    for _ in range(run.count(2, 6, 40)):
+        gravity = rng.normal(0.0, 5.0, 3)
+        world, judged = World(gravity=gravity), []
+        for kind, mesh in (("hangs", softbody.icosphere(1, 0.5)), ("floats", softbody.torus(0.6, 0.25, 12, 6))):
+            count, mass, gas = len(mesh.vertices), rng.uniform(0.2, 1.0), rng.uniform(5.0, 30.0)
+            lengths = edge_lengths(mesh.vertices, mesh.edges) * rng.uniform(0.95, 1.05, len(mesh.edges))
+            stiffness = rng.uniform(100.0, 300.0, len(mesh.edges))
+            springs = mesh.edges, lengths, stiffness, mesh.triangles, gas
+            pins = rng.choice(count, 4, replace=False) if kind == "hangs" else np.empty(0, int)
+            body = world.add_soft_body(mesh, mass, stiffness, gas, rest_length=lengths, fixed=pins)
+            body.velocities[np.setdiff1d(np.arange(count), pins)] = rng.normal(size=3)
+            if kind == "hangs":
+                force = rng.normal(size=(count, 3)) / count
+                body.external_force = force
+                load = force + mass / count * gravity
+                judged.append(scipy.hanging(mesh.vertices, *springs, load, pins).positions)
+            else:
+                judged.append(scipy.equilibrium(mesh.vertices, *springs).positions)
+        world.equilibrium(1e-14)
+        for body, kind, shape in zip(world.soft_bodies, ("hangs", "floats"), judged):
+            if kind == "hangs":
+                measured.append(np.append(body.positions.ravel(), np.abs(body.velocities).max()))
+                expected.append(np.append(shape.ravel(), 0.0))
+            else:  # it may have turned, or drifted
+                measured.append(np.append(edge_lengths(body.positions, body.edges), np.abs(body.velocities).max()))
+                expected.append(np.append(edge_lengths(shape, body.edges), 0.0))
+            kinds += [kind] * len(expected[-1])
+    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.World.equilibrium",
+    reference="statics: nothing holds a particle but that it is fixed",
+    kind="specification",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="yes or no",
+    faults=(
+        Fault("forces that must act everywhere", resting._is_pulled, "force[is_free].any()", "force[is_free].all()"),
+        Fault("forces on what is fixed", resting._is_pulled, "force[is_free].any()", "force.any()"),
+        Fault(
+            "the weight of what floats",
+            resting.shape_at_rest,
+            "controls.gravity if h_ else np.zeros(3)",
+            "controls.gravity",
+        ),
+    ),
+)
+def at_rest_without_springs(run: Run) -> Comparison:
+    """A body with neither springs nor gas is at rest as it is, unless a force acts on one of its particles that can
+    move, or its weight while others are fixed: then `World.equilibrium` says that it is not, and nothing moves."""
+    rng, mesh = run.fresh_rng(), softbody.octahedron(0.5)
+    right, kinds = [], []
+    for trial in range(run.count(36, 180, 1_800)):
+        weight, pinned, push = (rng.random() < 0.5, int(rng.integers(0, 6)), ("nowhere", "one", "fixed")[trial % 3])
+        world = World(gravity=(0.0, 0.0, -9.81 * weight))
+        pins = rng.choice(6, pinned, replace=False)
+        body = world.add_soft_body(mesh, 1.0, 0.0, 0.0, fixed=pins)
+        body.positions = mesh.vertices * rng.uniform(0.5, 2.0, 3)
+        free = np.setdiff1d(np.arange(6), pins)
+        force = np.zeros((6, 3))
+        pushed = pins if push == "fixed" else free
+        if push != "nowhere" and len(pushed):
+            force[rng.choice(pushed), rng.integers(3)] = rng.normal()
+            body.external_force = force
+        is_pulled = force[free].any() or (weight and pinned > 0)
+        before = body.positions.copy()
+        try:
+            world.equilibrium()
+            right.append(not is_pulled)
+        except SimulationError:
+            right.append(bool(is_pulled))
+        right.append(body.positions.tobytes() == before.tobytes())
+        kinds += [f"pushed: {push}, {'held' if pinned else 'floating'}"] * 2
+    return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
+
+
+@check(
+    section="2, 5.1",
+    piece="softbody.World.run",
+    reference="SciPy minimiser of ½ Σ k (l − l0)² − nRT ln V, on its own energy and gradient",
+    engines=("scipy",),
+    unit="of l0, of the pressure, of the volume",
+    tolerance=1e-14,
+    because="rounding; what has not faded is less: 9e-16 at worst of five seeds",
+    faults=(
+        PRESSURE,
+        Fault(
+            "springs shorter by 1e-8",
+            one_ring_forces._tension,
+            "k_ - pull_ / square_root(square_)",
+            "k_ - pull_ * (1.0 - 1e-8) / square_root(square_)",
+        ),
+        Fault(
+            "the gas pushes 1e-8 harder in motion",
+            integrators._advance_body,
+            "gas_pressure(gas_, volume) / 6.0",
+            "gas_pressure(gas_, volume) / 5.99999994",
+        ),
+    ),
+)
+def run_to_rest(run: Run) -> Comparison:
+    """A body with damping and drag that runs in a World as it comes, comes to rest in the shape of least energy that
+    SciPy finds: at that pressure, and in that volume."""
+    from references import scipy
+
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    shapes = {
+        "sphere": softbody.icosphere(1),
+        "torus": softbody.torus(1.0, 0.4, 10, 6),
+        "box": softbody.box((1.0, 0.7, 1.3), 2),
+    }
+    for _ in range(run.count(1, 2, 10)):
+        for kind, mesh in shapes.items():
+            gas, mass = rng.uniform(5.0, 30.0), rng.uniform(0.5, 2.0)
+            stiffness = 100.0 * rng.uniform(0.8, 1.2, len(mesh.edges))
+            world = World(gravity=(0.0, 0.0, 0.0))
+            body = world.add_soft_body(mesh, mass, stiffness, gas, damping=0.1, drag=2.0)
+            world.run(REST_SECONDS, 0.5 * world.stable_time_step())
+            lengths = edge_lengths(mesh.vertices, mesh.edges)
+            judged = scipy.equilibrium(mesh.vertices, mesh.edges, lengths, stiffness, mesh.triangles, gas)
+            volume = Mesh(judged.positions, mesh.triangles).volume
+            measured.append(
+                np.append(
+                    edge_lengths(body.positions, mesh.edges) / lengths,
+                    [body.pressure * volume / gas, body.volume / volume],
+                )
+            )
+            expected.append(np.append(edge_lengths(judged.positions, mesh.edges) / lengths, [1.0, 1.0]))
+            kinds += [kind] * len(measured[-1])
+    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+
+
+def _pressure_force(mesh: Mesh, pascal: float) -> np.ndarray:
+    force = np.zeros_like(mesh.vertices)
+    add_pressure_forces(mesh.vertices, mesh.triangles, pascal, force)
+    return force
+
+
+@check(
+    section="2.2, 10.11",
+    piece="softbody.dynamics.reference_forces.add_pressure_forces",
+    reference="gradient of the volume, by SciPy's side on its own formula",
+    engines=("scipy",),
+    unit="of the largest force",
+    tolerance=5e-15,
+    because="six triangles a particle, a few roundings of 1e-16 each on both sides",
+    faults=(
+        Fault(
+            "pressure force of a triangle off by 1e-9",
+            reference_forces.add_pressure_forces,
+            "pressure_ / 3.0",
+            "pressure_ / 3.0 * (1.0 + 1e-9)",
+        ),
+    ),
+)
+def force_is_gradient_of_volume(run: Run) -> Comparison:
+    """The pressure force on a particle is exactly P ∂V/∂x: the gas does the work P dV."""
+    from references import scipy
+
+    rng = run.fresh_rng()
+    measured, expected, scales = [], [], []
+    for _ in range(run.count(3, 10, 100)):
+        mesh, pascal = lumpy_sphere(rng), 10.0 ** rng.uniform(-2.0, 5.0)
+        measured.append(_pressure_force(mesh, pascal))
+        expected.append(pascal * scipy.pressure_gradient(mesh.vertices, mesh.triangles))
+        scales.append(np.full(len(mesh.vertices), np.linalg.norm(expected[-1], axis=1).max()))
+    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales))
+
+
+@check(
+    section="2",
+    piece="softbody.dynamics.one_ring_forces",
+    reference="invariant: action equals reaction",
+    unit="of Σ |force| × size",
+    kind="invariant",
+    tolerance=3e-16,
+    because="forces of some 642 particles cancel, with a rounding of 1e-16 each: of their sum 2.1e-17 at worst of ten"
+    " seeds, 3e-17 at full",
+    faults=(
+        Fault(
+            "the gas pushes along the wrong axes in the update",
+            soft_bodies.ring_accelerations,
+            "push_ * area_[c_, i_]",
+            "push_ * area_[c_ - 1, i_]",
+        ),
+    ),
+)
+def no_net_force_or_torque(run: Run) -> Comparison:
+    """Springs and gas exert no net force and no net torque on the body that they belong to."""
+    rng = run.fresh_rng()
+    nets, kinds = [], []
+    for _ in range(run.count(3, 20, 200)):
+        mesh = lumpy_sphere(rng)
+        world = World(gravity=(0.0, 0.0, 0.0))
+        body = world.add_soft_body(mesh, mass=1.0, stiffness=100.0, gas=50.0)
+        body.positions[:] *= rng.uniform(0.9, 1.1, body.positions.shape)
+        acceleration = accelerations(world)
+        total = np.linalg.norm(acceleration, axis=1).sum() * np.ptp(body.positions, axis=0).max()
+        nets.append(acceleration.sum(axis=0) / total)
+        nets.append(np.cross(body.positions, acceleration).sum(axis=0) / total)
+        kinds += ["force", "torque"]
+    return Comparison(np.array(nets), np.zeros((len(nets), 3)), groups=kinds)

@@ -1,0 +1,309 @@
+"""Soft bodies as a whole: the fast force, what it must not depend on, and the options that peers have."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import softbody
+from softbody import Mesh, World
+from softbody.dynamics import integrators, one_ring_forces, reference_forces, soft_bodies
+from softbody.dynamics.soft_bodies import motion_of, ring_accelerations
+from softbody.model.arrays import soft_bodies_of
+from validation.cases import MESH_KINDS, edge_lengths, lumpy_sphere, random_mesh, random_orientations, rotation_matrix
+from validation.check import Comparison, Run, check
+from validation.fault import Fault
+
+FAMILY = "soft bodies"
+
+NEIGHBOUR_LEFT_OUT = Fault(
+    "the last neighbour of every ring is left out",
+    one_ring_forces.ring_sums,
+    "range(1, rings_.block[block_, DEGREE])",
+    "range(1, rings_.block[block_, DEGREE] - 1)",
+)
+PIECE = "softbody.dynamics.one_ring_forces"
+
+
+@check(
+    section="2, 5.1",
+    piece=PIECE,
+    reference="gradient of ½ Σ k (l − l0)² − nRT ln V, by SciPy's side edge by edge and triangle by triangle",
+    engines=("scipy",),
+    unit="of the largest force",
+    tolerance=5e-14,
+    because="up to 24 edges a particle, each rounded a few times on both sides; near l0 springs cancel:"
+    " 2.4e-14 at worst of two seeds at standard",
+    faults=(
+        Fault(
+            "the gas pushes along the wrong axes in the update",
+            soft_bodies.ring_accelerations,
+            "push_ * area_[c_, i_]",
+            "push_ * area_[c_ - 1, i_]",
+        ),
+        NEIGHBOUR_LEFT_OUT,
+    ),
+)
+def force_is_slope_of_energy(run: Run) -> Comparison:
+    """The force on every particle is the downhill slope of the energy, on any mesh and with springs that differ."""
+    measured, expected, kinds, _ = forces(run, "double")
+    scales = [np.full(len(judged), np.linalg.norm(judged, axis=1).max()) for judged in expected]
+    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds)
+
+
+@check(
+    section="2, 5.1",
+    piece="softbody.dynamics.reference_forces.plain_accelerations",
+    reference="gradient of ½ Σ k (l − l0)² − nRT ln V, by SciPy's side, and weight and forces by NumPy",
+    engines=("scipy",),
+    unit="of the largest acceleration",
+    least=4,
+    tolerance=3e-13,
+    because="rounding of a volume some metres from the origin, and of springs that cancel: 4.6e-14 at worst of ten"
+    " seeds",
+    faults=(
+        Fault("no springs", reference_forces.plain_accelerations, "add_spring_forces(p_, e_, r_, s_, a_)", ""),
+        Fault(
+            "weight on what is pinned",
+            reference_forces.plain_accelerations,
+            "controls.gravity[c] if model.particle_inverse_mass[i] > 0.0 else 0.0",
+            "controls.gravity[c]",
+        ),
+        Fault(
+            "forces looked up where there are none",
+            reference_forces.plain_accelerations,
+            "controls.particle_force.shape[0] > 0",
+            "controls.particle_force.shape[0] >= 0",
+        ),
+    ),
+)
+def readable_form_is_slope_of_energy(run: Run) -> Comparison:
+    """The readable form of the accelerations, of several bodies with springs that differ, gas and weight, some of them
+    pinned or pushed from outside, is the slope of the energy and what acts besides, over the mass: compiled, and as
+    plain Python, which allows no index beside an array."""
+    from references import scipy
+
+    rng = run.fresh_rng()
+    measured, expected, scales, kinds = [], [], [], []
+    for trial in range(run.count(4, 12, 80)):
+        world, judged = World(gravity=rng.normal(0.0, 5.0, 3)), []
+        for kind in rng.choice(MESH_KINDS, 1 + trial // 2 % 2):
+            mesh, mass, gas = random_mesh(kind, rng), rng.uniform(0.5, 2.0), rng.uniform(1.0, 50.0)
+            count, stiffness = len(mesh.vertices), rng.uniform(10.0, 100.0, len(mesh.edges))
+            pins = rng.choice(count, 2, replace=False)
+            body = world.add_soft_body(mesh, mass, stiffness, gas, rng.normal(size=3), fixed=pins)
+            body.positions[:] *= rng.uniform(0.9, 1.3, 3)
+            lengths = edge_lengths(mesh.vertices, mesh.edges)
+            force = scipy.forces(body.positions, mesh.edges, lengths, stiffness, mesh.triangles, gas)
+            if trial % 2:
+                push = rng.normal(size=(count, 3))
+                body.external_force = push
+                force += push
+            result = force * count / mass + world.gravity
+            result[pins] = 0.0
+            judged.append(result)
+        largest = np.abs(np.concatenate(judged)).max()
+        kernel = reference_forces.plain_accelerations
+        for how, form in (("compiled", kernel), ("plain Python", getattr(kernel, "py_func", kernel))):
+            found = np.full(world.state.particle_position.shape, np.nan)
+            try:
+                form(world.model, world.controls, world.state.particle_position, found)
+            except IndexError:
+                found[:] = np.nan
+            measured.append(found)
+            expected.append(np.concatenate(judged))
+            scales.append(np.full(len(found), largest))
+            kinds += [how] * len(found)
+    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds)
+
+
+def accelerations(world: World) -> np.ndarray:
+    """Return (n, 3) [m/s²]: what the fast kernels make of the world as it is."""
+    bodies = soft_bodies_of(world.model, world.controls, world.state)
+    result = np.empty_like(bodies.position)
+    ring_accelerations(bodies, motion_of(bodies.start, world.store.rings), result)
+    return result
+
+
+def forces(run: Run, precision: str) -> tuple[list[np.ndarray], list[np.ndarray], list[str], list[World]]:
+    """Return the core's and SciPy's forces (n, 3) [N] on bodies of all kinds, their kinds, and their worlds."""
+    from references import scipy
+
+    rng = run.fresh_rng()
+    measured, expected, kinds, worlds = [], [], [], []
+    for n in range(run.count(2, 6, 40)):
+        for kind in MESH_KINDS:
+            mesh = random_mesh(kind, rng)
+            stiffness = rng.uniform(10.0, 100.0, len(mesh.edges)) if n % 2 else 40.0
+            world = World(gravity=(0.0, 0.0, 0.0), precision=precision)
+            body = world.add_soft_body(mesh, mass=len(mesh.vertices), stiffness=stiffness, gas=20.0)
+            body.positions[:] *= rng.uniform(0.9, 1.3, 3)
+            model, state = world.model, world.state
+            springs = model.edge_particles, model.edge_rest_length, model.edge_stiffness
+            measured.append(accelerations(world))  # of particles of 1 kg
+            expected.append(scipy.forces(state.particle_position, *springs, mesh.triangles, 20.0))
+            kinds += [kind] * len(mesh.vertices)
+            worlds.append(world)
+    return measured, expected, kinds, worlds
+
+
+@check(
+    section="2",
+    piece=PIECE,
+    reference="invariant: the lengths of its springs after 100 steps",
+    unit="of size, or of the distance × 1e-16",
+    kind="invariant",
+    tolerance=5e-15,
+    because="rounding: 8e-16 at worst of ten seeds; 1e6 m away a position itself is rounded to 1e-10 m",
+    faults=(
+        Fault(
+            "gas that pushes harder along x by 1e-9",
+            integrators.acceleration,
+            "push_ * load_lanes(rows_.area[c_], i_)",
+            "push_ * (1.0 + (1e-9 if c_ == 0 else 0.0)) * load_lanes(rows_.area[c_], i_)",
+        ),
+    ),
+)
+def same_anywhere(run: Run) -> Comparison:
+    """A body moves the same far from the origin, in any orientation and with its vertices in any order."""
+    rng = run.fresh_rng()
+    measured, expected, scales, kinds = [], [], [], []
+    for _ in range(run.count(1, 4, 20)):
+        mesh = lumpy_sphere(rng, 2)
+        judged = _lengths_after(mesh, mesh.vertices, mesh.triangles, np.arange(len(mesh.vertices)))
+        turned = mesh.vertices @ rotation_matrix(random_orientations(rng, 1)[0]).T
+        order = rng.permutation(len(mesh.vertices))
+        place = np.argsort(order)
+        for kind, vertices, triangles, size in (
+            ("1e6 m away", mesh.vertices + np.array([1e6, -1e6, 1e6]), mesh.triangles, 1e6),
+            ("turned", turned, mesh.triangles, 1.0),
+            ("vertices in another order", mesh.vertices[order], place[mesh.triangles], 1.0),
+        ):
+            same_order = triangles is mesh.triangles
+            lengths = _lengths_after(mesh, vertices, triangles, np.arange(len(place)) if same_order else place)
+            measured.append(lengths)
+            expected.append(judged)
+            scales.append(np.full(len(judged), size))
+            kinds += [kind] * len(judged)
+    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds)
+
+
+def _lengths_after(mesh: Mesh, vertices: np.ndarray, triangles: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """Return the lengths (e,) of the mesh's edges after 100 steps of a body that starts at `vertices`, swollen."""
+    world = World(gravity=(0.0, 0.0, 0.0))
+    body = world.add_soft_body(Mesh(vertices, triangles), mass=1.0, stiffness=100.0, gas=30.0)
+    world.step(1e-3, 100)
+    return edge_lengths(body.positions[place], mesh.edges)
+
+
+@check(
+    section="2",
+    piece=PIECE,
+    reference="theory: second order in the edge length, by the ratio of successive differences (Richardson)",
+    unit="order",
+    kind="closed form",
+    least=2,
+    tolerance=0.1,
+    because="terms of fourth order, on the coarsest meshes used; more than second order counts as 2.05",
+    faults=(NEIGHBOUR_LEFT_OUT,),
+)
+def refinement(run: Run) -> Comparison:
+    """Finer spheres converge: volume and radius at rest with at least the square of the edge length."""
+    finest = run.count(4, 5, 6)
+    volumes, radii = [], []
+    for level in range(2, finest + 1):
+        mesh = softbody.icosphere(level)
+        world = World(gravity=(0.0, 0.0, 0.0))
+        body = world.add_soft_body(mesh, mass=1.0, stiffness=20.0, gas=50.0)
+        world.equilibrium(1e-10)
+        volumes.append(mesh.volume)
+        radii.append(np.linalg.norm(body.positions - body.centre, axis=1).mean())
+    measured, kinds, notes = [], [], []
+    for kind, values in (("volume of the mesh", volumes), ("radius at rest", radii)):
+        steps = np.diff(values)
+        orders = np.log2(np.abs(steps[:-1] / steps[1:]))
+        measured += list(np.minimum(orders, 2.0 + 0.05))  # the radius does better: 2.4
+        kinds += [kind] * (len(steps) - 1)
+        limit = values[-1] + steps[-1] / 3.0
+        notes.append(f"{kind}: {limit:.6g} in the limit, {abs(values[-1] / limit - 1.0):.1e} off at the finest mesh")
+    return Comparison(measured, np.full(len(measured), 2.0), groups=kinds, notes=notes)
+
+
+@check(
+    section="2.1",
+    piece=PIECE,
+    reference="closed form: M λ'' = −k Σl0² (λ − 1) − c Σl0² λ'",
+    unit="of the amplitude",
+    kind="closed form",
+    tolerance=2e-10,
+    because="rk4 at ωh = 5e-3, for up to a period",
+    faults=(
+        Fault(
+            "damping off by 1e-8",
+            one_ring_forces._tension,
+            "springs.damping * parting",
+            "1.00000001 * springs.damping * parting",
+        ),
+    ),
+)
+def damped_springs(run: Run) -> Comparison:
+    """Damped springs: a regular solid without gas swings as the damped oscillator of its scale."""
+    from references import analytic
+
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    for _ in range(run.count(2, 10, 60)):
+        for name in ("tetrahedron", "octahedron", "icosahedron"):
+            mesh, stiffness, share = getattr(softbody, name)(), rng.uniform(10.0, 100.0), rng.uniform(0.05, 0.9)
+            world = World(gravity=(0.0, 0.0, 0.0), integrator="rk4")
+            i, j = mesh.edges.T
+            squared = ((mesh.vertices[i] - mesh.vertices[j]) ** 2).sum()
+            moment = (mesh.vertices**2).sum() / len(mesh.vertices)
+            frequency = np.sqrt(stiffness * squared / moment)
+            damping = share * frequency * moment / squared
+            body = world.add_soft_body(mesh, 1.0, stiffness, 0.0, damping=damping)
+            body.positions[:] *= 1.1
+            seconds = rng.uniform(0.5, 6.0) / frequency
+            world.step(seconds / 1200, 1200)
+            measured.append(10.0 * ((body.positions * mesh.vertices).sum() / (mesh.vertices**2).sum() - 1.0))
+            expected.append(analytic.damped_oscillation(seconds, frequency, damping * squared / moment))
+            kinds.append(name)
+    return Comparison(measured, expected, groups=kinds)
+
+
+@check(
+    section="5.1",
+    piece=PIECE,
+    reference="closed form v = v∞ + (v0 − v∞) e^(−γt), with v∞ = F/(m γ)",
+    unit="m/s, m",
+    kind="closed form",
+    tolerance=3e-12,
+    because="rk4 at γh = 2e-3 leaves (γh)⁴/120 γt e^(−γt), 5e-14 at most, of v0 − v∞, some 15 m/s: 6.2e-13 at worst",
+    faults=(
+        Fault("drag off by 1e-9", one_ring_forces.add_load, "load_.drag / mass_", "1.000000001 * load_.drag / mass_"),
+    ),
+)
+def drag_push_and_pins(run: Run) -> Comparison:
+    """Drag and a steady push bring a body's centre to its terminal velocity, and fixed particles stay."""
+    rng = run.fresh_rng()
+    measured, expected, kinds = [], [], []
+    for _ in range(run.count(2, 8, 40)):
+        mesh, rate = lumpy_sphere(rng, 1), rng.uniform(0.5, 3.0)
+        start, force = rng.normal(size=3), rng.normal(size=(42, 3))
+        world = World(gravity=(0.0, 0.0, 0.0), integrator="rk4")
+        body = world.add_soft_body(mesh, 2.0, 50.0, 10.0, velocity=start, drag=rate)
+        body.external_force = force
+        seconds = rng.uniform(0.2, 2.0)
+        steps = int(np.ceil(seconds * rate / 2e-3))
+        world.step(seconds / steps, steps)
+        final = force.sum(axis=0) / 2.0 / rate
+        measured.append(body.velocities.mean(axis=0))
+        expected.append(final + (start - final) * np.exp(-rate * seconds))
+        kinds.append("drag and push")
+        world = World()
+        fixed = rng.choice(42, 5, replace=False)
+        body = world.add_soft_body(mesh, 2.0, 50.0, 10.0, velocity=start, fixed=fixed)
+        world.step(1e-3, 200)
+        measured += list(body.positions[fixed])
+        expected += list(mesh.vertices[fixed])
+        kinds += ["pins"] * 5
+    return Comparison(np.array(measured), np.array(expected), groups=kinds)

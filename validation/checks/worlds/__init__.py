@@ -1,0 +1,1 @@
+"""Claims about whole worlds: scenes, friction, joints, sleep, the paper's rules."""
