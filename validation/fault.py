@@ -18,10 +18,12 @@ from typing import Any
 
 from validation.damaged_core import add_imports
 
+ARROW = " → "
+
 
 @dataclass(frozen=True)
 class Fault:
-    """The first match of `find` in `where`, or the one of number `nth`, becomes `put`.
+    """A change of `where`, written "find → put": the first match of `find`, or that of number `nth`, becomes `put`.
 
     `where` is a function or class of the core, or the dotted name of one of its constants. `find` and `put` are
     expressions or statements; `put` may be empty where `find` is a statement: it is left out.
@@ -29,9 +31,23 @@ class Fault:
 
     name: str  # in words, such as "friction off by 1 %"
     where: Callable[..., Any] | str
-    find: str
-    put: str
+    change: str
     nth: int = 0
+
+    def __post_init__(self) -> None:
+        """Raise ValueError for a change without an arrow."""
+        if self.change.count(ARROW) != 1:
+            raise ValueError(f"{self.name!r} changes {self.change!r}: write what is found{ARROW}what takes its place")
+
+    @property
+    def find(self) -> str:
+        """What is looked for: Python, in which a name that ends in "_" stands for anything."""
+        return self.change.partition(ARROW)[0]
+
+    @property
+    def put(self) -> str:
+        """What takes its place; empty where it is left out."""
+        return self.change.partition(ARROW)[2]
 
     @property
     def place(self) -> tuple[str, str]:

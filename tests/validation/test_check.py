@@ -26,7 +26,7 @@ def test_the_pieces_of_all_claims_are_there() -> None:
     assert not gone
 
 
-FAULT = Fault("a fault", "softbody.world.PRECISIONS", "x_", "None")
+FAULT = Fault("a fault", "softbody.world.PRECISIONS", "x_ → None")
 WORDS = dict.fromkeys(("family", "section", "piece", "reference", "because"), "some")
 
 

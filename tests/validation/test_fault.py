@@ -39,7 +39,7 @@ def area(width: float, height: float) -> float:  # what the tests damage; never 
 def damage(find: str, put: str, nth: int = 0, where: Callable[..., Any] | str = area) -> str:
     """The body of `area` with a fault in it."""
     source = inspect.getsource(inspect.getmodule(area))  # type: ignore[arg-type]
-    tree = ast.parse(damaged(Fault("a fault", where, find, put, nth), source))
+    tree = ast.parse(damaged(Fault("a fault", where, f"{find} → {put}", nth), source))
     function = next(node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == "area")
     return ast.unparse(function.body)  # type: ignore[arg-type]
 
@@ -75,18 +75,18 @@ def test_a_fault_that_changes_nothing_is_refused() -> None:
 
 
 def test_a_constant_is_named_in_words() -> None:
-    fault = Fault("a smaller sphere", "softbody.geometry.sphere.ROUNDING", "1.0 + x_", "1.0 - x_")
+    fault = Fault("a smaller sphere", "softbody.geometry.sphere.ROUNDING", "1.0 + x_ → 1.0 - x_")
     assert "ROUNDING = 1.0 - 2.0 ** (-50)" in damaged(fault, inspect.getsource(sphere))
 
 
 def test_a_place_that_is_not_there_is_named() -> None:
     with pytest.raises(ValueError, match=r"there is no softbody\.geometry\.sphere\.NOTHING"):
-        damaged(Fault("a fault", "softbody.geometry.sphere.NOTHING", "x_", "1.0"), inspect.getsource(sphere))
+        damaged(Fault("a fault", "softbody.geometry.sphere.NOTHING", "x_ → 1.0"), inspect.getsource(sphere))
 
 
 def test_a_kernel_is_damaged_in_a_copy_of_its_file(tmp_path: Path) -> None:
     file = copy_of_box_inertia(tmp_path)
-    plant(Fault("a heavier box", box_inertia, "mass_ / 12.0", "mass_ / 11.0"), tmp_path)
+    plant(Fault("a heavier box", box_inertia, "mass_ / 12.0 → mass_ / 11.0"), tmp_path)
     assert "scale(mass / 11.0, " in file.read_text(encoding="utf-8")
 
 
@@ -98,8 +98,8 @@ def copy_of_box_inertia(core: Path) -> Path:
 
 
 def test_many_faults_are_asleep_in_one_copy_until_one_is_woken(tmp_path: Path) -> None:
-    heavier = Fault("a heavier box", box_inertia, "mass_ / 12.0", "mass_ / 6.0")
-    lighter = Fault("a lighter box", box_inertia, "mass_ / 12.0", "mass_ / 24.0")
+    heavier = Fault("a heavier box", box_inertia, "mass_ / 12.0 → mass_ / 6.0")
+    lighter = Fault("a lighter box", box_inertia, "mass_ / 12.0 → mass_ / 24.0")
     plant_switched({3: heavier, 4: lighter}, copy_core(tmp_path))
     script = """
 from softbody.geometry.box import box_inertia
@@ -127,10 +127,10 @@ def awake(faults: list[Fault], number: int, width: float) -> Any:
 
 def test_faults_may_be_inside_each_other() -> None:
     faults = [
-        Fault("a factor", area, "width_ * height_ / 2.0", "width_ * height_ / 4.0"),
-        Fault("inside it", area, "width * height", "width + height"),
-        Fault("the whole row", area, "half = x_\nif y_:\n    print(z_)", "half = 7.0"),
-        Fault("a statement of it", area, "if y_:\n    print(z_)", ""),
+        Fault("a factor", area, "width_ * height_ / 2.0 → width_ * height_ / 4.0"),
+        Fault("inside it", area, "width * height → width + height"),
+        Fault("the whole row", area, "half = x_\nif y_:\n    print(z_) → half = 7.0"),
+        Fault("a statement of it", area, "if y_:\n    print(z_) → "),
     ]
     assert awake(faults, -1, 3.0) == (9.0, [3.0])
     assert awake(faults, 0, 3.0) == (7.5, [1.5])
@@ -172,13 +172,13 @@ def test_a_claim_without_a_fault_is_refused() -> None:
 
 
 def test_an_engine_that_no_reference_declares_is_refused() -> None:
-    fault = Fault("a fault", area, "width_", "height")
+    fault = Fault("a fault", area, "width_ → height")
     with pytest.raises(ValueError, match="leans on 'crystal_ball', which no file of references/ declares"):
         check(**NO_CLAIM, faults=(fault,), engines=("crystal_ball",))(one_is_one)  # type: ignore[arg-type, return-value]
 
 
 def test_a_fault_that_one_of_its_claims_does_not_see_has_escaped() -> None:
-    fault = Fault("a fault", area, "width_", "height")
+    fault = Fault("a fault", area, "width_ → height")
     assert Outcome(fault, ("a", "b")).verdict == CAUGHT
     assert Outcome(fault, ("a", "b"), blind={"b": "not seen by b"}).verdict == ESCAPED
     assert Outcome(fault, ("a", "b"), why="fcl is not installed").verdict == NOT_RUN
@@ -209,7 +209,7 @@ def test_a_fault_is_caught_by_what_a_claim_measures_that_holds_without_it(
 ) -> None:
     monkeypatch.setattr(fault_trials, "all_checks", lambda: {"a": SimpleNamespace(engines=())})
     judges: Any = Answers(Seen(awake, "so it is"))
-    outcome = try_fault(Fault("a fault", area, "width_", "height"), ("a",), judges, {"a": Seen(sound, "so it is")})
+    outcome = try_fault(Fault("a fault", area, "width_ → height"), ("a",), judges, {"a": Seen(sound, "so it is")})
     assert outcome.verdict == verdict
     assert says in line_of(outcome)
 

@@ -43,11 +43,11 @@ def ring(radius):
     return math.pi * radius
 '''
 CLAIM = """
-LATE = Fault("late", step.run, "h_", "2.0 * h_")
+LATE = Fault("late", step.run, "h_ → 2.0 * h_")
 
 @check(
     tolerance=1e-9,
-    faults=(Fault("twice", law.area, "w_", "2.0 * w_"), LATE),
+    faults=(Fault("twice", law.area, "w_ → 2.0 * w_"), LATE),
 )
 def areas(run):
     'An area is one.'

@@ -97,7 +97,7 @@ from validation.fault import Fault
 
 engines.PACKAGES["some_engine"] = "some-engine"
 words = dict.fromkeys(("section", "piece", "reference", "because"), "some\\x00 words \\ud800")
-fault = Fault("a fault", "softbody.world.PRECISIONS", "x_", "None")
+fault = Fault("a fault", "softbody.world.PRECISIONS", "x_ → None")
 
 def declare(kind, family):
     def compare(run):

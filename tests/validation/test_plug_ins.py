@@ -44,7 +44,7 @@ FAMILY = "hulls of ACME"
     engines=("acme_hulls",),
     tolerance=1e-12,
     because="rounding of some hundred terms",
-    faults=(Fault("volume off by 1e-11", polyhedron.signed_volume, "six_ / 6.0", "six_ / 6.0 * (1.0 + 1e-11)"),),
+    faults=(Fault("volume off by 1e-11", polyhedron.signed_volume, "six_ / 6.0 → six_ / 6.0 * (1.0 + 1e-11)"),),
 )
 def volumes(run):
     "The volume of a convex mesh is that of its hull."

@@ -29,7 +29,7 @@ from validation.check import Comparison, check
 from validation.fault import Fault
 
 words = dict.fromkeys(("section", "piece", "reference", "because"), "some")
-fault = Fault("a fault", "softbody.world.PRECISIONS", "x_", "None")
+fault = Fault("a fault", "softbody.world.PRECISIONS", "x_ → None")
 
 def declare(number):
     def compare(run):

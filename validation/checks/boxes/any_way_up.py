@@ -102,14 +102,13 @@ def _ends(boxes: list[Placed], down: Rotation, names: list[Rotation], h: float) 
         Fault(
             "gravity that pulls along two axes only",
             box_contacts._pull_in_step,
-            "controls.gravity[0], controls.gravity[1], controls.gravity[2]",
-            "(0.0, controls.gravity[1], controls.gravity[2])",
+            "controls.gravity[0], controls.gravity[1], controls.gravity[2]"
+            " → (0.0, controls.gravity[1], controls.gravity[2])",
         ),
         Fault(
             "the first face of the first box is not preferred",
             swept_boxes.meeting_of,
-            "0 <= best_.axis < 3 <= k_",
-            "0 < best.axis < 3 <= k",
+            "0 <= best_.axis < 3 <= k_ → 0 < best.axis < 3 <= k",
         ),
     ),
 )

@@ -21,7 +21,7 @@ from validation.fault import Fault
 
 FAMILY = "box–box impulse"
 
-RESTITUTION = Fault("restitution off by 1e-9", law.normal_impulse, "1.0 + restitution_", "1.000000001 + restitution_")
+RESTITUTION = Fault("restitution off by 1e-9", law.normal_impulse, "1.0 + restitution_ → 1.000000001 + restitution_")
 PIECE = "softbody.collision.impulse.resolve_contact"
 
 OVERLAP = 1e-6  # [m] of the pose at the impact: Bullet sees no contact at exactly 0
@@ -154,8 +154,7 @@ def mass_ratio(impacts: Impacts) -> np.ndarray:
         Fault(
             "inertia of a box with two axes exchanged",
             box.box_inertia,
-            "(y2 + z2, x2 + z2, x2 + y2)",
-            "(x2 + z2, y2 + z2, x2 + y2)",
+            "(y2 + z2, x2 + z2, x2 + y2) → (x2 + z2, y2 + z2, x2 + y2)",
         ),
     ),
 )
@@ -237,8 +236,7 @@ def one_impact_by_closed_form(run: Run) -> Comparison:
         Fault(
             "points that touch without their spin",
             impulse.velocity_of_point,
-            "add(velocity_, cross(spin_, arm_))",
-            "velocity_",
+            "add(velocity_, cross(spin_, arm_)) → velocity_",
         ),
     ),
     erratum=Misprint("E2", "relative velocity from the linear velocities only", "v + ω × r of both"),
@@ -260,8 +258,7 @@ def spinning_boxes(run: Run) -> Comparison:
         Fault(
             "another order in the denominator",
             impulse.inverse_effective_mass,
-            "dot(direction_, cross(spin_, arm_))",
-            "dot(direction_, cross(arm_, spin_))",
+            "dot(direction_, cross(spin_, arm_)) → dot(direction_, cross(arm_, spin_))",
         ),
     ),
     erratum=Misprint("E3", "n·I⁻¹·(r×n)×r, which can be read as n·I⁻¹((r×n)×r)", "n·[(I⁻¹(r×n))×r]"),
@@ -283,8 +280,7 @@ def denominator(run: Run) -> Comparison:
         Fault(
             "an inertia that does not turn with the body",
             quaternion.rotate_diagonal,
-            "rotate(q_, multiply(diagonal_, rotate_inverse(q_, a_)))",
-            "multiply(diagonal_, a_)",
+            "rotate(q_, multiply(diagonal_, rotate_inverse(q_, a_))) → multiply(diagonal_, a_)",
         ),
     ),
     erratum=Misprint("E17", "one angle and a constant diagonal I", "R I⁻¹ Rᵀ"),
@@ -306,8 +302,7 @@ def turned_inertia(run: Run) -> Comparison:
         Fault(
             "the second body feels 1e-9 less",
             impulse.resolve_contact,
-            "scale(-j_, normal_)",
-            "scale(-j_ * (1.0 - 1e-9), normal_)",
+            "scale(-j_, normal_) → scale(-j_ * (1.0 - 1e-9), normal_)",
         ),
     ),
 )
@@ -416,26 +411,18 @@ def restitution_and_energy(run: Run) -> Comparison:
         Fault(
             "friction between boxes half as strong",
             impulse.resolve_contact,
-            "material_.friction * j_",
-            "0.5 * material_.friction * j_",
+            "material_.friction * j_ → 0.5 * material_.friction * j_",
         ),
         Fault(
             "friction pushes both boxes the same way",
             impulse.apply_friction,
-            "scale(-impulse_, tangent_)",
-            "scale(impulse_, tangent_)",
+            "scale(-impulse_, tangent_) → scale(impulse_, tangent_)",
         ),
-        Fault(
-            "friction never stops what slides slowly",
-            law.friction_impulse,
-            "min(limit_, stopping_)",
-            "limit_",
-        ),
+        Fault("friction never stops what slides slowly", law.friction_impulse, "min(limit_, stopping_) → limit_"),
         Fault(
             "friction against the inertia of one box alone",
             impulse.apply_friction,
-            "mass_of_a_ + mass_of_b_",
-            "mass_of_a_",
+            "mass_of_a_ + mass_of_b_ → mass_of_a_",
         ),
     ),
 )

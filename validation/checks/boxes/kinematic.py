@@ -24,26 +24,24 @@ LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 STEP = 1.0 / 480.0  # [s]
 G = 9.81  # [m/s²]
 
-STAYS = Fault("a kinematic box that stays", rigid_boxes.advance_boxes, "is_free_ or is_moving(v_, spin_)", "is_free")
+STAYS = Fault("a kinematic box that stays", rigid_boxes.advance_boxes, "is_free_ or is_moving(v_, spin_) → is_free")
 FORESEEN = Fault(
     "no motion of kinematic boxes foreseen",
     box_contacts.travel_in_step,
-    "return add(scale(h, load(state.box_velocity, box)), _pull_in_step(model, controls, box, h))",
-    "return scale(1.0 if model.box_inverse_mass[box] > 0.0 else 0.0,"
-    " add(scale(h, load(state.box_velocity, box)), _pull_in_step(model, controls, box, h)))",
+    "return add(scale(h, load(state.box_velocity, box)), _pull_in_step(model, controls, box, h))"
+    " → return scale(1.0 if model.box_inverse_mass[box] > 0.0 else 0.0, add(scale(h, "
+    "load(state.box_velocity, box)), _pull_in_step(model, controls, box, h)))",
 )
-FALLS = Fault("a kinematic box that falls", rigid_boxes.accelerate_boxes, "inverse_mass_ > 0.0", "inverse_mass >= 0.0")
+FALLS = Fault("a kinematic box that falls", rigid_boxes.accelerate_boxes, "inverse_mass_ > 0.0 → inverse_mass >= 0.0")
 RESTS = Fault(
     "a kinematic box that boxes take for one at rest",
     solver_row.load_motion,
-    "bodies.velocity[i_, c_]",
-    "bodies.velocity[i, c] * (bodies.inverse_mass[i] > 0.0)",
+    "bodies.velocity[i_, c_] → bodies.velocity[i, c] * (bodies.inverse_mass[i] > 0.0)",
 )
 NO_SPIN = Fault(
     "a kinematic box whose turning is not felt",
     solver_row.load_motion,
-    "bodies.angular_velocity[i_, c_]",
-    "bodies.angular_velocity[i, c] * (bodies.inverse_mass[i] > 0.0)",
+    "bodies.angular_velocity[i_, c_] → bodies.angular_velocity[i, c] * (bodies.inverse_mass[i] > 0.0)",
 )
 
 
@@ -82,8 +80,7 @@ class Rides(NamedTuple):
         Fault(
             "a lift a hundredth too slow",
             rigid_box.Box.move_to,
-            "self._go(velocity_, t_, s_)",
-            "self._go(0.99 * velocity, spin, seconds)",
+            "self._go(velocity_, t_, s_) → self._go(0.99 * velocity, spin, seconds)",
         ),
     ),
 )
@@ -164,8 +161,7 @@ def _lift(rng: np.random.Generator, size: np.ndarray, mass: float, rides: Rides)
         Fault(
             "sweeps that never go on, though they converge",
             sequential_impulses._sweep_all,
-            "changed_ > FAST * before_",
-            "True",
+            "changed_ > FAST * before_ → True",
         ),
     ),
 )
@@ -207,14 +203,13 @@ def _paddle(rng: np.random.Generator, size: np.ndarray, mass: float, rides: Ride
         Fault(
             "a floor that soft bodies take for one at rest",
             impulse.velocity_of_point,
-            "load(bodies.velocity, body)",
-            "scale(1.0 if bodies.inverse_mass[body] > 0.0 else 0.0, load(bodies.velocity, body))",
+            "load(bodies.velocity, body)"
+            " → scale(1.0 if bodies.inverse_mass[body] > 0.0 else 0.0, load(bodies.velocity, body))",
         ),
         Fault(
             "a way of soft bodies that forgets the box's",
             soft_response._way,
-            "sub(way_, scale(h, velocity_of_point(bodies.boxes, contacts.box[k, 1], place_)))",
-            "way",
+            "sub(way_, scale(h, velocity_of_point(bodies.boxes, contacts.box[k, 1], place_))) → way",
         ),
     ),
 )
@@ -304,24 +299,22 @@ def plates_by_rapier(run: Run) -> Comparison:
     because="rounding of a hundred turns: 6e-15 at worst",
     faults=(
         STAYS,
-        Fault("a box that goes up only while it goes aside", rigid_boxes.is_moving, "v[2] != 0.0", "v[2] == 0.0"),
-        Fault("a turn the long way", quaternion.rotation_between, "cosine_ >= 0.0", "cosine < 0.0"),
+        Fault("a box that goes up only while it goes aside", rigid_boxes.is_moving, "v[2] != 0.0 → v[2] == 0.0"),
+        Fault("a turn the long way", quaternion.rotation_between, "cosine_ >= 0.0 → cosine < 0.0"),
         Fault(
-            "half the turn", quaternion.rotation_between, "2.0 * atan2(sine_, abs(cosine_))", "atan2(sine, abs(cosine))"
+            "half the turn", quaternion.rotation_between, "2.0 * atan2(sine_, abs(cosine_)) → atan2(sine, abs(cosine))"
         ),
         Fault(
             "a turn in the box's own frame",
             quaternion.rotation_between,
-            "np.cross(end[1:], q[1:])",
-            "np.cross(q[1:], end[1:])",
+            "np.cross(end[1:], q[1:]) → np.cross(q[1:], end[1:])",
         ),
-        Fault("a way in one second", rigid_box.Box.move_to, "way_ / seconds", "way"),
-        Fault("a box that goes on", rigid_boxes.slow_boxes, "state_.box_time_left[i_] = ARRIVED", "pass"),
+        Fault("a way in one second", rigid_box.Box.move_to, "way_ / seconds → way"),
+        Fault("a box that goes on", rigid_boxes.slow_boxes, "state_.box_time_left[i_] = ARRIVED → pass"),
         Fault(
             "a last step that is too long",
             rigid_boxes.slow_boxes,
-            "scale(left_ / h_, load(state_.box_velocity, i_))",
-            "load(state.box_velocity, i)",
+            "scale(left_ / h_, load(state_.box_velocity, i_)) → load(state.box_velocity, i)",
         ),
     ),
 )

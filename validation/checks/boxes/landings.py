@@ -30,20 +30,18 @@ LONG = 8.0  # [m] side of the plate: the box is over it for three steps
         Fault(
             "points where the heavier box has them now",
             manifold._clip_faces,
-            "1.0 - sweep.share if faces.towards_reference > 0.0 else sweep.share",
-            "sweep.share if faces.towards_reference > 0.0 else 1.0 - sweep.share",
+            "1.0 - sweep.share if faces.towards_reference > 0.0 else sweep.share"
+            " → sweep.share if faces.towards_reference > 0.0 else 1.0 - sweep.share",
         ),
         Fault(
             "a way along one side for that along the other",
             manifold._clip_faces,
-            "polygon_[at_, k_, 1] - behind_ * shift_[1]",
-            "polygon_[at_, k_, 1] - behind_ * shift_[0]",
+            "polygon_[at_, k_, 1] - behind_ * shift_[1] → polygon_[at_, k_, 1] - behind_ * shift_[0]",
         ),
         Fault(
             "faces clipped where they are at the end of the step",
             swept_boxes.meeting_of,
-            "-np.inf, 0.0, NO_MEETING, False",
-            "-np.inf, 1.0, NO_MEETING, False",
+            "-np.inf, 0.0, NO_MEETING, False → -np.inf, 1.0, NO_MEETING, False",
         ),
     ),
 )
@@ -99,8 +97,8 @@ def strikes_from_aside(run: Run) -> Comparison:
         Fault(
             "a sine that is rounded to 1e-8",
             swept_boxes._projection,
-            "sqrt(cosine[i1, j] * cosine[i1, j] + cosine[i2, j] * cosine[i2, j])",
-            "sqrt(max(0.0, 1.0 - cosine[i, j] * cosine[i, j]))",
+            "sqrt(cosine[i1, j] * cosine[i1, j] + cosine[i2, j] * cosine[i2, j])"
+            " → sqrt(max(0.0, 1.0 - cosine[i, j] * cosine[i, j]))",
         ),
     ),
 )

@@ -35,13 +35,12 @@ FAMILY = "contact manifolds"
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 
 RESTITUTION = Fault(
-    "restitution off by 1e-9", material.normal_impulse, "1.0 + restitution_", "1.000000001 + restitution_"
+    "restitution off by 1e-9", material.normal_impulse, "1.0 + restitution_ → 1.000000001 + restitution_"
 )
 RESTITUTION_OF_MANY = Fault(
     "restitution of many contacts off by 1e-8",
     material.speed_after,
-    "restitution_ * approach_",
-    "1.00000001 * restitution_ * approach_",
+    "restitution_ * approach_ → 1.00000001 * restitution_ * approach_",
 )
 SOLVER = "softbody.collision.solver.sequential_impulses.solve_velocities"
 FAMILIES = ("vertex on face", "edge on edge", "edge on face", "face on face")
@@ -324,8 +323,7 @@ def end_to_end_by_bullet(run: Run) -> Comparison:
         Fault(
             "the second body's velocity feels 1e-9 less",
             sequential_impulses._sweep,
-            "sub(v_b, scale(share_b, along))",
-            "sub(v_b, scale((1.0 - 1e-9) * share_b, along))",
+            "sub(v_b, scale(share_b, along)) → sub(v_b, scale((1.0 - 1e-9) * share_b, along))",
         ),
     ),
 )
@@ -368,14 +366,10 @@ def conservation(run: Run) -> Comparison:
         Fault(
             "an edge axis that is not quite a unit vector",
             sat_boxes._best_edge_pair,
-            "1.0 / sine_ if t_ >= 0.0 else other_",
-            "(1.0 + 1e-9) / sine_ if t_ >= 0.0 else other_",
+            "1.0 / sine_ if t_ >= 0.0 else other_ → (1.0 + 1e-9) / sine_ if t_ >= 0.0 else other_",
         ),
         Fault(
-            "normals of faces that all point one way",
-            sat_boxes.least_overlap,
-            "1.0 if apart_ >= 0.0 else -1.0",
-            "1.0",
+            "normals of faces that all point one way", sat_boxes.least_overlap, "1.0 if apart_ >= 0.0 else -1.0 → 1.0"
         ),
     ),
 )
@@ -428,8 +422,7 @@ def depth_and_normal_by_bullet(run: Run) -> Comparison:
         Fault(
             "points of a face a thousandth of the depth off the middle",
             manifold._clip_faces,
-            "0.5 * above_ + height",
-            "0.501 * above_ + height",
+            "0.5 * above_ + height → 0.501 * above_ + height",
         ),
     ),
 )
@@ -465,8 +458,7 @@ def points_on_surfaces(run: Run) -> Comparison:
         Fault(
             "the wrong way along the second edge",
             edge_edge.nearest_places,
-            "along_b_ + s_ * cosine_",
-            "along_b_ - s_ * cosine_",
+            "along_b_ + s_ * cosine_ → along_b_ - s_ * cosine_",
         ),
     ),
 )
@@ -564,9 +556,9 @@ def particle_on_box(run: Run) -> Comparison:
     tolerance=0.0,
     because="whole numbers",
     faults=(
-        Fault("nine points", manifold.box_pairs_manifolds, "(pairs, MOST_POINTS, 3)", "(pairs, MOST_POINTS + 1, 3)"),
-        Fault("nine depths", manifold.box_pairs_manifolds, "(pairs, MOST_POINTS)", "(pairs, MOST_POINTS + 1)"),
-        Fault("normals of both boxes", manifold.box_pairs_manifolds, "(pairs, 3)", "(2 * pairs, 3)"),
+        Fault("nine points", manifold.box_pairs_manifolds, "(pairs, MOST_POINTS, 3) → (pairs, MOST_POINTS + 1, 3)"),
+        Fault("nine depths", manifold.box_pairs_manifolds, "(pairs, MOST_POINTS) → (pairs, MOST_POINTS + 1)"),
+        Fault("normals of both boxes", manifold.box_pairs_manifolds, "(pairs, 3) → (2 * pairs, 3)"),
     ),
 )
 def shapes_of_the_answer(run: Run) -> Comparison:
@@ -591,17 +583,16 @@ def shapes_of_the_answer(run: Run) -> Comparison:
     tolerance=1e-13,
     because="lines at 6° and more, whose nearest points are rounded ten times as much: 2.9e-15 at worst at quick",
     faults=(
-        Fault("edges of b that are longer", manifold._edge_point, "0.5 * size[b, j]", "0.505 * size[b, j]"),
-        Fault("edges of a that are longer", manifold._edge_point, "0.5 * size[a, i]", "0.505 * size[a, i]"),
+        Fault("edges of b that are longer", manifold._edge_point, "0.5 * size[b, j] → 0.505 * size[b, j]"),
+        Fault("edges of a that are longer", manifold._edge_point, "0.5 * size[a, i] → 0.505 * size[a, i]"),
         Fault(
             "the edge of b that is away from a",
             manifold._edge_point,
-            "0.5 if towards >= 0.0 else -0.5",
-            "-0.5 if towards >= 0.0 else 0.5",
+            "0.5 if towards >= 0.0 else -0.5 → -0.5 if towards >= 0.0 else 0.5",
         ),
-        Fault("points on a", manifold._edge_point, "0.5 * (on_a + on_b)", "on_a"),
+        Fault("points on a", manifold._edge_point, "0.5 * (on_a + on_b) → on_a"),
     ),
-)  # fmt: skip
+)
 def edges_that_are_nearest(run: Run) -> Comparison:
     """Of boxes that overlap, however deep, or are less than a margin apart, and part most along an edge of each, the
     contact is half-way between the two edges that reach farthest to the other box, where they come nearest: within

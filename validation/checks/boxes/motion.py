@@ -21,14 +21,12 @@ LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 FIRST_ORDER_TORQUE = Fault(
     "a gyroscopic torque of first order",
     rigid_boxes.advance_boxes,
-    "rotate_diagonal(half_way, inverse_, momentum_)",
-    "rotate_diagonal(q, inverse_, momentum_)",
+    "rotate_diagonal(half_way, inverse_, momentum_) → rotate_diagonal(q, inverse_, momentum_)",
 )
 FRICTION = Fault(
     "friction off by 1 %",
     sequential_impulses._sweep,
-    "load_lanes(row_[FRICTION], 0) * normal_",
-    "1.01 * load_lanes(row_[FRICTION], 0) * normal_",
+    "load_lanes(row_[FRICTION], 0) * normal_ → 1.01 * load_lanes(row_[FRICTION], 0) * normal_",
 )
 G = 9.81
 
@@ -106,8 +104,8 @@ def free_rotation_by_mujoco(run: Run) -> Comparison:
         Fault(
             "angular velocity from the orientation half-way",
             rigid_boxes.advance_boxes,
-            "store(rows_, i_, rotate_diagonal(q_, inverse_, momentum_))",
-            "store(rows_, i_, rotate_diagonal(half_way, inverse_, momentum_))",
+            "store(rows_, i_, rotate_diagonal(q_, inverse_, momentum_))"
+            " → store(rows_, i_, rotate_diagonal(half_way, inverse_, momentum_))",
         ),
     ),
 )
@@ -139,8 +137,7 @@ def free_rotation_keeps(run: Run) -> Comparison:
         Fault(
             "restitution of many contacts off by 0.2 %",
             material.speed_after,
-            "restitution_ * approach_",
-            "1.002 * restitution_ * approach_",
+            "restitution_ * approach_ → 1.002 * restitution_ * approach_",
         ),
     ),
 )
@@ -237,7 +234,7 @@ def incline(run: Run) -> Comparison:
     kind="closed form",
     tolerance=0.0,
     because="a yes-or-no answer, 1 % or more of the angle off the threshold",
-    faults=(Fault("a corner that the ground does not see", box_contacts._add_ground_contacts, "range(8)", "range(7)"),),
+    faults=(Fault("a corner that the ground does not see", box_contacts._add_ground_contacts, "range(8) → range(7)"),),
 )
 def toppling(run: Run) -> Comparison:
     """A tower leaning on its edge falls back or topples as its centre is inside or outside that edge."""
@@ -274,8 +271,7 @@ def toppling(run: Run) -> Comparison:
         Fault(
             "boxes that touch at two points only",
             manifold._clip_faces,
-            "above_ <= limits_.margin and kept_ < MOST_POINTS",
-            "above_ <= limits_.margin and kept_ < 2",
+            "above_ <= limits_.margin and kept_ < MOST_POINTS → above_ <= limits_.margin and kept_ < 2",
         ),
     ),
 )
@@ -334,8 +330,7 @@ def _rest(position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
         Fault(
             "boxes that touch only when 0.2 m inside each other",
             manifold.swept_manifold,
-            "separation_ > limits_.margin",
-            "separation_ > limits_.margin - 0.2",
+            "separation_ > limits_.margin → separation_ > limits_.margin - 0.2",
         ),
     ),
 )
@@ -400,8 +395,8 @@ def pile(run: Run) -> Comparison:
         Fault(
             "a displacement that becomes a velocity",
             rigid_boxes.shift_boxes,
-            "state_.box_position[i_, c_] += shift_[i_, c_]",
-            "state_.box_position[i_, c_] += shift_[i_, c_]\nstate_.box_velocity[i_, c_] += shift_[i_, c_]",
+            "state_.box_position[i_, c_] += shift_[i_, c_]"
+            " → state_.box_position[i_, c_] += shift_[i_, c_]\nstate_.box_velocity[i_, c_] += shift_[i_, c_]",
         ),
     ),
 )

@@ -29,46 +29,41 @@ MOST_IN_A_WORLD = 100
 NEAREST = Fault(
     "boxes met where they are nearest, not where they will meet",
     manifold.swept_manifold,
-    "_points_of_meeting(boxes_, pair_, sweep_, limits_, manifold_)",
-    "_points_of_overlap(boxes, pair, (separation, axis), limits, manifold)",
+    "_points_of_meeting(boxes_, pair_, sweep_, limits_, manifold_)"
+    " → _points_of_overlap(boxes, pair, (separation, axis), limits, manifold)",
 )
 BALLS = Fault(
-    "boxes that turn taken for balls", swept_boxes.come_near, "gap_ - pulled_ > closing_ * (1.0 - when_)", "False"
+    "boxes that turn taken for balls", swept_boxes.come_near, "gap_ - pulled_ > closing_ * (1.0 - when_) → False"
 )
 OTHER_AXIS = Fault(
     "boxes that have passed on one axis met on another",
     swept_boxes.meeting_of,
-    "best_.axis == NEVER or (acts_ and _fly_past(boxes_, pair_, sweep_, paper_, memory_))",
-    "best_.axis == NEVER",
+    "best_.axis == NEVER or (acts_ and _fly_past(boxes_, pair_, sweep_, paper_, memory_)) → best_.axis == NEVER",
 )
 THROUGH = Fault(
     "boxes that meet and part within a step not seen",
     swept_boxes._fly_past,
-    "enter_, leave_ = 0.0, 1.0",
-    "enter, leave = 1.0, 1.0",
+    "enter_, leave_ = 0.0, 1.0 → enter, leave = 1.0, 1.0",
 )
 STOPPED = Fault(
     "boxes that fly held up as if something stopped one of them",
     manifold.stopped_manifold,
-    "a_ > b_ and left_ <= end_ or left_ + dot(gain_, normal_) > end_",
-    "left + dot(gain, normal) > open_at",
+    "a_ > b_ and left_ <= end_ or left_ + dot(gain_, normal_) > end_ → left + dot(gain, normal) > open_at",
 )
 GHOST = Fault(
     "boxes that turn struck where only corners that go straight would meet",
     manifold.stopped_manifold,
-    "0 if _some_close(boxes_, pair_, flight_, found_, manifold_) else found_",
-    "found",
+    "0 if _some_close(boxes_, pair_, flight_, found_, manifold_) else found_ → found",
 )
 BEFORE = Fault(
     "boxes that turn, and come from far, held along the axis that parts them before",
     manifold._points_of_turning,
-    "overlap_[0] > sweep_.turn",
-    "False",
+    "overlap_[0] > sweep_.turn → False",
 )
 IMPATIENT = Fault(
-    "boxes that turn past each other not followed to the end", swept_boxes.come_near, "ADVANCES", "ADVANCES // 20"
+    "boxes that turn past each other not followed to the end", swept_boxes.come_near, "ADVANCES → ADVANCES // 20"
 )
-NO_EDGES = Fault("edges that never meet", manifold._points_of_meeting, "1 if gap_ <= most_ else 0", "0")
+NO_EDGES = Fault("edges that never meet", manifold._points_of_meeting, "1 if gap_ <= most_ else 0 → 0")
 FINE = 2e-3  # [m] that a box goes in a step of an engine, and [s], for it goes at 1 m/s
 CLEAR = 1e-3  # [m] of overlap below which such a step may jump over it; single precision is good for 1e-5 m
 
@@ -458,8 +453,7 @@ IN_STEPS = 10  # they are past each other, or have met
         Fault(
             "corners of the second box that turn the other way",
             manifold._some_close,
-            "cross(flight.spin_a, arm_a)",
-            "cross(arm_a, flight.spin_a)",
+            "cross(flight.spin_a, arm_a) → cross(arm_a, flight.spin_a)",
         ),
     ),
 )
@@ -514,10 +508,10 @@ def _is_struck(before: np.ndarray, after: np.ndarray, rounding: float) -> bool:
     because="rounding: 2.2e-15 at worst of four seeds; left out are overlaps within 1e-9 m of that length, and normals"
     " whose cosine is from 0.98 to 0.99995, of which it does not matter whether they count as parallel",
     faults=(
-        Fault("axes beyond the last", swept_boxes.project_travel, "range(3)", "range(4)"),
-        Fault("faces of a alone", swept_boxes.rests_on_face, "range(6)", "range(3)"),
-        Fault("edges as well", swept_boxes.rests_on_face, "range(6)", "range(7)"),
-        Fault("overlaps by half of it", swept_boxes.rests_on_face, "d_ > -least", "d_ > -0.5 * least"),
+        Fault("axes beyond the last", swept_boxes.project_travel, "range(3) → range(4)"),
+        Fault("faces of a alone", swept_boxes.rests_on_face, "range(6) → range(3)"),
+        Fault("edges as well", swept_boxes.rests_on_face, "range(6) → range(7)"),
+        Fault("overlaps by half of it", swept_boxes.rests_on_face, "d_ > -least → d_ > -0.5 * least"),
     ),
 )
 def resting_by_projections(run: Run) -> Comparison:
@@ -586,14 +580,12 @@ def resting_by_projections(run: Run) -> Comparison:
         Fault(
             "seams of tiles that are felt",
             swept_boxes.meeting_of,
-            "graze_ if separation_ <= touching_ else apart_",
-            "apart_",
+            "graze_ if separation_ <= touching_ else apart_ → apart_",
         ),
         Fault(
             "boxes that slide along a face of their own",
             box_contacts._find_pair,
-            "model_.box_inverse_mass[pair_[1]] == 0.0",
-            "False",
+            "model_.box_inverse_mass[pair_[1]] == 0.0 → False",
         ),
     ),
 )
@@ -633,7 +625,7 @@ def flush_tiles(run: Run) -> Comparison:
     tolerance=1e-5,
     because="sweeps end where one corrects less than 1e-4 g h, 1.6e-5 m/s at 60 steps a second, of a speed of 1 m/s and"
     " more: 1.2e-7 at worst of ten seeds; a tilt of 1e-5 rad alone, without weight, leaves 3e-8",
-    faults=(Fault("one point for a face", manifold._clip_faces, "kept < MOST_POINTS", "kept < 1"),),
+    faults=(Fault("one point for a face", manifold._clip_faces, "kept < MOST_POINTS → kept < 1"),),
 )
 def flat_landings(run: Run) -> Comparison:
     """A box that comes down flat on another, but for a tilt of 1e-12 to 1e-5 rad, turned and anywhere on it, with

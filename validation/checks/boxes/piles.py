@@ -18,8 +18,7 @@ LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 NO_TREES = Fault(
     "piles left to the sweeps alone",
     sequential_impulses.solve_velocities,
-    "solve_trees(contacts_, bodies_, order_, motion_, enough_)",
-    "0",
+    "solve_trees(contacts_, bodies_, order_, motion_, enough_) → 0",
 )
 
 
@@ -85,19 +84,15 @@ def piled(boxes: list[tuple[np.ndarray, ...]], friction: float) -> World:
         Fault(
             "equations that forget where a body's weight bears on what carries it",
             support_trees._add_moved,
-            "add((pull_[3], pull_[4], pull_[5]), cross(arm_, x_))",
-            "(pull_[3], pull_[4], pull_[5])",
+            "add((pull_[3], pull_[4], pull_[5]), cross(arm_, x_)) → (pull_[3], pull_[4], pull_[5])",
         ),
-        Fault(
-            "what an impact leaves not solved for again", support_trees._correct, "abs(x_) > FINE * enough_", "False"
-        ),
-        Fault("trees given up after one round", support_trees._correct, "left_[i_] and x_ <= y_", "False"),
-        Fault("contacts that are entered do not join", support_trees._close_contact, "x_ and y_ > enough_", "False"),
+        Fault("what an impact leaves not solved for again", support_trees._correct, "abs(x_) > FINE * enough_ → False"),
+        Fault("trees given up after one round", support_trees._correct, "left_[i_] and x_ <= y_ → False"),
+        Fault("contacts that are entered do not join", support_trees._close_contact, "x_ and y_ > enough_ → False"),
         Fault(
             "boxes that fall not stopped by those below that are stopped",
             box_contacts._find_pair,
-            "found_ if found_ > 0 else stopped_manifold(boxes_, pair_, sweep_, travel_, limits_, manifold_)",
-            "0",
+            "found_ if found_ > 0 else stopped_manifold(boxes_, pair_, sweep_, travel_, limits_, manifold_) → 0",
         ),
     ),
 )
@@ -195,8 +190,7 @@ def rest_beside_engines(run: Run) -> Comparison:
         Fault(
             "half the friction",
             sequential_impulses._sweep,
-            "load_lanes(row_[FRICTION], 0) * normal_",
-            "0.5 * load_lanes(row_[FRICTION], 0) * normal_",
+            "load_lanes(row_[FRICTION], 0) * normal_ → 0.5 * load_lanes(row_[FRICTION], 0) * normal_",
         ),
     ),
 )

@@ -29,8 +29,8 @@ PIECE = "softbody.dynamics.rigid_boxes.advance_boxes"
         Fault(
             "boxes moved by the velocity of the step's start, to a millionth",
             rigid_boxes.advance_boxes,
-            "h_ * state_.box_velocity[i_, c_]",
-            "h_ * (state_.box_velocity[i_, c_] + (9.81e-6 * h_ if c_ == 2 else 0.0))",
+            "h_ * state_.box_velocity[i_, c_]"
+            " → h_ * (state_.box_velocity[i_, c_] + (9.81e-6 * h_ if c_ == 2 else 0.0))",
         ),
     ),
     erratum=Misprint("E10", "x' = x + a t", "x' = x + v' t"),
@@ -71,8 +71,7 @@ def thrown_box(run: Run) -> Comparison:
         Fault(
             "a turn of first order",
             quaternion.from_rotation_vector,
-            "s_ = sin(0.5 * angle_) / angle_\nreturn cos(0.5 * angle_), x_, y_, z_",
-            "s_ = 0.5\nreturn 1.0, x_, y_, z_",
+            "s_ = sin(0.5 * angle_) / angle_\nreturn cos(0.5 * angle_), x_, y_, z_ → s_ = 0.5\nreturn 1.0, x_, y_, z_",
         ),
     ),
 )

@@ -162,29 +162,23 @@ def swept(
     because="rounding: 1.0e-14 at worst of ten seeds",
     faults=(
         Fault(
-            "bodies that are in two batches at once",
-            batches._schedule,
-            "least[b_] = t_ + 1",
-            "least[b] = max(t - 1, 0)",
+            "bodies that are in two batches at once", batches._schedule, "least[b_] = t_ + 1 → least[b] = max(t - 1, 0)"
         ),
-        Fault("pairs that go before others, where there is room", batches._schedule, "t += 1", "t -= 1"),
+        Fault("pairs that go before others, where there is room", batches._schedule, "t += 1 → t -= 1"),
         Fault(
             "sweeps that all go up",
             sequential_impulses._sweep_all,
-            "_sweep(b_, down_, m_)",
-            "_sweep(batches, False, motions)",
+            "_sweep(b_, down_, m_) → _sweep(batches, False, motions)",
         ),
         Fault(
             "sweeps that go on once more",
             sequential_impulses._sweep_all,
-            "left_ <= MORE * iterations_ + 1",
-            "left <= MORE * iterations - 1",
+            "left_ <= MORE * iterations_ + 1 → left <= MORE * iterations - 1",
         ),
         Fault(
             "a sliding that is not that which the normal impulse leaves",
             solver_row.prepare_contacts,
-            "_coupling(row_, k_, SECOND, NORMAL)",
-            "_coupling(row, k, TANGENT, NORMAL)",
+            "_coupling(row_, k_, SECOND, NORMAL) → _coupling(row, k, TANGENT, NORMAL)",
         ),
     ),
 )
@@ -232,16 +226,14 @@ def sweeps(run: Run) -> Comparison:
         Fault(
             "impulses that are those of the step before",
             sequential_impulses.solve_positions,
-            "row_[k_, POSITION_IMPULSE] = 0.0",
-            "",
+            "row_[k_, POSITION_IMPULSE] = 0.0 → ",
         ),
         Fault(
             "depths that are just allowed undone",
             sequential_impulses.solve_positions,
-            "contacts_.depth[k_] > slop_",
-            "contacts_.depth[k_] >= slop_",
+            "contacts_.depth[k_] > slop_ → contacts_.depth[k_] >= slop_",
         ),
-        Fault("a push that b does not feel", solver_row.apply_impulse, "s_ != 0.0", "s_ != 1.0"),
+        Fault("a push that b does not feel", solver_row.apply_impulse, "s_ != 0.0 → s_ != 1.0"),
     ),
 )
 def positions(run: Run) -> Comparison:
@@ -370,26 +362,22 @@ def _rate(rows: np.ndarray, inverse: np.ndarray) -> float:
         Fault(
             "a part that is a product",
             held_boxes.support_compliance,
-            "_work(p_, v_, w_) / alone_",
-            "_work(push[box], v, w) * alone",
+            "_work(p_, v_, w_) / alone_ → _work(push[box], v, w) * alone",
         ),
         Fault(
             "pushes passed down at every level",
             held_boxes.pass_down,
-            "supports_.level[b_] != height_ or not x_",
-            "supports.level[box] != height and not push[box].any()",
+            "supports_.level[b_] != height_ or not x_ → supports.level[box] != height and not push[box].any()",
         ),
         Fault(
             "gaps that stay open and hold",
             held_boxes._list_supports,
-            "not stays_open_",
-            "(stays_open or not stays_open)",
+            "not stays_open_ → (stays_open or not stays_open)",
         ),
         Fault(
             "pushes that never reach a box below of a higher number",
             held_boxes.pass_down,
-            "contacts.box[k, 1] if contacts.box[k, 0] == box else contacts.box[k, 0]",
-            "contacts.box[k, 1]",
+            "contacts.box[k, 1] if contacts.box[k, 0] == box else contacts.box[k, 0] → contacts.box[k, 1]",
         ),
     ),
 )
@@ -448,24 +436,13 @@ def held(run: Run) -> Comparison:
     tolerance=2e-8,
     because="rounding, times a million, by which contacts are stiffer than bodies: 6.8e-10 at worst of ten seeds",
     faults=(
-        Fault(
-            "a box that hangs on the first thing below it",
-            support_trees.plant,
-            "_push(contacts_, x_, y_)",
-            "0.0",
-        ),
-        Fault("sliding instead of pushes", support_trees._push, "NORMAL_IMPULSE", "NORMAL_IMPULSE + 1"),
-        Fault(
-            "inertia off by a hundredth",
-            support_trees._put_mass,
-            "1.0 / inverse_[2]",
-            "1.01 / inverse[2]",
-        ),
+        Fault("a box that hangs on the first thing below it", support_trees.plant, "_push(contacts_, x_, y_) → 0.0"),
+        Fault("sliding instead of pushes", support_trees._push, "NORMAL_IMPULSE → NORMAL_IMPULSE + 1"),
+        Fault("inertia off by a hundredth", support_trees._put_mass, "1.0 / inverse_[2] → 1.01 / inverse[2]"),
         Fault(
             "torques on what carries left out",
             support_trees._add_moved,
-            "add((pull_[3], pull_[4], pull_[5]), cross(arm_, x_))",
-            "(pull_[3], pull_[4], pull_[5])",
+            "add((pull_[3], pull_[4], pull_[5]), cross(arm_, x_)) → (pull_[3], pull_[4], pull_[5])",
         ),
     ),
 )
@@ -536,14 +513,13 @@ def trees(run: Run) -> Comparison:
     tolerance=1e-14,
     because="sums of some impulses of about 1 N s",
     faults=(
-        Fault("squares beside a square metre", warm_start.warm_start, "distance = 0.0", "distance = 1.0"),
-        Fault("the farthest", warm_start.warm_start, "distance < nearest", "distance > nearest or matched < 0"),
-        Fault("two axes", warm_start.warm_start, "range(3)", "range(2)"),
+        Fault("squares beside a square metre", warm_start.warm_start, "distance = 0.0 → distance = 1.0"),
+        Fault("the farthest", warm_start.warm_start, "distance < nearest → distance > nearest or matched < 0"),
+        Fault("two axes", warm_start.warm_start, "range(3) → range(2)"),
         Fault(
             "features that are not looked at",
             warm_start.warm_start,
-            "contacts.feature[k] == cache.feature[old]",
-            "False",
+            "contacts.feature[k] == cache.feature[old] → False",
         ),
     ),
 )
@@ -595,9 +571,9 @@ def impulses_of_a_step_ago(run: Run) -> Comparison:
     tolerance=1e-11,
     because="rounding of two hundred sweeps over contacts that are all but the same: 1e-13",
     faults=(
-        Fault("a sweep more", held_boxes._held_motion, "SWEEPS if number else 0", "SWEEPS + 1 if number else 0"),
-        Fault("half as many", held_boxes._held_motion, "SWEEPS if number else 0", "SWEEPS // 2 if number else 0"),
-        Fault("supports that pull", held_boxes._held_motion, "max(0.0, x_)", "x_ + 0.0"),
+        Fault("a sweep more", held_boxes._held_motion, "SWEEPS if number else 0 → SWEEPS + 1 if number else 0"),
+        Fault("half as many", held_boxes._held_motion, "SWEEPS if number else 0 → SWEEPS // 2 if number else 0"),
+        Fault("supports that pull", held_boxes._held_motion, "max(0.0, x_) → x_ + 0.0"),
     ),
 )
 def two_hundred_sweeps(run: Run) -> Comparison:

@@ -37,15 +37,13 @@ def rise(angle: float, size: np.ndarray) -> float:
         Fault(
             "a size for a spin",
             swept_boxes.come_near,
-            "_turning_along(b.size, sweep.spin_b, normal)",
-            "_turning_along(sweep.spin_b, b.size, normal)",
+            "_turning_along(b.size, sweep.spin_b, normal) → _turning_along(sweep.spin_b, b.size, normal)",
         ),
-        Fault("torques that turn nothing", swept_boxes.come_near, "near += max(0.0, sweep.turn - turning)", ""),
+        Fault("torques that turn nothing", swept_boxes.come_near, "near += max(0.0, sweep.turn - turning) → "),
         Fault(
             "a spin a hundredth faster",
             swept_boxes.come_near,
-            "0.5 * (n_ * w_ + m_ * u_)",
-            "0.505 * (n_ * w_ + m_ * u_)",
+            "0.5 * (n_ * w_ + m_ * u_) → 0.505 * (n_ * w_ + m_ * u_)",
         ),
         BALLS,
     ),
@@ -120,17 +118,15 @@ def gaps_along(axes: np.ndarray, sizes: np.ndarray, turns: np.ndarray, apart: np
         Fault(
             "edges that may be worse",
             sat_boxes._best_edge_pair,
-            "f_ * abs(best) + limits.slop + r_",
-            "f_ * abs(best) - limits.slop + r_",
+            "f_ * abs(best) + limits.slop + r_ → f_ * abs(best) - limits.slop + r_",
         ),
         Fault(
             "edges that need not be better",
             sat_boxes._best_edge_pair,
-            "f_ * abs(best) + limits.slop + r_",
-            "f_ * abs(best) + r_",
+            "f_ * abs(best) + limits.slop + r_ → f_ * abs(best) + r_",
         ),
-        Fault("the better face", sat_boxes._best_face, "limits.slop + rounding_of(size, a, b)", "0.0"),
-        Fault("twice as much", sat_boxes._best_face, "limits.slop + rounding_of(size, a, b)", "2.0 * limits.slop"),
+        Fault("the better face", sat_boxes._best_face, "limits.slop + rounding_of(size, a, b) → 0.0"),
+        Fault("twice as much", sat_boxes._best_face, "limits.slop + rounding_of(size, a, b) → 2.0 * limits.slop"),
     ),
 )
 def axes_that_are_taken(run: Run) -> Comparison:
@@ -188,8 +184,7 @@ def axes_that_are_taken(run: Run) -> Comparison:
         Fault(
             "the normal of two edges",
             swept_boxes.meeting_of,
-            "write_normal(boxes_, pair_, best.axis, memory_)",
-            "write_normal(boxes_, pair_, 6, memory_)",
+            "write_normal(boxes_, pair_, best.axis, memory_) → write_normal(boxes_, pair_, 6, memory_)",
         ),
     ),
 )
@@ -244,9 +239,9 @@ def as_good_as_flat(run: Run) -> Comparison:
     because="a box turns within the step, about the point that comes down first, by up to 0.2 rad: its corners do not"
     " go straight; 0.035 at ten seeds, and the whole way where a point is missed",
     faults=(
-        Fault("one point for all", manifold._points_all_but_flat, "most_ < ALL_BUT_FLAT", "True"),
-        Fault("all but flat to a fiftieth of that", manifold._points_all_but_flat, "ALL_BUT_FLAT", "0.99999"),
-        Fault("the face across", manifold._points_all_but_flat, "along_ > most_", "along < most or most == 0.0"),
+        Fault("one point for all", manifold._points_all_but_flat, "most_ < ALL_BUT_FLAT → True"),
+        Fault("all but flat to a fiftieth of that", manifold._points_all_but_flat, "ALL_BUT_FLAT → 0.99999"),
+        Fault("the face across", manifold._points_all_but_flat, "along_ > most_ → along < most or most == 0.0"),
     ),
 )
 def however_tilted(run: Run) -> Comparison:

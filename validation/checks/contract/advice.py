@@ -29,11 +29,11 @@ LANE = "worlds"  # claims that share the kernels of a whole world, and a process
     tolerance=1e-13,
     because="rounding of speeds that differ by a thirtieth: 1.1e-14 at worst of ten seeds",
     faults=(
-        Fault("particles that cross their whole body", checks.helpful_step, "0.5 * extent / s_", "1.0 * extent / s_"),
-        Fault("speeds as seen from the world", checks.helpful_step, "velocity - velocity.mean(axis=0)", "velocity"),
-        Fault("boxes that fall as without loads", checks.helpful_step, "controls.box_force", "0.0"),
-        Fault("the slowest axis of boxes", checks.helpful_step, "np.abs(rows).max(axis=1)", "np.abs(rows).min(axis=1)"),
-        Fault("turns that are left out", checks.helpful_step, "1.0 / spin", "size / speed"),
+        Fault("particles that cross their whole body", checks.helpful_step, "0.5 * extent / s_ → 1.0 * extent / s_"),
+        Fault("speeds as seen from the world", checks.helpful_step, "velocity - velocity.mean(axis=0) → velocity"),
+        Fault("boxes that fall as without loads", checks.helpful_step, "controls.box_force → 0.0"),
+        Fault("the slowest axis of boxes", checks.helpful_step, "np.abs(rows).max(axis=1) → np.abs(rows).min(axis=1)"),
+        Fault("turns that are left out", checks.helpful_step, "1.0 / spin → size / speed"),
     ),
 )
 def steps_that_help(run: Run) -> Comparison:
@@ -92,23 +92,20 @@ def steps_that_help(run: Run) -> Comparison:
         Fault(
             "a step that was not taken counts",
             step.run,
-            "fault, body = DIVERGED, n_",
-            "fault, body, done = DIVERGED, n_, 1",
+            "fault, body = DIVERGED, n_ → fault, body, done = DIVERGED, n_, 1",
         ),
-        Fault("the first box alone", rigid_boxes.diverged_box, "range(n_)", "range(1)"),
+        Fault("the first box alone", rigid_boxes.diverged_box, "range(n_) → range(1)"),
         Fault(
             "turns in a second",
             rigid_boxes.diverged_box,
-            "h * abs(state.box_angular_velocity[i, c])",
-            "abs(state.box_angular_velocity[i, c])",
+            "h * abs(state.box_angular_velocity[i, c]) → abs(state.box_angular_velocity[i, c])",
         ),
         Fault(
             "limits by the thickest side",
             rigid_boxes.diverged_box,
-            "min(size[0], size[1], size[2])",
-            "max(size[0], size[1], size[2])",
+            "min(size[0], size[1], size[2]) → max(size[0], size[1], size[2])",
         ),
-        Fault("orientations of any length", checks.check_box_motion, "u_ > UNIT", "False"),
+        Fault("orientations of any length", checks.check_box_motion, "u_ > UNIT → False"),
     ),
 )
 def boxes_that_are_astray(run: Run) -> Comparison:
@@ -163,10 +160,10 @@ PAIRS = {("box", "box"): 1e6, ("box", "soft"): 1e4, ("soft", "box"): np.inf}
     tolerance=0.0,
     because="yes or no",
     faults=(
-        Fault("boxes that carry as little of boxes", checks.warn_of_mass_ratios, "upper < soft", "upper >= 0"),
-        Fault("what leans on a box", checks.warn_of_mass_ratios, "np.abs(steepness) > 0.5", "True"),
-        Fault("gravity of any strength", checks.warn_of_mass_ratios, "max(n_, TINY)", "1.0"),
-        Fault("what hangs below", checks.warn_of_mass_ratios, "steepness > 0.0", "steepness < 0.0"),
+        Fault("boxes that carry as little of boxes", checks.warn_of_mass_ratios, "upper < soft → upper >= 0"),
+        Fault("what leans on a box", checks.warn_of_mass_ratios, "np.abs(steepness) > 0.5 → True"),
+        Fault("gravity of any strength", checks.warn_of_mass_ratios, "max(n_, TINY) → 1.0"),
+        Fault("what hangs below", checks.warn_of_mass_ratios, "steepness > 0.0 → steepness < 0.0"),
     ),
 )
 def loads_that_are_too_heavy(run: Run) -> Comparison:
@@ -221,17 +218,21 @@ FARTHEST, MOST_TURN, UNIT = 2.0**46, 1e6, 1e-6  # times the least size; [rad] a 
     tolerance=0.0,
     because="yes or no, a hundredth from each limit; or at it, and a rounding beyond, in powers of two",
     faults=(
-        Fault("boxes however fast", checks.check_box_motion, "not a_ + h * b_ <= RESOLVED * size.min()", "False"),
-        Fault("boxes however far away", checks.check_box_motion, "not np.abs(position).sum() <= r_", "False"),
-        Fault("spins however fast", checks.check_box_motion, "not h * s_ <= MOST_TURN", "False"),
-        Fault("boxes turned by no unit quaternion", checks.check_box_motion, "abs(a_ - 1.0) > UNIT", "False"),
-        Fault("advice to take as long a step", checks.check_box_motion,
-              "MOST_TURN / spin / 2.0", "MOST_TURN / spin * 2.0"),
-        Fault("the longest side", rigid_boxes.diverged_box, "min(size[0], size[1], size[2])",
-              "max(size[0], size[1], size[2])"),
-        Fault("boxes that are just there", rigid_boxes.diverged_box, "far <= RESOLVED * n_", "far < RESOLVED * n_"),
+        Fault("boxes however fast", checks.check_box_motion, "not a_ + h * b_ <= RESOLVED * size.min() → False"),
+        Fault("boxes however far away", checks.check_box_motion, "not np.abs(position).sum() <= r_ → False"),
+        Fault("spins however fast", checks.check_box_motion, "not h * s_ <= MOST_TURN → False"),
+        Fault("boxes turned by no unit quaternion", checks.check_box_motion, "abs(a_ - 1.0) > UNIT → False"),
+        Fault(
+            "advice to take as long a step", checks.check_box_motion, "MOST_TURN / spin / 2.0 → MOST_TURN / spin * 2.0"
+        ),
+        Fault(
+            "the longest side",
+            rigid_boxes.diverged_box,
+            "min(size[0], size[1], size[2]) → max(size[0], size[1], size[2])",
+        ),
+        Fault("boxes that are just there", rigid_boxes.diverged_box, "far <= RESOLVED * n_ → far < RESOLVED * n_"),
     ),
-)  # fmt: skip
+)
 def boxes_too_fast_to_compute(run: Run) -> Comparison:
     """A box is refused by its number, and by what is wrong with it, where its place, or where a step takes it to, is
     farther away than 2**46 times its least size, summed over the axes, or where it turns by more than a million radians

@@ -31,22 +31,15 @@ NUMBERS = {"damping": 0.5, "drag": 2.0, "restitution": 1.0, "friction": 1.5}  # 
         Fault(
             "the first body's number set",
             bodies.set_row,
-            "body.row() if rows is None else rows",
-            "0 if rows is None else rows",
+            "body.row() if rows is None else rows → 0 if rows is None else rows",
         ),
-        Fault("a number that is only read again", bodies.set_row, "store.replace(model=m_)", "None"),
+        Fault("a number that is only read again", bodies.set_row, "store.replace(model=m_) → None"),
         Fault(
             "particles that stay pinned",
             soft_body.SoftBody._pin,
-            "self.store.model.particle_inverse_mass[rows].max()",
-            "self.store.model.particle_inverse_mass[rows].min()",
+            "self.store.model.particle_inverse_mass[rows].max() → self.store.model.particle_inverse_mass[rows].min()",
         ),
-        Fault(
-            "velocities of what is pinned",
-            soft_body.SoftBody._pin,
-            "self.velocities[still] = 0.0",
-            "",
-        ),
+        Fault("velocities of what is pinned", soft_body.SoftBody._pin, "self.velocities[still] = 0.0 → "),
     ),
 )
 def set_as_if_made_so(run: Run) -> Comparison:
@@ -109,12 +102,11 @@ def _bits(world: World) -> np.ndarray:
         Fault(
             "a stretch rounded to steps",
             time_steps.whole_steps,
-            "count = ceil(seconds / time_step)",
-            "return count, time_step",
+            "count = ceil(seconds / time_step) → return count, time_step",
         ),
-        Fault("a remainder that is lost", time_steps.whole_steps_owed, "owed += seconds", "owed = seconds"),
-        Fault("a remainder that is not paid", time_steps.whole_steps_owed, "owed - count * time_step", "owed"),
-        Fault("frames all as long", frames.frames, "seconds - (count - 1) * frame", "frame"),
+        Fault("a remainder that is lost", time_steps.whole_steps_owed, "owed += seconds → owed = seconds"),
+        Fault("a remainder that is not paid", time_steps.whole_steps_owed, "owed - count * time_step → owed"),
+        Fault("frames all as long", frames.frames, "seconds - (count - 1) * frame → frame"),
     ),
 )
 def time_is_kept(run: Run) -> Comparison:
@@ -168,16 +160,16 @@ def time_is_kept(run: Run) -> Comparison:
         Fault(
             "a stable step that is estimated before each call",
             runner.Runner.step,
-            "allow_unstable or self._stable_step.allows(h, model, controls, settings, joints, begun[0])",
-            "allow_unstable",
+            "allow_unstable or self._stable_step.allows(h, model, controls, settings, joints, begun[0])"
+            " → allow_unstable",
         ),
-        Fault("an estimate for ten steps", checks.StableStep.allows, "self._made_at + STABLE_FOR",
-              "self._made_at + 10"),
-        Fault("nothing that is finite", finite_check.is_finite, "not abs(x_) < np.inf", "abs(x_) < np.inf"),
-        Fault("an estimate of another model", checks.StableStep.allows, "self._model is model",
-              "self._model is not model"),
+        Fault("an estimate for ten steps", checks.StableStep.allows, "self._made_at + STABLE_FOR → self._made_at + 10"),
+        Fault("nothing that is finite", finite_check.is_finite, "not abs(x_) < np.inf → abs(x_) < np.inf"),
+        Fault(
+            "an estimate of another model", checks.StableStep.allows, "self._model is model → self._model is not model"
+        ),
     ),
-)  # fmt: skip
+)
 def calls_of_any_length(run: Run) -> Comparison:
     """A hundred steps asked for at once, one by one, or some at a time are the same to the bit, and none is refused:
     also where a body is pressed together meanwhile, so that the step that is stable becomes shorter than those that it

@@ -37,26 +37,21 @@ HELD = 0.3  # [m] side of a load on a beam
         Fault(
             "impulses in place of forces",
             contact_points.ContactPoints.force_on,
-            "impulse / self.time_step if self.time_step > 0.0 else impulse",
-            "impulse",
+            "impulse / self.time_step if self.time_step > 0.0 else impulse → impulse",
         ),
         Fault(
             "the force on the other one",
             contact_points.ContactPoints.force_on,
-            "self.impulse[self.a == n_].sum(axis=0) - self.impulse[self.b == n_].sum(axis=0)",
-            "self.impulse[self.b == n_].sum(axis=0) - self.impulse[self.a == n_].sum(axis=0)",
+            "self.impulse[self.a == n_].sum(axis=0) - self.impulse[self.b == n_].sum(axis=0)"
+            " → self.impulse[self.b == n_].sum(axis=0) - self.impulse[self.a == n_].sum(axis=0)",
         ),
         Fault(
             "contacts with anybody",
             contact_points.ContactPoints.of,
-            "self._has(body) & (self._has(other) if other is not None else True)",
-            "self._has(body)",
+            "self._has(body) & (self._has(other) if other is not None else True) → self._has(body)",
         ),
         Fault(
-            "boxes numbered as if there were no soft bodies",
-            contact_points._numbers,
-            "model.soft_count + box",
-            "box",
+            "boxes numbered as if there were no soft bodies", contact_points._numbers, "model.soft_count + box → box"
         ),
     ),
 )
@@ -108,47 +103,38 @@ def loads_of_a_beam(run: Run) -> Comparison:
     " Those of a pile are solved for at once, and on the way are up to 1e4 times as large as at the end: 1.2e-14 at"
     " worst of four seeds, 2.1e-12 at standard",
     faults=(
-        Fault(
-            "two pairs of one box solved side by side",
-            batches._schedule,
-            "least_[a] = t_ + 1",
-            "least_[a] = t_",
-        ),
+        Fault("two pairs of one box solved side by side", batches._schedule, "least_[a] = t_ + 1 → least_[a] = t_"),
         Fault(
             "a pair solved side by side with others of its second box",
             batches._schedule,
-            "max(full_, least_[a], least_[b])",
-            "max(full_, least_[a])",
+            "max(full_, least_[a], least_[b]) → max(full_, least_[a])",
         ),
         Fault(
             "the impulses of the pair in the next lane",
             batches.take_impulses,
-            "batches_.place[k_] % LANES",
-            "(batches_.place[k_] + 1) % LANES",
+            "batches_.place[k_] % LANES → (batches_.place[k_] + 1) % LANES",
         ),
         Fault(
             "what the ground gives without friction",
             particle_ground.resolve_ground,
-            "scale(1.0 / model.particle_inverse_mass[i], change)",
-            "(0.0, 0.0, change[2] / model.particle_inverse_mass[i])",
+            "scale(1.0 / model.particle_inverse_mass[i], change)"
+            " → (0.0, 0.0, change[2] / model.particle_inverse_mass[i])",
         ),
         Fault(
             "what the ground gave in the step before",
             step.run_alone_by_clock,
-            "resolve_ground(model, state, ground_impulse, None)",
-            "resolve_ground(model, state, ground_impulse.copy(), None)",
+            "resolve_ground(model, state, ground_impulse, None)"
+            " → resolve_ground(model, state, ground_impulse.copy(), None)",
         ),
         Fault(
             "contacts that only pull left out",
             contact_points.contact_points,
-            "(contacts.depth[found] > 0.0) | contacts.impulse[found].any(axis=1)",
-            "contacts.depth[found] > 0.0",
+            "(contacts.depth[found] > 0.0) | contacts.impulse[found].any(axis=1) → contacts.depth[found] > 0.0",
         ),
         Fault(
             "particles of the first body on the ground",
             contact_points.contact_points,
-            'np.searchsorted(model.soft_particle_start, landed, side="right") - 1',
-            "np.zeros(len(landed), np.int64)",
+            'np.searchsorted(model.soft_particle_start, landed, side="right") - 1 → np.zeros(len(landed), np.int64)',
         ),
     ),
 )
@@ -204,26 +190,22 @@ def forces_change_momenta(run: Run) -> Comparison:
         Fault(
             "the ground first",
             contact_points.ContactPoints.pairs,
-            "np.where(self.b == GROUND, self.a, np.minimum(self.a, self.b))",
-            "np.minimum(self.a, self.b)",
+            "np.where(self.b == GROUND, self.a, np.minimum(self.a, self.b)) → np.minimum(self.a, self.b)",
         ),
         Fault(
             "pairs as they were found",
             contact_points.ContactPoints.pairs,
-            "np.where(self.b == GROUND, self.b, np.maximum(self.a, self.b))",
-            "self.b",
+            "np.where(self.b == GROUND, self.b, np.maximum(self.a, self.b)) → self.b",
         ),
         Fault(
             "contacts in which the body is a",
             contact_points.ContactPoints._has,
-            "(self.a == number) | (self.b == number)",
-            "self.a == number",
+            "(self.a == number) | (self.b == number) → self.a == number",
         ),
         Fault(
             "boxes that count from 0",
             contact_points.ContactPoints._number,
-            'self.first_box if body.kind == "box" else 0',
-            "0",
+            'self.first_box if body.kind == "box" else 0 → 0',
         ),
     ),
 )
@@ -290,12 +272,11 @@ def _meets(one: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.ndarr
     tolerance=3e-5,
     because="Bullet's piles have not quite stopped sinking: 1.1e-5 at worst of thirteen runs",
     faults=(
-        Fault("the next box removed", adding.remove, "without(p_, k_, row)", "without(p_, k_, row - 1)"),
+        Fault("the next box removed", adding.remove, "without(p_, k_, row) → without(p_, k_, row - 1)"),
         Fault(
             "handles that stay at their numbers",
             adding.remove,
-            "number - 1 if number > row else GONE",
-            "number if number > row else GONE",
+            "number - 1 if number > row else GONE → number if number > row else GONE",
         ),
     ),
 )
@@ -350,14 +331,12 @@ def what_stood_on_it_falls(run: Run) -> Comparison:
         Fault(
             "impulses of the boxes after the one that is removed forgotten",
             contact.without_box,
-            "left.box - (left.box > box)",
-            "left.box",
+            "left.box - (left.box > box) → left.box",
         ),
         Fault(
             "all that is remembered forgotten",
             contact.without_box,
-            "(cache.box != box).all(axis=1)",
-            "cache.box[:, 0] < -1",
+            "(cache.box != box).all(axis=1) → cache.box[:, 0] < -1",
         ),
     ),
 )
@@ -421,9 +400,9 @@ def _momenta(world: World) -> np.ndarray:
     tolerance=0.0,
     because="yes or no",
     faults=(
-        Fault("a particle of a box", contact.box_side, "(NOBODY, NOBODY, NOBODY)", "(NOBODY, NOBODY, NOBODY + 1)"),
-        Fault("another of it", contact.box_side, "(NOBODY, NOBODY, NOBODY)", "(NOBODY + 1, NOBODY, NOBODY)"),
-        Fault("a box of a soft body", contact.soft_side, "Side(NOBODY, point)", "Side(NOBODY + 1, point)"),
+        Fault("a particle of a box", contact.box_side, "(NOBODY, NOBODY, NOBODY) → (NOBODY, NOBODY, NOBODY + 1)"),
+        Fault("another of it", contact.box_side, "(NOBODY, NOBODY, NOBODY) → (NOBODY + 1, NOBODY, NOBODY)"),
+        Fault("a box of a soft body", contact.soft_side, "Side(NOBODY, point) → Side(NOBODY + 1, point)"),
     ),
 )
 def sides_of_contacts(run: Run) -> Comparison:

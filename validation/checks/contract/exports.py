@@ -83,7 +83,7 @@ def parted(world: World, vertices: np.ndarray, triangles: np.ndarray) -> Shown:
     return shown
 
 
-MOMENT = Fault("boxes that are not turned in a file", meshes.box_matrix, "matrix[:3, :3] = rotation_matrix(q_)", "")
+MOMENT = Fault("boxes that are not turned in a file", meshes.box_matrix, "matrix[:3, :3] = rotation_matrix(q_) → ")
 SINGLE = "positions in single precision, of some metres: 2.4e-7 each way, more in a volume"
 
 
@@ -98,21 +98,19 @@ SINGLE = "positions in single precision, of some metres: 2.4e-7 each way, more i
     because=SINGLE,
     faults=(
         MOMENT,
-        Fault("z up in a GLB file, too", meshes.as_scene, "Y_UP", "np.eye(4)"),
+        Fault("z up in a GLB file, too", meshes.as_scene, "Y_UP → np.eye(4)"),
         Fault(
             "boxes of half their size",
             meshes.box_mesh,
-            "_cube().vertices * shapes.box_size[body]",
-            "0.5 * _cube().vertices * shapes.box_size[body]",
+            "_cube().vertices * shapes.box_size[body] → 0.5 * _cube().vertices * shapes.box_size[body]",
         ),
-        Fault("the cosine last in USD", usd.stage_bytes, "m_.Quatd(w, x, y, z)", "m_.Quatd(z, x, y, w)"),
+        Fault("the cosine last in USD", usd.stage_bytes, "m_.Quatd(w, x, y, z) → m_.Quatd(z, x, y, w)"),
         Fault(
             "USD in centimetres",
             usd.stage_bytes,
-            "m_.SetStageMetersPerUnit(stage, 1.0)",
-            "m_.SetStageMetersPerUnit(stage, 0.01)",
+            "m_.SetStageMetersPerUnit(stage, 1.0) → m_.SetStageMetersPerUnit(stage, 0.01)",
         ),
-        Fault("an OBJ of three digits", files._obj, "17", "3"),
+        Fault("an OBJ of three digits", files._obj, "17 → 3"),
     ),
 )
 def moments_as_files(run: Run) -> Comparison:
@@ -160,38 +158,34 @@ def moments_as_files(run: Run) -> Comparison:
         Fault(
             "shapes from frame to frame, in place of from the first",
             animation._Moving._targets,
-            "pose.particle_position[rows] - first",
-            "pose.particle_position[rows] - self._poses[max(0, k - 1)].particle_position[rows]",
+            "pose.particle_position[rows] - first"
+            " → pose.particle_position[rows] - self._poses[max(0, k - 1)].particle_position[rows]",
         ),
         Fault(
             "turns a frame late",
             animation._Moving.add_to,
-            "_nearest_signs(x_)",
-            "_nearest_signs(np.roll(x_, 1, axis=0))",
+            "_nearest_signs(x_) → _nearest_signs(np.roll(x_, 1, axis=0))",
         ),
         Fault(
             "shapes a frame late",
             animation._Moving.add_to,
-            "np.eye(frames, frames - 1, -1)",
-            "np.eye(frames, frames - 1, -2)",
+            "np.eye(frames, frames - 1, -1) → np.eye(frames, frames - 1, -2)",
         ),
-        Fault("signs of turns by the first", animation._nearest_signs, "q_[:-1]", "q_[:1]"),
-        Fault("a weight too many", animation._Moving.add_to, "[0.0] * (frames - 1)", "[0.0] * frames"),
-        Fault("quaternions with w first", animation._Moving.add_to, "x_[:, [1, 2, 3, 0]]", "x_[:, [0, 1, 2, 3]]"),
+        Fault("signs of turns by the first", animation._nearest_signs, "q_[:-1] → q_[:1]"),
+        Fault("a weight too many", animation._Moving.add_to, "[0.0] * (frames - 1) → [0.0] * frames"),
+        Fault("quaternions with w first", animation._Moving.add_to, "x_[:, [1, 2, 3, 0]] → x_[:, [0, 1, 2, 3]]"),
         Fault(
             "USD that counts frames from 1",
             usd._time_codes,
-            "[float(code) for code in codes]",
-            "[float(code) + 1.0 for code in codes]",
+            "[float(code) for code in codes] → [float(code) + 1.0 for code in codes]",
         ),
         Fault(
             "USD whose frames that are not even last as long as each other",
             usd._time_codes,
-            "codes = seconds * rate",
-            "codes = np.arange(len(seconds))",
+            "codes = seconds * rate → codes = np.arange(len(seconds))",
         ),
-        Fault("USD whose points stay", usd._put, "mesh.GetPointsAttr().Set(p_, code)", "mesh.GetPointsAttr().Set(p_)"),
-        Fault("two frames to a file", files.export_sequence, "f'{k:06d}.{kind}'", "f'{k // 2:06d}.{kind}'"),
+        Fault("USD whose points stay", usd._put, "mesh.GetPointsAttr().Set(p_, code) → mesh.GetPointsAttr().Set(p_)"),
+        Fault("two frames to a file", files.export_sequence, "f'{k:06d}.{kind}' → f'{k // 2:06d}.{kind}'"),
     ),
 )
 def films_as_files(run: Run) -> Comparison:
@@ -263,9 +257,9 @@ def films_as_files(run: Run) -> Comparison:
     tolerance=0.03,
     because="pictures and GLB have eight bits a colour: 5.3e-3 at worst of ten seeds; colours are 0.2 apart and more",
     faults=(
-        Fault("bodies without a colour", meshes._add, "mesh.visual = v_", ""),
-        Fault("colours as screens are told", looks.looks_of, "np.array(colour) ** GAMMA", "np.array(colour)"),
-        Fault("boxes that begin anew", looks.looks_of, "colour_of(len(soft) + k)", "colour_of(k)"),
+        Fault("bodies without a colour", meshes._add, "mesh.visual = v_ → "),
+        Fault("colours as screens are told", looks.looks_of, "np.array(colour) ** GAMMA → np.array(colour)"),
+        Fault("boxes that begin anew", looks.looks_of, "colour_of(len(soft) + k) → colour_of(k)"),
     ),
 )
 def colours_of_bodies(run: Run) -> Comparison:
@@ -370,9 +364,9 @@ def _half_way(
     tolerance=0.0,
     because="yes or no; times of up to a minute are kept to 1e-14 s",
     faults=(
-        Fault("a hundredth less even", usd._time_codes, "x_.max() < EVEN", "x_.max() < 1.01 * EVEN"),
-        Fault("frames that are never counted", usd._time_codes, "x_.max() < EVEN", "False"),
-        Fault("even to a millionth of a second", usd._time_codes, "x_.max() < EVEN", "x_.max() < whole * EVEN"),
+        Fault("a hundredth less even", usd._time_codes, "x_.max() < EVEN → x_.max() < 1.01 * EVEN"),
+        Fault("frames that are never counted", usd._time_codes, "x_.max() < EVEN → False"),
+        Fault("even to a millionth of a second", usd._time_codes, "x_.max() < EVEN → x_.max() < whole * EVEN"),
     ),
 )
 def frames_that_are_counted(run: Run) -> Comparison:

@@ -53,39 +53,34 @@ SHAPES = {
         Fault(
             "rest lengths that are not changed",
             soft_body.SoftBody.set_springs,
-            "lengths[edges_] = rest_length_of(rest_length_, count_)",
-            "lengths[edges_] = lengths[edges_]",
+            "lengths[edges_] = rest_length_of(rest_length_, count_) → lengths[edges_] = lengths[edges_]",
         ),
         Fault(
             "springs set on the edges next to those asked",
             soft_body.SoftBody.set_springs,
-            "stiffness_of(stiffness_, count_)",
-            "np.roll(stiffness_of(stiffness_, count_), 1)",
+            "stiffness_of(stiffness_, count_) → np.roll(stiffness_of(stiffness_, count_), 1)",
         ),
         Fault(
             "pulls of springs off by 0.1 %",
             vertex_rings.with_springs,
-            "stiffness * rest_length",
-            "1.001 * stiffness * rest_length",
+            "stiffness * rest_length → 1.001 * stiffness * rest_length",
         ),
         Fault(
             "forces of the particle before",
             one_ring_forces.add_load,
-            "rings_.particle[load_.first + i_]",
-            "rings_.particle[load_.first + max(0, i_ - 1)]",
+            "rings_.particle[load_.first + i_] → rings_.particle[load_.first + max(0, i_ - 1)]",
         ),
-        Fault("masses of the first body, whichever moves", soft_bodies._load_body, "first + i_", "i_"),
+        Fault("masses of the first body, whichever moves", soft_bodies._load_body, "first + i_ → i_"),
         Fault(
             "speeds that are not brought back from a step",
             soft_bodies._store_rows,
-            "scatter_vec(speeds, n_, v_, i_)",
-            "",
+            "scatter_vec(speeds, n_, v_, i_) → ",
         ),
         Fault(
             "forces of the first body, whichever is asked",
             soft_body.SoftBody,
-            "self.store.controls.particle_force[self._rows()] = f_",
-            "self.store.controls.particle_force[: len(self.positions)] = f_",
+            "self.store.controls.particle_force[self._rows()] = f_"
+            " → self.store.controls.particle_force[: len(self.positions)] = f_",
         ),
     ),
 )
@@ -138,13 +133,12 @@ def springs_that_are_set(run: Run) -> Comparison:
     tolerance=2e-14,
     because="rounding: 3e-15 at worst of ten seeds",
     faults=(
-        Fault("sub-steps as long as steps", soft_bodies._batch, "h / substeps", "h"),
-        Fault("sub-steps a hundredth too short", soft_bodies._batch, "h / substeps", "0.99 * h / substeps"),
+        Fault("sub-steps as long as steps", soft_bodies._batch, "h / substeps → h"),
+        Fault("sub-steps a hundredth too short", soft_bodies._batch, "h / substeps → 0.99 * h / substeps"),
         Fault(
             "sub-steps that are not asked for",
             runner.Runner.step,
-            'settings._replace(substeps=check_whole(substeps, "substeps", 1))',
-            "settings",
+            'settings._replace(substeps=check_whole(substeps, "substeps", 1)) → settings',
         ),
     ),
 )
@@ -183,28 +177,23 @@ def substeps_are_steps(run: Run) -> Comparison:
     because="names and numbers of steps are whole",
     faults=(
         Fault(
-            "bodies that collapse at no volume only", soft_bodies.find_fault, "volume <= least_volume", "volume <= 0.0"
+            "bodies that collapse at no volume only", soft_bodies.find_fault, "volume <= least_volume → volume <= 0.0"
         ),
         Fault(
             "a limit in cubic metres",
             soft_bodies.move_body,
-            "bodies_.deflated_below[body] * bodies_.mesh_volume[body]",
-            "bodies_.deflated_below[body]",
+            "bodies_.deflated_below[body] * bodies_.mesh_volume[body] → bodies_.deflated_below[body]",
         ),
-        Fault(
-            "the first body's name", checks.fault_of, "title_of(model, body, Names())", "title_of(model, 0, Names())"
-        ),
+        Fault("the first body's name", checks.fault_of, "title_of(model, body, Names()) → title_of(model, 0, Names())"),
         Fault(
             "a step that is counted and was not done",
             step.run,
-            "contacts.number[0] = contacts.number[1] = 0",
-            "contacts.number[0] = contacts.number[1] = 0\ndone += 1",
+            "contacts.number[0] = contacts.number[1] = 0 → contacts.number[0] = contacts.number[1] = 0\ndone += 1",
         ),
         Fault(
             "the volume at the last start of a step only",
             integrators._advance_body,
-            "stage == 0 and not volume >= least",
-            "stage == 0",
+            "stage == 0 and not volume >= least → stage == 0",
         ),
     ),
 )
@@ -268,13 +257,13 @@ def collapse_is_named(run: Run) -> Comparison:
     " that step, and the next one would be 5e-4 off",
     faults=(
         Fault(
-            "a limit of the size, cubed", soft_bodies.find_fault, "volume <= least_volume", "volume <= least_volume**3"
+            "a limit of the size, cubed", soft_bodies.find_fault, "volume <= least_volume → volume <= least_volume**3"
         ),
         Fault(
             "a limit of the volume as it is now",
             soft_bodies.move_body,
-            "bodies_.deflated_below[body] * bodies_.mesh_volume[body]",
-            "bodies_.deflated_below[body] ** 2 * bodies_.mesh_volume[body]",
+            "bodies_.deflated_below[body] * bodies_.mesh_volume[body]"
+            " → bodies_.deflated_below[body] ** 2 * bodies_.mesh_volume[body]",
         ),
     ),
 )
@@ -315,18 +304,16 @@ def collapses_when_scipy_says(run: Run) -> Comparison:
     tolerance=0.0,
     because="yes or no; those within 1 % of the limit are left out",
     faults=(
-        Fault("a body of a metre at least", soft_bodies.find_fault, "0.0, 0.0, count_", "1.0, 0.0, count_"),
+        Fault("a body of a metre at least", soft_bodies.find_fault, "0.0, 0.0, count_ → 1.0, 0.0, count_"),
         Fault(
             "velocities seen from the world",
             soft_bodies.find_fault,
-            "in_double(load_lanes(rows[3 + c], i)) - mean",
-            "in_double(load_lanes(rows[3 + c], i)) - 0.0 * mean",
+            "in_double(load_lanes(rows[3 + c], i)) - mean → in_double(load_lanes(rows[3 + c], i)) - 0.0 * mean",
         ),
         Fault(
             "twins that count",
             soft_bodies.find_fault,
-            "first_lanes(load_lanes(rows[3 + c], i), counting)",
-            "load_lanes(rows[3 + c], i)",
+            "first_lanes(load_lanes(rows[3 + c], i), counting) → load_lanes(rows[3 + c], i)",
         ),
     ),
 )
@@ -368,10 +355,10 @@ def divergence_by_the_rule(run: Run) -> Comparison:
     tolerance=0.0,
     because="yes or no; springs too soft to move a particle by a rounding in the step",
     faults=(
-        Fault("bodies that are just as long", soft_bodies.find_fault, "extent <= most_extent", "extent < most_extent"),
-        Fault("a hundredth longer", soft_bodies.find_fault, "extent <= most_extent", "extent <= 1.01 * most_extent"),
-        Fault("any length", soft_bodies.find_fault, "extent <= most_extent", "extent <= np.inf"),
-        Fault("the last axis alone", soft_bodies.find_fault, "max(extent, highest - lowest)", "highest - lowest"),
+        Fault("bodies that are just as long", soft_bodies.find_fault, "extent <= most_extent → extent < most_extent"),
+        Fault("a hundredth longer", soft_bodies.find_fault, "extent <= most_extent → extent <= 1.01 * most_extent"),
+        Fault("any length", soft_bodies.find_fault, "extent <= most_extent → extent <= np.inf"),
+        Fault("the last axis alone", soft_bodies.find_fault, "max(extent, highest - lowest) → highest - lowest"),
     ),
 )
 def longest_by_the_rule(run: Run) -> Comparison:
@@ -422,12 +409,11 @@ def longest_by_the_rule(run: Run) -> Comparison:
     because="rounding of springs that are as long as at rest, which is more than that of weight: 2e-13 at worst of ten"
     " seeds",
     faults=(
-        Fault("told to stop, it does not set out", integrators._advance_body, "turn > 0", "turn >= 0"),
+        Fault("told to stop, it does not set out", integrators._advance_body, "turn > 0 → turn >= 0"),
         Fault(
             "a step left in its midst",
             integrators._advance_body,
-            "(batch.begin + step) % batch.landing == 0",
-            "step > 0",
+            "(batch.begin + step) % batch.landing == 0 → step > 0",
         ),
     ),
 )
@@ -473,26 +459,22 @@ def _volume(body: SoftBody) -> float:
         Fault(
             "an arm from the origin",
             rigid_box.Box.apply_force,
-            'vector(point, "point") - self.position',
-            'vector(point, "point")',
+            'vector(point, "point") - self.position → vector(point, "point")',
         ),
         Fault(
             "a force that replaces the one before",
             rigid_box.Box.apply_force,
-            "controls.box_force[row] + newtons",
-            "newtons",
+            "controls.box_force[row] + newtons → newtons",
         ),
         Fault(
             "torques that are not cleared",
             rigid_box.Box.clear_forces,
-            "(controls.box_torque[row], 0.0)",
-            "(controls.box_torque[row], controls.box_torque[row])",
+            "(controls.box_torque[row], 0.0) → (controls.box_torque[row], controls.box_torque[row])",
         ),
         Fault(
             "the torque of the box before",
             rigid_box.Box.apply_torque,
-            "self.store.controls.box_torque[self.row()] += t_",
-            "self.store.controls.box_torque[self.row() - 1] += t_",
+            "self.store.controls.box_torque[self.row()] += t_ → self.store.controls.box_torque[self.row() - 1] += t_",
         ),
     ),
 )
@@ -546,22 +528,19 @@ def forces_on_boxes(run: Run) -> Comparison:
         Fault(
             "a tree that stays where it was",
             query.MeshQuery.move,
-            "self._grid_is_old = self._tree_is_old = True",
-            "self._grid_is_old = True",
+            "self._grid_is_old = self._tree_is_old = True → self._grid_is_old = True",
         ),
         Fault(
             "a grid that stays where it was",
             query.MeshQuery.move,
-            "self._grid_is_old = self._tree_is_old = True",
-            "self._tree_is_old = True",
+            "self._grid_is_old = self._tree_is_old = True → self._tree_is_old = True",
         ),
         Fault(
             "vertices that stay where they were",
             query.MeshQuery.move,
-            "self._vertices[:] = moved",
-            "self._vertices[:1] = moved[:1]",
+            "self._vertices[:] = moved → self._vertices[:1] = moved[:1]",
         ),
-        Fault("the last point left out", query._share, "count * k // threads", "count * k // threads - (k == threads)"),
+        Fault("the last point left out", query._share, "count * k // threads → count * k // threads - (k == threads)"),
     ),
 )
 def queries_follow_the_mesh(run: Run) -> Comparison:
@@ -608,22 +587,19 @@ def queries_follow_the_mesh(run: Run) -> Comparison:
         Fault(
             "spheres that both must move",
             broad_phase.near_pairs,
-            "movable[i] or movable[j]",
-            "movable[i] and movable[j]",
+            "movable[i] or movable[j] → movable[i] and movable[j]",
         ),
         Fault(
             "cells that are only half as wide",
             broad_phase._list_in_cells,
-            "2.0 * WIDER * largest",
-            "1.0 * WIDER * largest",
+            "2.0 * WIDER * largest → 1.0 * WIDER * largest",
         ),
         Fault(
             "the neighbours on one side only",
             broad_phase.near_pairs,
-            "range(x if own else x - 1, x + 2)",
-            "range(x, x + 2)",
+            "range(x if own else x - 1, x + 2) → range(x, x + 2)",
         ),
-        Fault("coarser grids that are left out", broad_phase.near_pairs, "coarse > level[i]", "coarse != level[i]"),
+        Fault("coarser grids that are left out", broad_phase.near_pairs, "coarse > level[i] → coarse != level[i]"),
     ),
 )
 def near_pairs_are_all(run: Run) -> Comparison:
@@ -660,19 +636,15 @@ def near_pairs_are_all(run: Run) -> Comparison:
     because="radii and places are whole numbers, so that nothing is rounded: some just touch",
     faults=(
         Fault(
-            "pairs that there is no room for",
-            broad_phase.near_pairs_exhaustive,
-            "pairs = _longer(pairs)",
-            "count -= 1",
+            "pairs that there is no room for", broad_phase.near_pairs_exhaustive, "pairs = _longer(pairs) → count -= 1"
         ),
         Fault(
             "pairs of which one cannot move",
             broad_phase.near_pairs_exhaustive,
-            "movable[a] or movable[b]",
-            "movable[a] and movable[b]",
+            "movable[a] or movable[b] → movable[a] and movable[b]",
         ),
         Fault(
-            "spheres that touch and do not meet", broad_phase.spheres_meet, "d_ <= reach * reach", "d_ < reach * reach"
+            "spheres that touch and do not meet", broad_phase.spheres_meet, "d_ <= reach * reach → d_ < reach * reach"
         ),
     ),
 )
@@ -706,10 +678,10 @@ def all_pairs_are_tried(run: Run) -> Comparison:
     tolerance=1e-14,
     because="rounding: 1.1e-15 at worst of ten seeds",
     faults=(
-        Fault("boxes a thousandth too large", box.point_in_box, "0.5 * size_[axis]", "0.5005 * size_[axis]"),
-        Fault("the farthest face", box.point_in_box, "behind < depth", "behind > depth or depth == np.inf"),
-        Fault("normals that are not turned", box.point_in_box, "rotate(orientation_, normal)", "normal"),
-        Fault("normals that point inwards", box.point_in_box, "local[axis] >= 0.0", "local[axis] < 0.0"),
+        Fault("boxes a thousandth too large", box.point_in_box, "0.5 * size_[axis] → 0.5005 * size_[axis]"),
+        Fault("the farthest face", box.point_in_box, "behind < depth → behind > depth or depth == np.inf"),
+        Fault("normals that are not turned", box.point_in_box, "rotate(orientation_, normal) → normal"),
+        Fault("normals that point inwards", box.point_in_box, "local[axis] >= 0.0 → local[axis] < 0.0"),
     ),
 )
 def depth_in_a_box(run: Run) -> Comparison:
@@ -765,24 +737,17 @@ def state_of(world: World) -> np.ndarray:
     tolerance=0.0,
     because="bit for bit",
     faults=(
-        Fault("a clock that starts anew", restore.restore, "new_clock(steps, time)", "new_clock()"),
+        Fault("a clock that starts anew", restore.restore, "new_clock(steps, time) → new_clock()"),
         Fault(
-            "what the solver remembers, forgotten",
-            restore.restore,
-            "remembering(cache, FIRST_ROOM)",
-            "store.contacts",
+            "what the solver remembers, forgotten", restore.restore, "remembering(cache, FIRST_ROOM) → store.contacts"
         ),
         Fault(
             "settings that are not restored",
             restore.restore,
-            '(store, "settings", settings)',
-            '(store, "settings", store.settings)',
+            '(store, "settings", settings) → (store, "settings", store.settings)',
         ),
         Fault(
-            "a snapshot that shares memory with the world",
-            snapshot.named_arrays,
-            "np.array(value)",
-            "np.asarray(value)",
+            "a snapshot that shares memory with the world", snapshot.named_arrays, "np.array(value) → np.asarray(value)"
         ),
     ),
 )
@@ -826,11 +791,10 @@ def worlds_go_on_from_snapshots(run: Run) -> Comparison:
         Fault(
             "a hash without velocities",
             snapshot.digest,
-            "result.update(array.tobytes())",
-            "result.update(b'' if 'velocity' in name else array.tobytes())",
+            "result.update(array.tobytes()) → result.update(b'' if 'velocity' in name else array.tobytes())",
         ),
-        Fault("a hash of single precision", snapshot.digest, "array.tobytes()", "array.astype(np.float32).tobytes()"),
-        Fault("a hash of each array's beginning", snapshot.digest, "array.tobytes()", "array.tobytes()[:64]"),
+        Fault("a hash of single precision", snapshot.digest, "array.tobytes() → array.astype(np.float32).tobytes()"),
+        Fault("a hash of each array's beginning", snapshot.digest, "array.tobytes() → array.tobytes()[:64]"),
     ),
 )
 def hashes_are_of_every_bit(run: Run) -> Comparison:
@@ -1009,14 +973,14 @@ def refusals() -> Iterator[tuple[str, Callable[[], object], type[BaseException],
     tolerance=0.0,
     because="yes or no",
     faults=(
-        Fault("negative masses are taken", validation.check_range, "least <= value <= most", "value <= most"),
-        Fault("triangles may be turned round", mesh._check_closed, "forward == 1", "forward >= 0"),
-        Fault("nobody warns of overlaps", checks.warn_of_overlap, "depth > d_", "False"),
-        Fault("what is light taken for torn apart", checks._unstable, "not isfinite(volume)", "volume != 0.0"),
-        Fault("nobody warns of light boxes", checks.warn_of_mass_ratios, "(carried > most).any()", "False"),
-        Fault("shapes of any number of vertices", mesh._check_number, "vertices > MOST_VERTICES", "False"),
-        Fault("soft bodies however far away", builder.with_soft_body, "not lengths[edge] > s_", "False"),
-        Fault("whatever has as many bodies", writer.TrajectoryWriter._found, "disk.bodies != bodies", "False"),
+        Fault("negative masses are taken", validation.check_range, "least <= value <= most → value <= most"),
+        Fault("triangles may be turned round", mesh._check_closed, "forward == 1 → forward >= 0"),
+        Fault("nobody warns of overlaps", checks.warn_of_overlap, "depth > d_ → False"),
+        Fault("what is light taken for torn apart", checks._unstable, "not isfinite(volume) → volume != 0.0"),
+        Fault("nobody warns of light boxes", checks.warn_of_mass_ratios, "(carried > most).any() → False"),
+        Fault("shapes of any number of vertices", mesh._check_number, "vertices > MOST_VERTICES → False"),
+        Fault("soft bodies however far away", builder.with_soft_body, "not lengths[edge] > s_ → False"),
+        Fault("whatever has as many bodies", writer.TrajectoryWriter._found, "disk.bodies != bodies → False"),
     ),
 )
 def refusals_name_the_culprit(run: Run) -> Comparison:

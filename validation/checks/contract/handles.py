@@ -89,26 +89,27 @@ EXACT = "rk4 at a hundredth of the stable step: 4e-8 at worst of four seeds"
         Fault(
             "a model that is not replaced",
             Store.replace,
-            "self.contents.parts._replace(**parts)",
-            "self.contents.parts._replace(**{k: v for k, v in parts.items() if k != 'model' or len(parts) == 1})",
+            "self.contents.parts._replace(**parts)"
+            " → self.contents.parts._replace(**{k: v for k, v in parts.items() if k != 'model' or "
+            "len(parts) == 1})",
         ),
         Fault(
             "controls that are replaced by what they were",
             Store.replace,
-            "self.contents.parts._replace(**parts)",
-            "self.contents.parts._replace(**{k: v for k, v in parts.items() if k != 'controls' or len(parts) == 1})",
+            "self.contents.parts._replace(**parts)"
+            " → self.contents.parts._replace(**{k: v for k, v in parts.items() if k != 'controls' or "
+            "len(parts) == 1})",
         ),
         Fault(
             "gravity set on a copy",
             Inventory,
-            'self.store.controls.gravity[:] = vector(value, "gravity")',
-            'self.store.controls.gravity.copy()[:] = vector(value, "gravity")',
+            'self.store.controls.gravity[:] = vector(value, "gravity")'
+            ' → self.store.controls.gravity.copy()[:] = vector(value, "gravity")',
         ),
         Fault(
             "gas set on a copy",
             soft_body.SoftBody,
-            "self.store.controls.soft_gas[r_] = v_",
-            "self.store.controls.soft_gas.copy()[r_] = v_",
+            "self.store.controls.soft_gas[r_] = v_ → self.store.controls.soft_gas.copy()[r_] = v_",
         ),
     ),
 )
@@ -156,15 +157,14 @@ def set_on_the_way(run: Run) -> Comparison:
         Fault(
             "files in single precision",
             npz.write,
-            "np.savez(file, **snapshot)",
-            "np.savez(file, **{k: np.float64(np.float32(v)) if v.dtype.kind == 'f' else v"
-            " for k, v in snapshot.items()})",
+            "np.savez(file, **snapshot)"
+            " → np.savez(file, **{k: np.float64(np.float32(v)) if v.dtype.kind == 'f' else v for k, v in "
+            "snapshot.items()})",
         ),
         Fault(
             "settings that are not restored, as SciPy sees it",
             restoring.restore,
-            '(store, "settings", settings)',
-            '(store, "settings", store.settings)',
+            '(store, "settings", settings) → (store, "settings", store.settings)',
         ),
     ),
 )
@@ -207,10 +207,9 @@ def goes_on_from_a_file(run: Run) -> Comparison:
         Fault(
             "a stiffness that is only read again, on the way",
             joint.JointNumber.__set__,
-            "joint.store.replace(joints=j_)",
-            "None",
+            "joint.store.replace(joints=j_) → None",
         ),
-        Fault("the first joint's number", joint.JointNumber.__set__, "joint.row()", "0"),
+        Fault("the first joint's number", joint.JointNumber.__set__, "joint.row() → 0"),
     ),
 )
 def boxes_and_joints_on_the_way(run: Run) -> Comparison:
@@ -252,12 +251,11 @@ def boxes_and_joints_on_the_way(run: Run) -> Comparison:
     tolerance=5e-14,
     because="rounding over some hundred steps: 4.3e-15 at worst of ten seeds, 5.5e-15 of 100 worlds",
     faults=(
-        Fault("places of boxes that both have", arrays.copied, "state.box_position.copy()", "state.box_position"),
+        Fault("places of boxes that both have", arrays.copied, "state.box_position.copy() → state.box_position"),
         Fault(
             "velocities of particles that both have",
             arrays.copied,
-            "state.particle_velocity.copy()",
-            "state.particle_velocity",
+            "state.particle_velocity.copy() → state.particle_velocity",
         ),
     ),
 )
@@ -294,19 +292,17 @@ def copies_stay(run: Run) -> Comparison:
     tolerance=0.0,
     because="whole numbers, and masses that were given",
     faults=(
-        Fault("a mass of what is fixed", soft_body.SoftBody, "i_[self._rows()].max()", "i_[self._rows()].mean()"),
-        Fault("handles that are not followed", Store.follow, "self.handles[id(handle)] = handle", "pass"),
+        Fault("a mass of what is fixed", soft_body.SoftBody, "i_[self._rows()].max() → i_[self._rows()].mean()"),
+        Fault("handles that are not followed", Store.follow, "self.handles[id(handle)] = handle → pass"),
         Fault(
             "one handle a number",
             Store.follow,
-            "self.handles[id(handle)] = handle",
-            "self.handles[handle.index] = handle",
+            "self.handles[id(handle)] = handle → self.handles[handle.index] = handle",
         ),
         Fault(
             "handles that stay at their numbers, whatever is removed",
             adding.remove,
-            "number - 1 if number > row else GONE",
-            "number if number > row else GONE",
+            "number - 1 if number > row else GONE → number if number > row else GONE",
         ),
     ),
 )
@@ -388,8 +384,8 @@ WHOLE_KINDS: tuple[Any, ...] = (SoftBody, Box, joint.Joint)
     tolerance=0.0,
     because="yes or no",
     faults=(
-        Fault("one beyond the last", bodies.Body.row, "self.index < self._count()", "self.index <= self._count()"),
-        Fault("any number", bodies.Body.row, "not self.index < self._count()", "False"),
+        Fault("one beyond the last", bodies.Body.row, "self.index < self._count() → self.index <= self._count()"),
+        Fault("any number", bodies.Body.row, "not self.index < self._count() → False"),
     ),
 )
 def numbers_of_no_body(run: Run) -> Comparison:

@@ -421,12 +421,12 @@ def is_refused_by_name(call: Callable[[Any], Any], value: Any, name: str, told: 
     tolerance=0.0,
     because="yes or no",
     faults=(
-        Fault("nothing is negative enough", validation.check_range, "least <= value <= most", "value <= most"),
-        Fault("most is too much", validation.check_range, "least <= value <= most", "least <= value < most"),
-        Fault("turns of any length", validation.unit_quaternion, "abs(length - 1.0) <= QUATERNION_TOLERANCE", "True"),
-        Fault("the last vertex cannot be fixed", validation.fixed_particles_of, "array >= count", "array >= count - 1"),
-        Fault("a torus that meets itself", meshes.torus, "major_radius > minor_radius", "major_radius >= minor_radius"),
-        Fault("no sweep at all", settings.settings_of, "check_whole(value, name, 1)", "check_whole(value, name, 0)"),
+        Fault("nothing is negative enough", validation.check_range, "least <= value <= most → value <= most"),
+        Fault("most is too much", validation.check_range, "least <= value <= most → least <= value < most"),
+        Fault("turns of any length", validation.unit_quaternion, "abs(length - 1.0) <= QUATERNION_TOLERANCE → True"),
+        Fault("the last vertex cannot be fixed", validation.fixed_particles_of, "array >= count → array >= count - 1"),
+        Fault("a torus that meets itself", meshes.torus, "major_radius > minor_radius → major_radius >= minor_radius"),
+        Fault("no sweep at all", settings.settings_of, "check_whole(value, name, 1) → check_whole(value, name, 0)"),
     ),
 )
 def every_argument_has_its_limits(run: Run) -> Comparison:

@@ -92,10 +92,10 @@ def of_things(rng: np.random.Generator, folder: Path) -> Iterator[tuple[object, 
     tolerance=2e-3,
     because="four digits: up to 5e-4 of a number",
     faults=(
-        Fault("what is gone is there", soft_body.SoftBody.__repr__, "not self.is_there", "self.is_there"),
-        Fault("boxes said to be of half their size", rigid_box.Box.__repr__, "self.size", "0.5 * self.size"),
-        Fault("the time of the first frame", reader.Trajectory.__repr__, "self.times[-1]", "self.times[0]"),
-        Fault("how long it lasts, of no frames", reader.Trajectory.__repr__, "len(self)", "not len(self)"),
+        Fault("what is gone is there", soft_body.SoftBody.__repr__, "not self.is_there → self.is_there"),
+        Fault("boxes said to be of half their size", rigid_box.Box.__repr__, "self.size → 0.5 * self.size"),
+        Fault("the time of the first frame", reader.Trajectory.__repr__, "self.times[-1] → self.times[0]"),
+        Fault("how long it lasts, of no frames", reader.Trajectory.__repr__, "len(self) → not len(self)"),
     ),
 )
 def what_things_say(run: Run) -> Comparison:
@@ -146,12 +146,12 @@ NO_NAMES = ("", "x" * 101, " a", "a ", "a\n", "a\tb", "\x7f", "\u202e", 7, True,
     tolerance=0.0,
     because="yes or no",
     faults=(
-        Fault("names of any length", names.checked_name, "0 < len(value) <= MOST", "0 < len(value)"),
-        Fault("spaces around", names.checked_name, "value == value.strip()", "True"),
-        Fault("one too many", names.names_listed, "len(names) - MOST_LISTED", "len(names) - MOST_LISTED + 1"),
-        Fault("one that is not said", names.names_listed, "len(names) > MOST_LISTED", "len(names) > MOST_LISTED + 1"),
+        Fault("names of any length", names.checked_name, "0 < len(value) <= MOST → 0 < len(value)"),
+        Fault("spaces around", names.checked_name, "value == value.strip() → True"),
+        Fault("one too many", names.names_listed, "len(names) - MOST_LISTED → len(names) - MOST_LISTED + 1"),
+        Fault("one that is not said", names.names_listed, "len(names) > MOST_LISTED → len(names) > MOST_LISTED + 1"),
     ),
-)  # fmt: skip
+)
 def names_and_who_has_them(run: Run) -> Comparison:
     """A name is any text of 1 to 100 characters that can be printed, without spaces around it, wherever it is given to
     a soft body or a box; others are refused by an error that says so. Who asks for a name that nobody has is told those
@@ -210,9 +210,9 @@ def read_only(rng: np.random.Generator, folder: Path) -> Iterator[tuple[str, Cal
     tolerance=0.0,
     because="yes or no",
     faults=(
-        Fault("arrays of a MeshQuery as they are", query._read_only, "view.flags.writeable = False", ""),
-        Fault("springs as they are", soft_body._read_only, "view.flags.writeable = False", ""),
-        Fault("times as they are", reader.Trajectory.__init__, "self.times.flags.writeable = False", ""),
+        Fault("arrays of a MeshQuery as they are", query._read_only, "view.flags.writeable = False → "),
+        Fault("springs as they are", soft_body._read_only, "view.flags.writeable = False → "),
+        Fault("times as they are", reader.Trajectory.__init__, "self.times.flags.writeable = False → "),
     ),
 )
 def what_is_read_only(run: Run) -> Comparison:
@@ -246,10 +246,10 @@ LINE = re.compile(r"frame (\d+) of (\d+), (\d+):(\d\d):(\d\d) left")
     tolerance=0.51,
     because="whole seconds: half of one",
     faults=(
-        Fault("all of the frames are left", progress._Lines.__call__, "self._total - frames", "self._total"),
-        Fault("frames that were there before", progress._Lines.__call__, "a_ / (frames - self._done)", "a_ / frames"),
-        Fault("minutes of any number", progress._Lines.__call__, "left // 60 % 60", "left // 60"),
-        Fault("lines at every frame", progress._Lines.__call__, "self._next = now + PAUSE", ""),
+        Fault("all of the frames are left", progress._Lines.__call__, "self._total - frames → self._total"),
+        Fault("frames that were there before", progress._Lines.__call__, "a_ / (frames - self._done) → a_ / frames"),
+        Fault("minutes of any number", progress._Lines.__call__, "left // 60 % 60 → left // 60"),
+        Fault("lines at every frame", progress._Lines.__call__, "self._next = now + PAUSE → "),
     ),
 )
 def time_that_is_left(run: Run) -> Comparison:

@@ -21,8 +21,7 @@ FAMILY = "pictures and films"
 LATE = Fault(
     "every frame half a frame late",
     frames.frames_by_steps,
-    "round((begun + count / rate - now) / h)",
-    "round((begun + (count + 0.5) / rate - now) / h)",
+    "round((begun + count / rate - now) / h) → round((begun + (count + 0.5) / rate - now) / h)",
 )
 
 SIZE = 160, 120  # pixels of most pictures
@@ -45,24 +44,22 @@ def random_camera(rng: np.random.Generator) -> Camera:
     tolerance=2e-14,
     because="rounding of a cross product, where the view is nearly straight up",
     faults=(
-        Fault("right that is left", cameras.Camera.axes, "np.cross(forward, upward)", "np.cross(upward, forward)"),
+        Fault("right that is left", cameras.Camera.axes, "np.cross(forward, upward) → np.cross(upward, forward)"),
         Fault(
             "up that is z, whatever the view",
             cameras.Camera.axes,
-            "np.cross(right, forward)",
-            "np.array([0.0, 0.0, 1.0])",
+            "np.cross(right, forward) → np.array([0.0, 0.0, 1.0])",
         ),
         Fault(
             "a target that stays where it was",
             cameras.Camera.moved,
-            "np.add(self.target, offset)",
-            "np.add(self.target, 0.0)",
+            "np.add(self.target, offset) → np.add(self.target, 0.0)",
         ),
         Fault(
             "a view that is forgotten",
             cameras.Camera.moved,
-            "Camera((e_[0], e_[1], e_[2]), (t_[0], t_[1], t_[2]), self.view)",
-            "Camera((e_[0], e_[1], e_[2]), (t_[0], t_[1], t_[2]))",
+            "Camera((e_[0], e_[1], e_[2]), (t_[0], t_[1], t_[2]), self.view)"
+            " → Camera((e_[0], e_[1], e_[2]), (t_[0], t_[1], t_[2]))",
         ),
     ),
 )
@@ -105,19 +102,17 @@ def spot(mask: np.ndarray) -> np.ndarray:
     tolerance=0.6,
     because="a pixel that is touched counts as covered: half a pixel more each way",
     faults=(
-        Fault("a view across", rasteriser.render, "size[1]", "size[0]"),
+        Fault("a view across", rasteriser.render, "size[1] → size[0]"),
         Fault(
             "a picture that is mirrored",
             rasteriser._seen,
-            "0.5 * columns + scale * right",
-            "0.5 * columns - scale * right",
+            "0.5 * columns + scale * right → 0.5 * columns - scale * right",
         ),
-        Fault("a picture upside down", rasteriser._seen, "0.5 * rows - scale * up", "0.5 * rows + scale * up"),
+        Fault("a picture upside down", rasteriser._seen, "0.5 * rows - scale * up → 0.5 * rows + scale * up"),
         Fault(
             "a camera that stands a hundredth to the side",
             rasteriser._seen,
-            "vertices - film.eye",
-            "vertices - 1.01 * film.eye",
+            "vertices - film.eye → vertices - 1.01 * film.eye",
         ),
     ),
 )
@@ -158,19 +153,17 @@ def balls_are_seen_where_they_are(run: Run) -> Comparison:
     tolerance=0.0,
     because="a pixel is a mean of four samples: those whose neighbours see something else are left out",
     faults=(
-        Fault("bodies painted one over the other", rasteriser._draw_faces, "far >= film.distance[r, s]", "False"),
-        Fault("the undersides of triangles", rasteriser._draw_faces, "faces_up(a, b, c)", "not faces_up(a, b, c)"),
+        Fault("bodies painted one over the other", rasteriser._draw_faces, "far >= film.distance[r, s] → False"),
+        Fault("the undersides of triangles", rasteriser._draw_faces, "faces_up(a, b, c) → not faces_up(a, b, c)"),
         Fault(
             "every tenth triangle left out",
             rasteriser._draw_faces,
-            "faces_up(a, b, c)",
-            "faces_up(a, b, c) or t % 10 == 0",
+            "faces_up(a, b, c) → faces_up(a, b, c) or t % 10 == 0",
         ),
         Fault(
             "a box that is not turned",
             softbody.render.drawing.placed,
-            "vertices + w_ * t_ + np.cross(a_, t_) + p_",
-            "vertices + p_",
+            "vertices + w_ * t_ + np.cross(a_, t_) + p_ → vertices + p_",
         ),
     ),
 )
@@ -261,20 +254,19 @@ def _middles(camera: Camera, start: np.ndarray, speed: np.ndarray, times: np.nda
     because="a pixel that is touched counts as covered, WebP blurs it, and steps of one's own are up to half of one off"
     " the frame's time: 0.1 pixels; durations are whole milliseconds",
     faults=(
-        Fault("no first frame", recorder.Recorder.run, "if self.frames == 0:\n    self.frame()", ""),
+        Fault("no first frame", recorder.Recorder.run, "if self.frames == 0:\n    self.frame() → "),
         LATE,
         Fault(
             "milliseconds cut off",
             recorder.Recorder._milliseconds,
-            "round(1000.0 * (k + 1) / self._rate) - round(1000.0 * k / self._rate)",
-            "int(1000.0 / self._rate)",
+            "round(1000.0 * (k + 1) / self._rate) - round(1000.0 * k / self._rate) → int(1000.0 / self._rate)",
         ),
-        Fault("a last frame that stays no longer", recorder.Recorder.close, "round(1000.0 * self._last_frame)", "0"),
+        Fault("a last frame that stays no longer", recorder.Recorder.close, "round(1000.0 * self._last_frame) → 0"),
         Fault(
             "only what has changed is drawn over, and not what it left",
             webp.WebpFilm.add,
-            "changed if self._stale is None else _around(changed, self._stale)",
-            "(*changed[:2], changed[2], max(changed[1] + 1, changed[3] - 8))",
+            "changed if self._stale is None else _around(changed, self._stale)"
+            " → (*changed[:2], changed[2], max(changed[1] + 1, changed[3] - 8))",
         ),
     ),
 )
@@ -344,22 +336,19 @@ def _shown(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
         Fault(
             "rows that are told to be as they are",
             png.png_of,
-            "np.full((height, 1), UP, np.uint8)",
-            "np.zeros((height, 1), np.uint8)",
+            "np.full((height, 1), UP, np.uint8) → np.zeros((height, 1), np.uint8)",
         ),
         Fault(
             "colours the other way round",
             png.png_of,
-            "picture.reshape(height, 3 * width)",
-            "picture[:, :, ::-1].reshape(height, 3 * width)",
+            "picture.reshape(height, 3 * width) → picture[:, :, ::-1].reshape(height, 3 * width)",
         ),
         Fault(
             "the picture before the last as the still",
             recorder.Recorder.frame,
-            "self._pixels = pixels",
-            "self._pixels = pixels if self._pixels is None else self._pixels",
+            "self._pixels = pixels → self._pixels = pixels if self._pixels is None else self._pixels",
         ),
-        Fault("pictures of a folder a row short", films.PngFolder.add, "picture", "picture[::-1]"),
+        Fault("pictures of a folder a row short", films.PngFolder.add, "picture → picture[::-1]"),
     ),
 )
 def pictures_as_files(run: Run) -> Comparison:

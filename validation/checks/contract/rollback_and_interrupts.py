@@ -43,10 +43,10 @@ def same(one: World, other: World) -> bool:
     tolerance=0.0,
     because="yes or no",
     faults=(
-        Fault("nobody looks where balls are thrown", step.step, "_diverged_by_contacts(m_, s_, w_, c_, h_)", "-1"),
-        Fault("the first ball may go anywhere", step._diverged_by_contacts, "thrown >= 0", "thrown >= 1"),
-        Fault("the first ball's limit", step._soft_body_out_of_bounds, "far <= longest[body]", "far <= longest[0]"),
-        Fault("steps that are not undone", step.run, "copy_state(s_, state)", "pass"),
+        Fault("nobody looks where balls are thrown", step.step, "_diverged_by_contacts(m_, s_, w_, c_, h_) → -1"),
+        Fault("the first ball may go anywhere", step._diverged_by_contacts, "thrown >= 0 → thrown >= 1"),
+        Fault("the first ball's limit", step._soft_body_out_of_bounds, "far <= longest[body] → far <= longest[0]"),
+        Fault("steps that are not undone", step.run, "copy_state(s_, state) → pass"),
     ),
 )
 def thrown_by_a_wall(run: Run) -> Comparison:
@@ -93,13 +93,8 @@ def thrown_by_a_wall(run: Run) -> Comparison:
     tolerance=0.0,
     because="the same bits",
     faults=(
-        Fault(
-            "impulses of the step before",
-            runner.Runner.step,
-            "store.contents.ground_impulse[:] = 0.0",
-            "",
-        ),
-        Fault("a clock that goes on", step.run_alone_by_clock, "done += last", "done += 1"),
+        Fault("impulses of the step before", runner.Runner.step, "store.contents.ground_impulse[:] = 0.0 → "),
+        Fault("a clock that goes on", step.run_alone_by_clock, "done += last → done += 1"),
     ),
 )
 def nothing_touches_after_a_fault(run: Run) -> Comparison:
@@ -135,19 +130,17 @@ def nothing_touches_after_a_fault(run: Run) -> Comparison:
     tolerance=0.0,
     because="the same bits",
     faults=(
-        Fault("half a step that counts", step.step, "fault or done == 0", "fault"),
+        Fault("half a step that counts", step.step, "fault or done == 0 → fault"),
         Fault(
             "a step counts that some have not made",
             soft_bodies.move_in_place,
-            "memory.done.min() // settings.substeps",
-            "1",
+            "memory.done.min() // settings.substeps → 1",
         ),
-        Fault("stops that are not heard", step.run, "work.stop[0] != 0", "False"),
+        Fault("stops that are not heard", step.run, "work.stop[0] != 0 → False"),
         Fault(
             "haste where there is none",
             step.step,
-            "move_in_place(b_, m_, s_, h_, abort_mid_step)",
-            "move_in_place(b_, m_, s_, h_, True)",
+            "move_in_place(b_, m_, s_, h_, abort_mid_step) → move_in_place(b_, m_, s_, h_, True)",
         ),
     ),
 )
@@ -202,8 +195,8 @@ class _StopError(Exception):
     tolerance=0.0,
     because="the same bits",
     faults=(
-        Fault("a run that is left after a look, and forgotten", soft_bodies.move_body, "made < 0", "made <= 0"),
-        Fault("runs that are forgotten", integrators._advance_body, "steps = step", "steps = -1"),
+        Fault("a run that is left after a look, and forgotten", soft_bodies.move_body, "made < 0 → made <= 0"),
+        Fault("runs that are forgotten", integrators._advance_body, "steps = step → steps = -1"),
     ),
 )
 def stopped_after_a_look(run: Run) -> Comparison:
@@ -251,14 +244,13 @@ def stopped_after_a_look(run: Run) -> Comparison:
     tolerance=0.0,
     because="yes or no",
     faults=(
-        Fault("nobody listens", runner.Runner._listening, "self._threads == 1 and work < WORTH_LISTENING", "True"),
-        Fault("a file that is not put back", interrupts.listening, "before != flag.file", "False"),
-        Fault("others who are not told", interrupts.InterruptFlag.clear, "os.write(f_, n_)", ""),
+        Fault("nobody listens", runner.Runner._listening, "self._threads == 1 and work < WORTH_LISTENING → True"),
+        Fault("a file that is not put back", interrupts.listening, "before != flag.file → False"),
+        Fault("others who are not told", interrupts.InterruptFlag.clear, "os.write(f_, n_) → "),
         Fault(
             "a file of number 0 that counts as none",
             interrupts.InterruptFlag.clear,
-            "self.others >= 0",
-            "self.others > 0",
+            "self.others >= 0 → self.others > 0",
         ),
     ),
 )

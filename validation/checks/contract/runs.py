@@ -119,14 +119,17 @@ def rows_in(out: Path) -> np.ndarray:
     tolerance=4e-14,
     because="rounding over some hundred steps: 1.6e-15 at worst of seven seeds",
     faults=(
-        Fault("frames of one's own steps at the end", run_folder._Schedule.advance, "min(steps, r_)", "steps"),
-        Fault("a last frame that is as long as others", run_folder._Schedule.advance, "even or k < last", "True"),
-        Fault("a world that is not saved at the end", run_folder._advance, "done < schedule.frames", "False"),
-        Fault("a run that begins again in the midst", run_folder._advance, "kept.frames - 1", "0"),
-        Fault("a last frame that is forgotten", run_folder._advance, "range(done + 1, schedule.frames + 1)",
-              "range(done + 1, schedule.frames)"),
+        Fault("frames of one's own steps at the end", run_folder._Schedule.advance, "min(steps, r_) → steps"),
+        Fault("a last frame that is as long as others", run_folder._Schedule.advance, "even or k < last → True"),
+        Fault("a world that is not saved at the end", run_folder._advance, "done < schedule.frames → False"),
+        Fault("a run that begins again in the midst", run_folder._advance, "kept.frames - 1 → 0"),
+        Fault(
+            "a last frame that is forgotten",
+            run_folder._advance,
+            "range(done + 1, schedule.frames + 1) → range(done + 1, schedule.frames)",
+        ),
     ),
-)  # fmt: skip
+)
 def balls_are_run(run: Run) -> Comparison:
     """A scene file of a ball that flies, run into a folder, leaves a frame there each 1/f s, the last one at the end,
     and the world as it is then, where the parabola has the ball: in steps of the world's choice, or at the ones of
@@ -198,13 +201,19 @@ def filmed(path: Path, out: Path, rate: float, count: int, look: dict[str, Any])
     tolerance=0.0,
     because="the same bits",
     faults=(
-        Fault("a film without its last frame", run_folder._film, "c_ * film.frames_per_second + 1e-9",
-              "c_ * film.frames_per_second - 1e-9"),
-        Fault("film of frames before", run_folder._film, "np.abs(x_).argmin()", "max(0, np.abs(x_).argmin() - 1)"),
-        Fault("a run that goes on with the world as it began", run_folder._world_of, "World.load(folder / WORLD)",
-              "scene.world"),
+        Fault(
+            "a film without its last frame",
+            run_folder._film,
+            "c_ * film.frames_per_second + 1e-9 → c_ * film.frames_per_second - 1e-9",
+        ),
+        Fault("film of frames before", run_folder._film, "np.abs(x_).argmin() → max(0, np.abs(x_).argmin() - 1)"),
+        Fault(
+            "a run that goes on with the world as it began",
+            run_folder._world_of,
+            "World.load(folder / WORLD) → scene.world",
+        ),
     ),
-)  # fmt: skip
+)
 def what_was_ended_goes_on(run: Run) -> Comparison:
     """A run that has been ended twice, and gone on with from where it was saved last, has the bits of one that nothing
     has ended, in every frame, in the last world and in the film; and the film, of more or fewer frames a second than
@@ -282,19 +291,19 @@ def in_the_way(path: Path, run: Path) -> Iterator[tuple[str, Path, Path, bool, t
     tolerance=0.0,
     because="yes or no",
     faults=(
-        Fault("films that nobody tries before", run_folder.run_scene, "_recorder(w_, f_, v_).close()", ""),
-        Fault("runs that are overwritten", run_folder._prepared, "not resume", "False"),
-        Fault("any scene file", run_folder._prepared, "(folder / SCENE).read_bytes() != scene.content", "False"),
-        Fault("worlds of any moment", run_folder._check_has_frame, "time not in times", "False"),
+        Fault("films that nobody tries before", run_folder.run_scene, "_recorder(w_, f_, v_).close() → "),
+        Fault("runs that are overwritten", run_folder._prepared, "not resume → False"),
+        Fault("any scene file", run_folder._prepared, "(folder / SCENE).read_bytes() != scene.content → False"),
+        Fault("worlds of any moment", run_folder._check_has_frame, "time not in times → False"),
         Fault(
             "frames that are left out before the run is refused",
             run_folder._advance,
-            "_check_has_frame(folder, world.time, is_new)",
-            "TrajectoryWriter(world, folder / TRAJECTORY, velocities=run.velocities, resume=True).close()\n"
+            "_check_has_frame(folder, world.time, is_new)"
+            " → TrajectoryWriter(world, folder / TRAJECTORY, velocities=run.velocities, resume=True).close()\n"
             "_check_has_frame(folder, world.time, is_new)",
         ),
     ),
-)  # fmt: skip
+)
 def what_is_in_the_way(run: Run) -> Comparison:
     """What is in the way of a run, or is not of the run that is gone on with, is said before any work, by the error of
     its kind, whose text names it: no frame is made."""
@@ -347,12 +356,15 @@ def saved_at(path: Path, each: float, cost: float) -> list[int]:
     tolerance=0.0,
     because="whole numbers",
     faults=(
-        Fault("saving as often, however long it takes", run_folder._advance, "max(PAUSE, x_)", "PAUSE"),
-        Fault("a pause from when saving was begun", run_folder._advance, "monotonic() + max(PAUSE, x_)",
-              "begun + max(PAUSE, x_)"),
-        Fault("no saving on the way", run_folder._advance, "monotonic() >= due", "False"),
+        Fault("saving as often, however long it takes", run_folder._advance, "max(PAUSE, x_) → PAUSE"),
+        Fault(
+            "a pause from when saving was begun",
+            run_folder._advance,
+            "monotonic() + max(PAUSE, x_) → begun + max(PAUSE, x_)",
+        ),
+        Fault("no saving on the way", run_folder._advance, "monotonic() >= due → False"),
     ),
-)  # fmt: skip
+)
 def how_often_worlds_are_saved(run: Run) -> Comparison:
     """While a scene file is run, its world is saved whenever 10 s have gone by since it last was, or ten times as long
     as that took, if that is more; besides at the beginning and at the end."""

@@ -401,16 +401,14 @@ def _same(one: np.ndarray, other: np.ndarray) -> bool:
     tolerance=0.0,
     because="yes or no",
     faults=(
-        Fault(
-            "joints on boxes that are not there", snapshot._joints, "box < model.box_count", "box <= model.box_count"
-        ),
-        Fault("joints that hold nothing", snapshot._joints, "holds.all()", "True"),
-        Fault("weights of any sum", snapshot._joints, "np.abs(weights.sum(axis=2) - on_soft) <= SAME", "True"),
-        Fault("inertia as it comes", snapshot._check_masses, "good.all()", "True", nth=0),
-        Fault("limits that are left out", snapshot_entries._check, "array <= rows.most", "True"),
-        Fault("settings as they come", snapshot._settings, "check_settings(s_, n_)", ""),
-        Fault("contacts in any order", snapshot._impulses, "np.diff(b) >= 0", "True"),
-        Fault("letters that are none", snapshot_entries.Entries.words, "_check_letters(n_, a_)", ""),
+        Fault("joints on boxes that are not there", snapshot._joints, "box < model.box_count → box <= model.box_count"),
+        Fault("joints that hold nothing", snapshot._joints, "holds.all() → True"),
+        Fault("weights of any sum", snapshot._joints, "np.abs(weights.sum(axis=2) - on_soft) <= SAME → True"),
+        Fault("inertia as it comes", snapshot._check_masses, "good.all() → True", nth=0),
+        Fault("limits that are left out", snapshot_entries._check, "array <= rows.most → True"),
+        Fault("settings as they come", snapshot._settings, "check_settings(s_, n_) → "),
+        Fault("contacts in any order", snapshot._impulses, "np.diff(b) >= 0 → True"),
+        Fault("letters that are none", snapshot_entries.Entries.words, "_check_letters(n_, a_) → "),
     ),
 )
 def entries_of_saved_worlds(run: Run) -> Comparison:
@@ -454,9 +452,9 @@ def fits(value: float, said: str) -> bool:
     tolerance=0.0,
     because="yes or no",
     faults=(
-        Fault("a limit that is not said", snapshot_entries._limits, "rows.most < np.inf", "False"),
-        Fault("no smallest size", snapshot_entries._limits, "rows.above >= 0.0", "False"),
-        Fault("above for at least", snapshot_entries._limits, "rows.least > -np.inf", "rows.above > -np.inf"),
+        Fault("a limit that is not said", snapshot_entries._limits, "rows.most < np.inf → False"),
+        Fault("no smallest size", snapshot_entries._limits, "rows.above >= 0.0 → False"),
+        Fault("above for at least", snapshot_entries._limits, "rows.least > -np.inf → rows.above > -np.inf"),
     ),
 )
 def refusals_say_what_is_taken(run: Run) -> Comparison:
@@ -655,12 +653,12 @@ def right_about_file(damage: Damage, folder: Path) -> bool:
     tolerance=0.0,
     because="yes or no",
     faults=(
-        Fault("entries that nobody asked for", entries.checked_frames, "entries.none_left()", ""),
-        Fault("turns of any length in a chunk", entries.checked_frames, "good.all()", "True"),
-        Fault("labels of anything besides", manifest._labels, "set(found) == set(Labels._fields)", "True"),
-        Fault("velocities, perhaps", manifest._manifest, "isinstance(velocities, bool)", "True"),
-        Fault("chunks of other times", entries.read_chunk, "np.array_equal(a_, b_)", "True"),
-        Fault("a manifest of any size", manifest.read_manifest, "len(raw) > MOST_BYTES", "False"),
+        Fault("entries that nobody asked for", entries.checked_frames, "entries.none_left() → "),
+        Fault("turns of any length in a chunk", entries.checked_frames, "good.all() → True"),
+        Fault("labels of anything besides", manifest._labels, "set(found) == set(Labels._fields) → True"),
+        Fault("velocities, perhaps", manifest._manifest, "isinstance(velocities, bool) → True"),
+        Fault("chunks of other times", entries.read_chunk, "np.array_equal(a_, b_) → True"),
+        Fault("a manifest of any size", manifest.read_manifest, "len(raw) > MOST_BYTES → False"),
     ),
 )
 def entries_of_trajectories(run: Run) -> Comparison:

@@ -95,34 +95,30 @@ def rows_now(world: World) -> np.ndarray:
         Fault(
             "the frame before",
             reader.Trajectory.__getitem__,
-            "array[k - self._ends[at]]",
-            "array[max(0, k - self._ends[at] - 1)]",
+            "array[k - self._ends[at]] → array[max(0, k - self._ends[at] - 1)]",
         ),
         Fault(
             "a world that is put there at its own time",
             reader.Trajectory.put_into,
-            "(store.clock.time, frame.time)",
-            "(store.clock.time, store.time)",
+            "(store.clock.time, frame.time) → (store.clock.time, store.time)",
         ),
         Fault(
             "a world that is put there with its own speed",
             reader.Trajectory.put_into,
-            "0.0 if frame.velocities is None else frame.velocities",
-            "state.particle_velocity.copy()",
+            "0.0 if frame.velocities is None else frame.velocities → state.particle_velocity.copy()",
         ),
-        Fault("a flush that waits", writer.TrajectoryWriter.flush, "self._flush()", "None"),
-        Fault("a close that drops what was not written", writer.TrajectoryWriter.close, "self.flush()", "None"),
+        Fault("a flush that waits", writer.TrajectoryWriter.flush, "self._flush() → None"),
+        Fault("a close that drops what was not written", writer.TrajectoryWriter.close, "self.flush() → None"),
         Fault(
             "a frame at once wherever two runs meet",
             writer.TrajectoryWriter.run,
-            "is_first or (time_step is None and self._runner.store.time > self.last_time)",
-            "self._runner.store.time > self.last_time",
+            "is_first or (time_step is None and self._runner.store.time > self.last_time)"
+            " → self._runner.store.time > self.last_time",
         ),
         Fault(
             "no first frame where the world chooses its steps",
             writer.TrajectoryWriter.run,
-            "is_first or (time_step is None and self._runner.store.time > self.last_time)",
-            "False",
+            "is_first or (time_step is None and self._runner.store.time > self.last_time) → False",
         ),
     ),
 )
@@ -189,20 +185,17 @@ def flights_are_kept(run: Run) -> Comparison:
         Fault(
             "the first body's particles",
             reader.Trajectory.particles,
-            'check_whole(body, "body", 0, self.soft_count - 1)',
-            "0",
+            'check_whole(body, "body", 0, self.soft_count - 1) → 0',
         ),
         Fault(
             "triangles by numbers of all particles",
             reader.Trajectory.triangles,
-            "self._shapes.triangles(b_)",
-            "self._shapes.triangles(b_) + self._shapes.particles(body).start",
+            "self._shapes.triangles(b_) → self._shapes.triangles(b_) + self._shapes.particles(body).start",
         ),
         Fault(
             "rows up to the last particle but one",
             reader.Trajectory.particles,
-            "self._shapes.particles(b_)",
-            "slice(self._shapes.particles(b_).start, self._shapes.particles(b_).stop - 1)",
+            "self._shapes.particles(b_) → slice(self._shapes.particles(b_).start, self._shapes.particles(b_).stop - 1)",
         ),
     ),
 )
@@ -240,20 +233,19 @@ def rows_of_bodies(run: Run) -> Comparison:
         Fault(
             "frames that follow the world until they are written",
             writer.TrajectoryWriter._checked,
-            "{name: array[0] for name, array in frame.items()}",
-            "{name: getattr(self._runner.store.state, name) for name in frame}",
+            "{name: array[0] for name, array in frame.items()}"
+            " → {name: getattr(self._runner.store.state, name) for name in frame}",
         ),
         Fault(
             "frames in single precision",
             writer.TrajectoryWriter._flush,
-            "np.stack([frame[name] for _, frame in pending])",
-            "np.stack([frame[name] for _, frame in pending]).astype(np.float32).astype(float)",
+            "np.stack([frame[name] for _, frame in pending])"
+            " → np.stack([frame[name] for _, frame in pending]).astype(np.float32).astype(float)",
         ),
         Fault(
             "the first chunk again",
             reader.Trajectory.__getitem__,
-            "self._manifest.chunks[at]",
-            "(self._manifest.chunks[0].file, self._manifest.chunks[0].times)",
+            "self._manifest.chunks[at] → (self._manifest.chunks[0].file, self._manifest.chunks[0].times)",
         ),
     ),
 )
@@ -301,12 +293,11 @@ def frames_have_every_bit(run: Run) -> Comparison:
     tolerance=0.0,
     because="yes or no: was the lock given back before the writer was done?",
     faults=(
-        Fault("locks that are none", atomic_file._locked, "fcntl.LOCK_EX | fcntl.LOCK_NB", "fcntl.LOCK_UN"),
+        Fault("locks that are none", atomic_file._locked, "fcntl.LOCK_EX | fcntl.LOCK_NB → fcntl.LOCK_UN"),
         Fault(
             "a flush that does not ask",
             writer.TrajectoryWriter.flush,
-            "alone_in(f_)",
-            "alone_in(self._folder / 'nowhere')",
+            "alone_in(f_) → alone_in(self._folder / 'nowhere')",
         ),
     ),
 )

@@ -30,8 +30,7 @@ FAMILY = "closest triangle"
 EDGE_LEFT_OUT = Fault(
     "the edge ca of a triangle left out",
     triangle.squared_distances_to_triangles,
-    "square = _along_edges(pc, ca)",
-    "square = best",
+    "square = _along_edges(pc, ca) → square = best",
 )
 PIECE = "softbody.geometry.bvh.closest_all_in_bvh"
 ONE = "softbody.geometry.triangle.closest_point_on_triangle"
@@ -149,27 +148,24 @@ def distance_by_trimesh(run: Run) -> Comparison:
         Fault(
             "the edge ca of a triangle left out, one at a time",
             triangle.squared_distance_to_triangle,
-            "_, square = _along_edge(pc, ca)",
-            "square = np.inf",
+            "_, square = _along_edge(pc, ca) → square = np.inf",
         ),
         Fault(
             "a foot off the face is kept, of eight",
             triangle._feet_on_faces,
-            "where_less(0.0, least, dot(foot, foot), inf)",
-            "where_less(-0.1, least, dot(foot, foot), inf)",
+            "where_less(0.0, least, dot(foot, foot), inf) → where_less(-0.1, least, dot(foot, foot), inf)",
         ),
-        Fault("the nearest child only", bvh._search, "count += 1", ""),
+        Fault("the nearest child only", bvh._search, "count += 1 → "),
         Fault(
             "of equally close triangles the one met first",
             bvh._search,
-            "square_[s_] < best_ or (square_[s_] == best_ and t_ < closest_)",
-            "square_[s_] < best_",
+            "square_[s_] < best_ or (square_[s_] == best_ and t_ < closest_) → square_[s_] < best_",
         ),
         Fault(
             "a guess that is taken for the answer",
             bvh._search,
-            "limit_ = _in_reach(best_ * to_half_sizes)",
-            "limit = _in_reach(best * to_half_sizes if closest < 0 else 0.3 * best * to_half_sizes)",
+            "limit_ = _in_reach(best_ * to_half_sizes)"
+            " → limit = _in_reach(best * to_half_sizes if closest < 0 else 0.3 * best * to_half_sizes)",
         ),
     ),
 )
@@ -212,8 +208,7 @@ def tree_is_exhaustive(run: Run) -> Comparison:
         Fault(
             "two weights of a face exchanged",
             triangle.closest_weights_on_triangle,
-            "weights = (u_, v_, w_)",
-            "weights = (u_, w_, v_)",
+            "weights = (u_, v_, w_) → weights = (u_, w_, v_)",
             nth=3,
         ),
     ),
@@ -251,20 +246,17 @@ def weights_make_the_point(run: Run) -> Comparison:
         Fault(
             "the foot on a face, in any triangle at large",
             triangle.closest_weights_on_triangle,
-            "_foot_on_face(pa_, pb_, pc_, ab_, ca_)",
-            "(1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0, 0.0)",
+            "_foot_on_face(pa_, pb_, pc_, ab_, ca_) → (1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0, 0.0)",
         ),
         Fault(
             "closest points of many triangles of the first of them",
             triangle.closest_points_on_triangles,
-            "load(corners[q], 0)",
-            "load(corners[0], 0)",
+            "load(corners[q], 0) → load(corners[0], 0)",
         ),
         Fault(
             "an edge of a triangle of which the nearer end is taken",
             triangle.closest_weights_on_triangle,
-            "(0.0, 1.0 - t_, t_)",
-            "(0.0, 1.0 - round(t_), round(t_) * 1.0)",
+            "(0.0, 1.0 - t_, t_) → (0.0, 1.0 - round(t_), round(t_) * 1.0)",
         ),
     ),
 )
@@ -294,7 +286,7 @@ def one_triangle_by_trimesh(run: Run) -> Comparison:
     tolerance=3e-10,
     because="coordinates near 1 000 km are rounded to 1e-10 m; the other groups are at 1e-15",
     faults=(
-        Fault("boxes in metres, without a middle", bvh.in_half_sizes, "scale(per_metre, away_)", "scale(1.0, away_)"),
+        Fault("boxes in metres, without a middle", bvh.in_half_sizes, "scale(per_metre, away_) → scale(1.0, away_)"),
     ),
 )
 def distance_is_invariant(run: Run) -> Comparison:
@@ -327,14 +319,14 @@ def distance_is_invariant(run: Run) -> Comparison:
         Fault(
             "of two edges just as close the second",
             triangle.closest_weights_on_triangle,
-            "if square_ < best_:\n    best_ = square_\n    weights_ = (0.0, 1.0 - t_, t_)",
-            "if square_ <= best_:\n    best_ = square_\n    weights_ = (0.0, 1.0 - t_, t_)",
+            "if square_ < best_:\n    best_ = square_\n    weights_ = (0.0, 1.0 - t_, t_)"
+            " → if square_ <= best_:\n    best_ = square_\n    weights_ = (0.0, 1.0 - t_, t_)",
         ),
         Fault(
             "of two edges just as close the last",
             triangle.closest_weights_on_triangle,
-            "if square_ < best_:\n    best_ = square_\n    weights_ = (t_, 0.0, 1.0 - t_)",
-            "if square_ <= best_:\n    best_ = square_\n    weights_ = (t_, 0.0, 1.0 - t_)",
+            "if square_ < best_:\n    best_ = square_\n    weights_ = (t_, 0.0, 1.0 - t_)"
+            " → if square_ <= best_:\n    best_ = square_\n    weights_ = (t_, 0.0, 1.0 - t_)",
         ),
     ),
 )
@@ -382,26 +374,22 @@ def _first_edge(point: np.ndarray, corners: np.ndarray) -> list[float]:
         Fault(
             "weights of the closest point of an edge the wrong way round",
             triangle.closest_weights_on_triangle,
-            "(t_, 0.0, 1.0 - t_)",
-            "(1.0 - t_, 0.0, t_)",
+            "(t_, 0.0, 1.0 - t_) → (1.0 - t_, 0.0, t_)",
         ),
         Fault(
             "the face of a triangle is never closest",
             triangle.closest_weights_on_triangle,
-            "_foot_on_face(pa_, pb_, pc_, ab_, ca_)",
-            "(1.0, 0.0, 0.0, inf)",
+            "_foot_on_face(pa_, pb_, pc_, ab_, ca_) → (1.0, 0.0, 0.0, inf)",
         ),
         Fault(
             "a point from its weights without one of its edges",
             triangle.weighted_point,
-            "add(scale(u_, sub(a_, b_)), scale(w_, sub(c_, b_)))",
-            "scale(u_, sub(a_, b_))",
+            "add(scale(u_, sub(a_, b_)), scale(w_, sub(c_, b_))) → scale(u_, sub(a_, b_))",
         ),
         Fault(
             "closest points of many triangles a row late",
             triangle.closest_points_on_triangles,
-            "store(closest_, q_, point_)",
-            "store(closest_, max(q_ - 1, 0), point_)",
+            "store(closest_, q_, point_) → store(closest_, max(q_ - 1, 0), point_)",
         ),
     ),
 )
@@ -435,12 +423,15 @@ def one_triangle(run: Run) -> Comparison:
     tolerance=1e-14,
     because="a dozen roundings on both sides, of places 2e7 m away",
     faults=(
-        Fault("units that leave the first side out", bvh.refit_bvh, "high_[0] - low_[0]", "0.0"),
-        Fault("units by another corner", bvh.refit_bvh, "high_[0] - low_[0]", "high[0] - low[1]"),
-        Fault("boxes that are not grown", bvh._fit_leaves, "in_single((high_ - m_) * per_) + GROWTH",
-              "in_single((high - middle[axis]) * per_metre)"),
+        Fault("units that leave the first side out", bvh.refit_bvh, "high_[0] - low_[0] → 0.0"),
+        Fault("units by another corner", bvh.refit_bvh, "high_[0] - low_[0] → high[0] - low[1]"),
+        Fault(
+            "boxes that are not grown",
+            bvh._fit_leaves,
+            "in_single((high_ - m_) * per_) + GROWTH → in_single((high - middle[axis]) * per_metre)",
+        ),
     ),
-)  # fmt: skip
+)
 def parts_far_apart(run: Run) -> Comparison:
     """On meshes of two parts that are ten thousand kilometres from each other, along any axis and on either side of the
     origin, the tree finds the distance of points close to the surface that libigl finds."""
@@ -474,8 +465,8 @@ def parts_far_apart(run: Run) -> Comparison:
     tolerance=0.0,
     because="none may",
     faults=(
-        Fault("a level too few", bvh.search_space, "tree.level_count.shape[0] + 1", "tree.level_count.shape[0] - 1"),
-        Fault("a place for each level", bvh.search_space, "WIDTH * (n_ + 1)", "n_ + 1"),
+        Fault("a level too few", bvh.search_space, "tree.level_count.shape[0] + 1 → tree.level_count.shape[0] - 1"),
+        Fault("a place for each level", bvh.search_space, "WIDTH * (n_ + 1) → n_ + 1"),
     ),
 )
 def room_for_searches(run: Run) -> Comparison:

@@ -46,21 +46,19 @@ FAMILY = "containment"
 STEEP_TRIANGLES = Fault(
     "a ray that misses steep triangles",
     polyhedron.ray_hits_triangle_filtered,
-    "if p_[2] < min(a_[2], b_[2], c_[2]):\n    return 1",
-    "if abs(cross(sub(b_, a_), sub(c_, a_))[2]) < 1e-3:\n    return 0\n"
+    "if p_[2] < min(a_[2], b_[2], c_[2]):\n    return 1"
+    " → if abs(cross(sub(b_, a_), sub(c_, a_))[2]) < 1e-3:\n    return 0\n"
     "if p_[2] < min(a_[2], b_[2], c_[2]):\n    return 1",
 )
 COUNTED_AGAIN = Fault(
     "a grid that counts the triangles above a known level again",
     parity_grid.points_in_parity_grid,
-    "_wanted(x_, y_, level_, known_ - 1)",
-    "_wanted(x_, y_, level_, LEVELS - 1)",
+    "_wanted(x_, y_, level_, known_ - 1) → _wanted(x_, y_, level_, LEVELS - 1)",
 )
 NEAR_MISSES = Fault(
     "points within 1e-9 m below a triangle not under it",
     polyhedron.ray_hits_triangle_filtered,
-    "orient3d_filtered(a_, b_, c_, p_)",
-    "orient3d_filtered(a_, b_, c_, (p_[0], p_[1], p_[2] + 1e-9))",
+    "orient3d_filtered(a_, b_, c_, p_) → orient3d_filtered(a_, b_, c_, (p_[0], p_[1], p_[2] + 1e-9))",
 )
 CONCAVE = "softbody.geometry.polyhedron.points_in_polyhedron"
 GRID = "softbody.geometry.parity_grid.points_in_parity_grid"
@@ -168,8 +166,7 @@ def random_points_by_winding_number(run: Run) -> Comparison:
         Fault(
             "a ray that counts a vertex on its path for both edges",
             polyhedron.ray_hits_triangle_filtered,
-            "a_[1] <= p_[1]",
-            "a_[1] < p_[1]",
+            "a_[1] <= p_[1] → a_[1] < p_[1]",
         ),
     ),
     erratum=Misprint("E20", "every triangle that the ray meets counts", "shared edges and vertices count once"),
@@ -210,8 +207,7 @@ def stacked_copies(run: Run) -> Comparison:
         Fault(
             "a tolerance of 1e-12 m³ in the ray",
             polyhedron.ray_hits_triangle_filtered,
-            "(side_ > 0.0) == up_ and side_ != 0.0",
-            "(side_ > 0.0) == up_ and abs(side_) > 1e-12",
+            "(side_ > 0.0) == up_ and side_ != 0.0 → (side_ > 0.0) == up_ and abs(side_) > 1e-12",
         ),
     ),
 )
@@ -277,14 +273,12 @@ def special_points(mesh: Mesh, rng: np.random.Generator, count: int) -> dict[str
         Fault(
             "one point, as if the next known level were outside",
             parity_grid.point_in_parity_grid,
-            "odd_ ^ (side_ != _NONE)",
-            "odd_",
+            "odd_ ^ (side_ != _NONE) → odd_",
         ),
         Fault(
             "one point, by the side of the lowest level",
             parity_grid.point_in_parity_grid,
-            "grid.inside[k] >> np.uint64(level)",
-            "grid.inside[k] >> _NONE",
+            "grid.inside[k] >> np.uint64(level) → grid.inside[k] >> _NONE",
         ),
     ),
 )
@@ -480,25 +474,24 @@ def inside_by_tree(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarr
     tolerance=0.0,
     because="a yes-or-no answer, of numbers that nothing rounds",
     faults=(
-        Fault("the side of the level above", parity_grid._bit_number, "bit > _ONE", "bit >= _ONE"),
-        Fault("the side of another level, by rounding", parity_grid._ask_block, "at_level != level", "False"),
+        Fault("the side of the level above", parity_grid._bit_number, "bit > _ONE → bit >= _ONE"),
+        Fault("the side of another level, by rounding", parity_grid._ask_block, "at_level != level → False"),
         Fault(
             "levels that begin at the least y",
             parity_grid._frame,
-            "f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7], f[8], f[9], s[0], s[1]",
-            "f[0], f[1], f[1], f[3], f[4], f[5], f[6], f[7], f[8], f[9], s[0], s[1]",
+            "f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7], f[8], f[9], s[0], s[1]"
+            " → f[0], f[1], f[1], f[3], f[4], f[5], f[6], f[7], f[8], f[9], s[0], s[1]",
         ),
         Fault(
             "boxes in units of the mesh's width, not its size",
             bvh.refit_bvh,
-            "0.5 * max(high[0] - low[0], high[1] - low[1], high[2] - low[2])",
-            "0.5 * (high[0] - low[0])",
+            "0.5 * max(high[0] - low[0], high[1] - low[1], high[2] - low[2]) → 0.5 * (high[0] - low[0])",
         ),
         Fault(
             "triangles counted that are missed",
             polyhedron.point_in_polyhedron,
-            "if ray_hits_triangle(p_, a_, b_, c_):\n    inside_ = not inside_",
-            "if not ray_hits_triangle(p_, a_, b_, c_):\n    inside_ = not inside_",
+            "if ray_hits_triangle(p_, a_, b_, c_):\n    inside_ = not inside_"
+            " → if not ray_hits_triangle(p_, a_, b_, c_):\n    inside_ = not inside_",
         ),
     ),
 )
@@ -543,14 +536,13 @@ def plates_of_whole_numbers(run: Run) -> Comparison:
     tolerance=0.0,
     because="a yes-or-no answer, of numbers that nothing rounds",
     faults=(
-        Fault("nothing is below an open mesh", parity_grid._lay_out, "-np.inf", "low[2]"),
+        Fault("nothing is below an open mesh", parity_grid._lay_out, "-np.inf → low[2]"),
         Fault(
             "open meshes with sides",
             parity_grid._find_sides,
-            "~marked[k] & below_top if grid.closed else _NONE",
-            "~marked[k] & below_top",
+            "~marked[k] & below_top if grid.closed else _NONE → ~marked[k] & below_top",
         ),
-        Fault("points at no height", parity_grid._within, "p[2] > -np.inf", "p[2] == p[2]"),
+        Fault("points at no height", parity_grid._within, "p[2] > -np.inf → p[2] == p[2]"),
     ),
 )
 def boxes_without_floors(run: Run) -> Comparison:
@@ -597,20 +589,17 @@ def boxes_without_floors(run: Run) -> Comparison:
         Fault(
             "wide triangles that never find room",
             parity_grid._list_triangles,
-            "count_ + (last_x - first_x + 1) * (last_y - first_y + 1) > room_",
-            "4 * count_ + 4000 > room_",
+            "count_ + (last_x - first_x + 1) * (last_y - first_y + 1) > room_ → 4 * count_ + 4000 > room_",
         ),
         Fault(
             "room for twice the entries",
             parity_grid.build_parity_grid,
-            "np.zeros(capacity, np.uint64)",
-            "np.zeros(2 * capacity, np.uint64)",
+            "np.zeros(capacity, np.uint64) → np.zeros(2 * capacity, np.uint64)",
         ),
         Fault(
             "a fourth of the columns",
             parity_grid.build_parity_grid,
-            "columns_per_triangle * count",
-            "0.25 * columns_per_triangle * count",
+            "columns_per_triangle * count → 0.25 * columns_per_triangle * count",
         ),
     ),
 )
@@ -642,8 +631,7 @@ def grid_is_as_large_as_is_said(run: Run) -> Comparison:
         Fault(
             "a convex test that forgives a hundredth",
             polyhedron.point_in_convex,
-            "face_ >= 0 and depth_ >= 0.0",
-            "face_ >= 0 and depth_ >= -0.01",
+            "face_ >= 0 and depth_ >= 0.0 → face_ >= 0 and depth_ >= -0.01",
         ),
     ),
 )
@@ -683,8 +671,7 @@ def convex(run: Run) -> Comparison:
         Fault(
             "two corners of a tetrahedron exchanged",
             tetrahedron.barycentric_in_tetrahedron,
-            "tetrahedron_volume(a_, b_, p, d_)",
-            "tetrahedron_volume(b_, a_, p, d_)",
+            "tetrahedron_volume(a_, b_, p, d_) → tetrahedron_volume(b_, a_, p, d_)",
         ),
     ),
     erratum=Misprint("E14", "five determinants of the same size", "five determinants of the same sign"),
@@ -727,7 +714,7 @@ def tetrahedra(run: Run) -> Comparison:
     tolerance=0.0,
     because="a yes-or-no answer; weights nearer to 0 than 1e-9 are left out, but for points exactly on an edge's line",
     faults=(
-        Fault("flat triangles contain points", triangle.point_in_triangle, "dot(n_, n_) == 0.0", "dot(n_, n_) < 0.0"),
+        Fault("flat triangles contain points", triangle.point_in_triangle, "dot(n_, n_) == 0.0 → dot(n_, n_) < 0.0"),
     ),
     erratum=Misprint(
         "E16",
@@ -780,33 +767,24 @@ def triangles(run: Run) -> Comparison:
         Fault(
             "a tetrahedron without one of its faces",
             tetrahedron.point_in_tetrahedron,
-            "sign_ * tetrahedron_volume(a, b, p, d) >= 0.0",
-            "sign_ * tetrahedron_volume(a, b, p, d) > 0.0",
+            "sign_ * tetrahedron_volume(a, b, p, d) >= 0.0 → sign_ * tetrahedron_volume(a, b, p, d) > 0.0",
         ),
-        Fault("flat tetrahedra contain points", tetrahedron.point_in_tetrahedron, "whole_ != 0.0", "whole_ == whole_"),
+        Fault("flat tetrahedra contain points", tetrahedron.point_in_tetrahedron, "whole_ != 0.0 → whole_ == whole_"),
         Fault(
             "a triangle without one of its edges",
             triangle.point_in_triangle,
-            "dot(cross(pa_, pb_), n_) >= 0.0",
-            "dot(cross(pa_, pb_), n_) > 0.0",
+            "dot(cross(pa_, pb_), n_) >= 0.0 → dot(cross(pa_, pb_), n_) > 0.0",
         ),
         Fault(
             "of many tetrahedra each with its third corner twice",
             tetrahedron.points_in_tetrahedra,
-            "load(corners_[q_], 3)",
-            "load(corners_[q_], 2)",
+            "load(corners_[q_], 3) → load(corners_[q_], 2)",
         ),
-        Fault(
-            "a convex mesh without its surface",
-            polyhedron.point_in_convex,
-            "depth_ >= 0.0",
-            "depth_ > 0.0",
-        ),
+        Fault("a convex mesh without its surface", polyhedron.point_in_convex, "depth_ >= 0.0 → depth_ > 0.0"),
         Fault(
             "of many triangles each with its second corner twice",
             triangle.points_in_triangles,
-            "load(corners_[q_], 2)",
-            "load(corners_[q_], 1)",
+            "load(corners_[q_], 2) → load(corners_[q_], 1)",
         ),
     ),
 )

@@ -15,7 +15,7 @@ from validation.fault import Fault
 FAMILY = "separating axes"
 
 FACES_ONLY = Fault(
-    "convex meshes by their faces only", sat_convex.convex_separation, "0 if paper_axes_ else edges_", "0"
+    "convex meshes by their faces only", sat_convex.convex_separation, "0 if paper_axes_ else edges_ → 0"
 )
 PIECE = "softbody.collision.sat_convex.convex_separation"
 
@@ -157,8 +157,7 @@ def depth_of_meshes(run: Run) -> Comparison:
         Fault(
             "convex meshes grown by 1e-12",
             sat_convex.convex_separation,
-            "best = low_b - high_a",
-            "best = low_b - high_a - 1e-12",
+            "best = low_b - high_a → best = low_b - high_a - 1e-12",
         ),
     ),
 )
@@ -197,13 +196,10 @@ PARALLEL = 4e-15  # the sine of an angle from which on directions are two, as `C
     because="whole numbers; sines of 1e-15 beside an edge at the origin are exact to 1e-16 of themselves",
     faults=(
         Fault(
-            "an angle a hundredth wider",
-            sat_convex._distinct,
-            "sines < SAME_DIRECTION",
-            "sines < 1.01 * SAME_DIRECTION",
+            "an angle a hundredth wider", sat_convex._distinct, "sines < SAME_DIRECTION → sines < 1.01 * SAME_DIRECTION"
         ),
-        Fault("parallel faces that are kept", sat_convex._distinct, "(s_ < d_).any()", "False"),
-        Fault("a tenth of the angle", sat_convex._distinct, "sines < SAME_DIRECTION", "sines < 0.1 * SAME_DIRECTION"),
+        Fault("parallel faces that are kept", sat_convex._distinct, "(s_ < d_).any() → False"),
+        Fault("a tenth of the angle", sat_convex._distinct, "sines < SAME_DIRECTION → sines < 0.1 * SAME_DIRECTION"),
     ),
 )
 def parallel_faces(run: Run) -> Comparison:

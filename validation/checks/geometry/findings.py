@@ -149,16 +149,14 @@ def _found(vertices: np.ndarray, triangles: np.ndarray) -> list[Finding]:
         Fault(
             "cavities taken for shells within",
             diagnostics._about_shells,
-            "(volume_[clear_] > 0.0) & is_cavity_",
-            "is_cavity",
+            "(volume_[clear_] > 0.0) & is_cavity_ → is_cavity",
         ),
         Fault(
             "fans of vertices by their triangles alone",
             connected.fans,
-            "(edges // count_ + 1) % 3",
-            "(edges // count_ + 2) % 3",
+            "(edges // count_ + 1) % 3 → (edges // count_ + 2) % 3",
         ),
-        Fault("triangles thin by their shortest edge", diagnostics._about_shapes, "np.max", "np.min"),
+        Fault("triangles thin by their shortest edge", diagnostics._about_shapes, "np.max → np.min"),
     ),
 )
 def built_to_be_doubtful(run: Run) -> Comparison:

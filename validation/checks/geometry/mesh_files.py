@@ -53,20 +53,17 @@ def alike(
         Fault(
             "coordinates read in single precision",
             files.triangles_of,
-            "(mesh.vertices, mesh.faces)",
-            "(__import__('numpy').float32(mesh.vertices), mesh.faces)",
+            "(mesh.vertices, mesh.faces) → (__import__('numpy').float32(mesh.vertices), mesh.faces)",
         ),
         Fault(
             "a merge that is asked for by a tolerance only",
             mesh.Mesh._from_arrays,
-            'check_yes_or_no(merge, "merge") or tolerance > 0.0',
-            "tolerance > 0.0",
+            'check_yes_or_no(merge, "merge") or tolerance > 0.0 → tolerance > 0.0',
         ),
         Fault(
             "vertices merged within a thousandth of a metre",
             mesh.Mesh._from_arrays,
-            "cls.from_soup(vertices, triangles, tolerance)",
-            "cls.from_soup(vertices, triangles, 1e-3)",
+            "cls.from_soup(vertices, triangles, tolerance) → cls.from_soup(vertices, triangles, 1e-3)",
         ),
     ),
 )
@@ -108,21 +105,18 @@ def files_of_all_kinds(run: Run) -> Comparison:
         Fault(
             "half of the tolerance",
             weld._join_near,
-            "norm(sub(load(p_, i_), load(p_, j_))) <= t_",
-            "norm(sub(load(p_, i_), load(p_, j_))) <= 0.5 * t_",
+            "norm(sub(load(p_, i_), load(p_, j_))) <= t_ → norm(sub(load(p_, i_), load(p_, j_))) <= 0.5 * t_",
         ),
         Fault(
             "half as much again, and more",
             weld._join_near,
-            "norm(sub(load(p_, i_), load(p_, j_))) <= t_",
-            "norm(sub(load(p_, i_), load(p_, j_))) <= 1.7 * t_",
+            "norm(sub(load(p_, i_), load(p_, j_))) <= t_ → norm(sub(load(p_, i_), load(p_, j_))) <= 1.7 * t_",
         ),
-        Fault("chains that are not followed", weld._join_near, "parent[i] = root_of(parent, i)", "pass", nth=0),
+        Fault("chains that are not followed", weld._join_near, "parent[i] = root_of(parent, i) → pass", nth=0),
         Fault(
             "vertices that no triangle uses, kept",
             weld.merged,
-            "points[used]",
-            "np.append(points[used], points[-1:], axis=0)",
+            "points[used] → np.append(points[used], points[-1:], axis=0)",
         ),
     ),
 )
@@ -185,14 +179,14 @@ def _turn_of_each(numbers: np.ndarray) -> np.ndarray:
         Fault(
             "a mesh of half the size",
             mesh.Mesh.from_trimesh,
-            "cls._from_arrays(*triangles_of(mesh), merge, tolerance)",
-            "cls._from_arrays(mesh.vertices * 0.5, mesh.faces, merge, tolerance)",
+            "cls._from_arrays(*triangles_of(mesh), merge, tolerance)"
+            " → cls._from_arrays(mesh.vertices * 0.5, mesh.faces, merge, tolerance)",
         ),
         Fault(
             "a mesh that is mirrored",
             mesh.Mesh.from_trimesh,
-            "cls._from_arrays(*triangles_of(mesh), merge, tolerance)",
-            "cls._from_arrays(mesh.vertices * (1.0, 1.0, -1.0), mesh.faces[:, ::-1], merge, tolerance)",
+            "cls._from_arrays(*triangles_of(mesh), merge, tolerance)"
+            " → cls._from_arrays(mesh.vertices * (1.0, 1.0, -1.0), mesh.faces[:, ::-1], merge, tolerance)",
         ),
     ),
 )

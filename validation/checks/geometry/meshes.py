@@ -26,16 +26,15 @@ FAMILY = "what users set and ask"
         Fault(
             "edges of one triangle only",
             self_intersections._meet,
-            "segment_meets_triangle(a[i], a[j], b) or segment_meets_triangle(b[i], b[j], a)",
-            "segment_meets_triangle(a[i], a[j], b)",
+            "segment_meets_triangle(a[i], a[j], b) or segment_meets_triangle(b[i], b[j], a)"
+            " → segment_meets_triangle(a[i], a[j], b)",
         ),
         Fault(
             "pairs that share a corner, by another edge",
             self_intersections._how_they_lie,
-            "segment_meets_triangle(a[1], a[2], b)",
-            "segment_meets_triangle(a[0], a[2], b)",
+            "segment_meets_triangle(a[1], a[2], b) → segment_meets_triangle(a[0], a[2], b)",
         ),
-        Fault("two of three edges", self_intersections._meet, "range(3)", "range(2)"),
+        Fault("two of three edges", self_intersections._meet, "range(3) → range(2)"),
     ),
 )
 def intersections_of_the_surface_with_itself(run: Run) -> Comparison:
@@ -72,17 +71,15 @@ def intersections_of_the_surface_with_itself(run: Run) -> Comparison:
         Fault(
             "folded only if the triangle is large",
             self_intersections._are_folded,
-            "own_ > 0.0 and others_ > 0.0",
-            "own_ > 1.0 and others_ > 0.0",
+            "own_ > 0.0 and others_ > 0.0 → own_ > 1.0 and others_ > 0.0",
         ),
         Fault(
             "folded onto a flat neighbour",
             self_intersections._are_folded,
-            "own_ > 0.0 and others_ > 0.0",
-            "own_ > 0.0 and others_ >= 0.0",
+            "own_ > 0.0 and others_ > 0.0 → own_ > 0.0 and others_ >= 0.0",
         ),
-        Fault("what touches an edge goes by", self_intersections._have_one_sign, "u >= 0.0", "u > 0.0"),
-        Fault("a pair before the first", self_intersections.find_pairs, "count = 0", "count = 1"),
+        Fault("what touches an edge goes by", self_intersections._have_one_sign, "u >= 0.0 → u > 0.0"),
+        Fault("a pair before the first", self_intersections.find_pairs, "count = 0 → count = 1"),
     ),
 )
 def triangles_of_whole_numbers(run: Run) -> Comparison:
@@ -163,14 +160,12 @@ def _crumpled(mesh: Mesh, rng: np.random.Generator) -> Mesh:
         Fault(
             "distances without a sign",
             query.MeshQuery.signed_distance,
-            "np.where(inside, -distance, distance)",
-            "distance",
+            "np.where(inside, -distance, distance) → distance",
         ),
         Fault(
             "distances the other way round",
             query.MeshQuery.signed_distance,
-            "np.where(inside, -distance, distance)",
-            "np.where(inside, distance, -distance)",
+            "np.where(inside, -distance, distance) → np.where(inside, distance, -distance)",
         ),
     ),
 )
@@ -209,10 +204,10 @@ MOST_ROWS = 1_431_655_765  # triangles, or vertices: (2³² − 1) / 3
     tolerance=0.0,
     because="yes or no",
     faults=(
-        Fault("gaps from 3⁵³ on", mesh.checked_arrays, "np.abs(faces) < 2**53", "np.abs(faces) < 3**53"),
-        Fault("indices of one sign", mesh.checked_arrays, "np.abs(faces) < 2**53", "faces < 2**53"),
-        Fault("one triangle too few", triangle_list.checked_triangles, "a_ > MOST", "a_ >= MOST"),
-        Fault("vertices alone", triangle_list.checked_triangles, "max(len(points), len(faces))", "len(points)"),
+        Fault("gaps from 3⁵³ on", mesh.checked_arrays, "np.abs(faces) < 2**53 → np.abs(faces) < 3**53"),
+        Fault("indices of one sign", mesh.checked_arrays, "np.abs(faces) < 2**53 → faces < 2**53"),
+        Fault("one triangle too few", triangle_list.checked_triangles, "a_ > MOST → a_ >= MOST"),
+        Fault("vertices alone", triangle_list.checked_triangles, "max(len(points), len(faces)) → len(points)"),
     ),
 )
 def indices_that_are_none(run: Run) -> Comparison:

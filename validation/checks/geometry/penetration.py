@@ -67,26 +67,23 @@ def rows(points: np.ndarray, mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
         Fault(
             "depths too large by one part in 1e15",
             penetration._find_closest,
-            "_write(found_, row_, i_, nearest_)",
-            "_write(found_, row_, i_, (nearest_[0], nearest_[1], nearest_[2] * 1.000000000000001))",
+            "_write(found_, row_, i_, nearest_)"
+            " → _write(found_, row_, i_, (nearest_[0], nearest_[1], nearest_[2] * 1.000000000000001))",
         ),
         Fault(
             "a plane between two bodies that cuts into one",
             penetration.find_outcodes,
-            "reach_ += ROUNDING * norm(axis_) * size_",
-            "reach_ -= 0.05 * norm(axis_)",
+            "reach_ += ROUNDING * norm(axis_) * size_ → reach_ -= 0.05 * norm(axis_)",
         ),
         Fault(
             "the last child of each node of a tree forgotten",
             bvh_boxes._children_in,
-            "return bits_ & x_ & y_",
-            "return bits_ & x_ & y_ & 127",
+            "return bits_ & x_ & y_ → return bits_ & x_ & y_ & 127",
         ),
         Fault(
             "rays that go down, seen as if up",
             bvh_rays._turned,
-            "heading_.sign * rows_[i_, heading_.z]",
-            "rows_[i_, heading_.z]",
+            "heading_.sign * rows_[i_, heading_.z] → rows_[i_, heading_.z]",
         ),
     ),
 )
@@ -121,21 +118,19 @@ def accelerated_is_exhaustive(run: Run) -> Comparison:
         Fault(
             "depths that are squared",
             penetration._find_closest,
-            "_write(found_, row_, i_, nearest_)",
-            "_write(found_, row_, i_, (nearest_[0], nearest_[1], nearest_[2] ** 2))",
+            "_write(found_, row_, i_, nearest_)"
+            " → _write(found_, row_, i_, (nearest_[0], nearest_[1], nearest_[2] ** 2))",
         ),
         Fault(
             "a plane between two bodies that cuts deep into one",
             penetration.find_outcodes,
-            "reach_ += ROUNDING * norm(axis_) * size_",
-            "reach_ -= 0.1 * norm(axis_)",
+            "reach_ += ROUNDING * norm(axis_) * size_ → reach_ -= 0.1 * norm(axis_)",
         ),
-        Fault("boxes asked above rays that go down", bvh_boxes.ask_ray, "goes_up", "True"),
+        Fault("boxes asked above rays that go down", bvh_boxes.ask_ray, "goes_up → True"),
         Fault(
             "rays along another axis than seen",
             bvh_rays.shortest_way_out,
-            "Heading(one_, other_, best_, sign_)",
-            "Heading(0, 1, best_, sign_)",
+            "Heading(one_, other_, best_, sign_) → Heading(0, 1, best_, sign_)",
         ),
     ),
 )
@@ -174,8 +169,8 @@ def inside_as_libigl_has_it(run: Run) -> Comparison:
         Fault(
             "outcodes found ten thousand times over",
             penetration.find_penetrations,
-            "inside_, undecided_ = _find_inside(points_, mesh_, tree_, search_, code_, way_)",
-            "for _ in range(10_000):\n    find_outcodes(points_, mesh_, code_)\n"
+            "inside_, undecided_ = _find_inside(points_, mesh_, tree_, search_, code_, way_)"
+            " → for _ in range(10_000):\n    find_outcodes(points_, mesh_, code_)\n"
             "inside_, undecided_ = _find_inside(points_, mesh_, tree_, search_, code_, way_)",
         ),
     ),
@@ -221,7 +216,7 @@ def an_order_of_magnitude_faster(run: Run) -> Comparison:
     tolerance=0.0,
     because="a yes-or-no answer for each body; the radius is lengthened by the rounding of a distance",
     faults=(
-        Fault("a sphere a millionth too small", "softbody.geometry.sphere.ROUNDING", "1.0 + 2.0**-50", "1.0 - 1e-6"),
+        Fault("a sphere a millionth too small", "softbody.geometry.sphere.ROUNDING", "1.0 + 2.0**-50 → 1.0 - 1e-6"),
     ),
 )
 def spheres_hold_their_points(run: Run) -> Comparison:

@@ -27,14 +27,12 @@ FAMILY = "separating axes"
 FOURTEEN_AXES = Fault(
     "the last of fifteen axes left out",
     sat_boxes.box_box_separation,
-    "6 if paper_axes_ else 15",
-    "6 if paper_axes_ else 14",
+    "6 if paper_axes_ else 15 → 6 if paper_axes_ else 14",
 )
 LESS_REACH = Fault(
     "one box of three percent less reach",
     sat_boxes.box_box_separation,
-    "distance_ - reach_a_ - reach_b_",
-    "distance_ - reach_a_ - 0.97 * reach_b_",
+    "distance_ - reach_a_ - reach_b_ → distance_ - reach_a_ - 0.97 * reach_b_",
 )
 PIECE = "softbody.collision.boxes.sat_boxes.box_box_separation"
 
@@ -114,8 +112,7 @@ def near_ties(rng: np.random.Generator, count: int) -> tuple[BoxPairs, np.ndarra
         Fault(
             "boxes grown by 1e-12",
             sat_boxes.box_box_separation,
-            "distance_ - reach_a_ - reach_b_",
-            "distance_ - reach_a_ - reach_b_ - 1e-12",
+            "distance_ - reach_a_ - reach_b_ → distance_ - reach_a_ - reach_b_ - 1e-12",
         ),
     ),
 )
@@ -263,14 +260,13 @@ def separation_by_exact_arithmetic(run: Run) -> Comparison:
         Fault(
             "a normal from a to b",
             sat_boxes.box_box_separation,
-            "1.0 if distance_ >= 0.0 else -1.0",
-            "-1.0 if distance_ >= 0.0 else 1.0",
+            "1.0 if distance_ >= 0.0 else -1.0 → -1.0 if distance_ >= 0.0 else 1.0",
         ),
         Fault(
             "no normal where edges cross",
             sat_boxes.box_box_separation,
-            "scale(1.0 if distance_ >= 0.0 else -1.0, direction_)",
-            "scale((1.0 if distance >= 0.0 else -1.0) if k < 6 else 0.0, direction)",
+            "scale(1.0 if distance_ >= 0.0 else -1.0, direction_)"
+            " → scale((1.0 if distance >= 0.0 else -1.0) if k < 6 else 0.0, direction)",
         ),
     ),
 )
@@ -411,19 +407,17 @@ def _product(p: np.ndarray, q: np.ndarray) -> np.ndarray:
     tolerance=1e-14,
     because="rounding of some dozen terms",
     faults=(
-        Fault("no normal", sat_boxes.box_box_separation, "normal = scale(1.0 if distance_ >= 0.0 else -1.0, d_)", ""),
-        Fault("the number of the axis before", sat_boxes.box_box_separation, "best_axis = k", "best_axis = k - 1"),
+        Fault("no normal", sat_boxes.box_box_separation, "normal = scale(1.0 if distance_ >= 0.0 else -1.0, d_) → "),
+        Fault("the number of the axis before", sat_boxes.box_box_separation, "best_axis = k → best_axis = k - 1"),
         Fault(
             "normals of many pairs a row late",
             sat_boxes.box_pairs_separation,
-            "store(normals_, i_, normal_)",
-            "store(normals_, max(i_ - 1, 0), normal_)",
+            "store(normals_, i_, normal_) → store(normals_, max(i_ - 1, 0), normal_)",
         ),
         Fault(
             "edges are taken where faces part boxes as well",
             sat_boxes.box_box_separation,
-            "FACE_PREFERENCE * abs(best_) if edges_ else 0.0",
-            "-FACE_PREFERENCE * abs(best_) if edges_ else 0.0",
+            "FACE_PREFERENCE * abs(best_) if edges_ else 0.0 → -FACE_PREFERENCE * abs(best_) if edges_ else 0.0",
         ),
     ),
 )
@@ -477,12 +471,11 @@ def _along_axis(normal: np.ndarray, axis: int, pairs: BoxPairs, i: int) -> float
     tolerance=0.0,
     because="a yes-or-no answer, of whole numbers",
     faults=(
-        Fault("boxes that touch are apart", sat_boxes.box_pairs_overlap, "separation_ <= 0.0", "separation_ < 0.0"),
+        Fault("boxes that touch are apart", sat_boxes.box_pairs_overlap, "separation_ <= 0.0 → separation_ < 0.0"),
         Fault(
             "the search ends where boxes touch along one axis",
             sat_boxes.box_box_separation,
-            "any_gap and best > 0.0",
-            "any_gap and best >= 0.0",
+            "any_gap and best > 0.0 → any_gap and best >= 0.0",
         ),
     ),
 )

@@ -42,21 +42,20 @@ def told(shape: Mesh) -> list[float]:
     tolerance=2e-14,
     because="rounding of some dozen terms: 6e-15",
     faults=(
-        Fault("a golden ratio of five digits", mesh.icosahedron, "(1.0 + sqrt(5.0)) / 2.0", "1.61803"),
+        Fault("a golden ratio of five digits", mesh.icosahedron, "(1.0 + sqrt(5.0)) / 2.0 → 1.61803"),
         Fault(
             "corners at a diameter",
             mesh._regular,
-            "radius_ * directions / np.linalg.norm(directions, axis=1, keepdims=True)",
-            "0.5 * radius_ * directions / np.linalg.norm(directions, axis=1, keepdims=True)",
+            "radius_ * directions / np.linalg.norm(directions, axis=1, keepdims=True)"
+            " → 0.5 * radius_ * directions / np.linalg.norm(directions, axis=1, keepdims=True)",
         ),
         Fault(
             "corners that are not brought to the radius",
             mesh._regular,
-            "radius_ * directions / np.linalg.norm(directions, axis=1, keepdims=True)",
-            "radius_ * directions",
+            "radius_ * directions / np.linalg.norm(directions, axis=1, keepdims=True) → radius_ * directions",
         ),
-        Fault("an octahedron that is pulled in length", mesh.octahedron, "(0, 0, 1)", "(0, 0.01, 1)"),
-        Fault("a tetrahedron with one corner aside", mesh.tetrahedron, "(1, 1, 1)", "(1, 1, 1.01)"),
+        Fault("an octahedron that is pulled in length", mesh.octahedron, "(0, 0, 1) → (0, 0.01, 1)"),
+        Fault("a tetrahedron with one corner aside", mesh.tetrahedron, "(1, 1, 1) → (1, 1, 1.01)"),
     ),
 )
 def regular_solids(run: Run) -> Comparison:
@@ -99,11 +98,10 @@ def regular_solids(run: Run) -> Comparison:
         Fault(
             "middles left on the edges",
             mesh.icosphere,
-            "middles /= np.linalg.norm(middles, axis=1, keepdims=True)",
-            "middles /= 2.0",
+            "middles /= np.linalg.norm(middles, axis=1, keepdims=True) → middles /= 2.0",
         ),
-        Fault("one subdivision too many", mesh.icosphere, "range(subdivisions)", "range(subdivisions + 1)"),
-        Fault("a sphere of half the radius", mesh.icosphere, "radius * points", "0.5 * radius * points"),
+        Fault("one subdivision too many", mesh.icosphere, "range(subdivisions) → range(subdivisions + 1)"),
+        Fault("a sphere of half the radius", mesh.icosphere, "radius * points → 0.5 * radius * points"),
     ),
 )
 def icospheres(run: Run) -> Comparison:
@@ -153,20 +151,19 @@ def corners_in_order(vertices: np.ndarray, triangles: np.ndarray, digits: int = 
         Fault(
             "a ring that does not quite close",
             mesh.torus,
-            "2.0 * pi * np.arange(major_segments) / major_segments",
-            "2.0 * pi * np.arange(major_segments) / (major_segments + 1e-6)",
+            "2.0 * pi * np.arange(major_segments) / major_segments"
+            " → 2.0 * pi * np.arange(major_segments) / (major_segments + 1e-6)",
         ),
         Fault(
             "a ring around its outer edge",
             mesh.torus,
-            "major_radius + minor_radius * np.cos(across)",
-            "major_radius - minor_radius + minor_radius * (1.0 + np.cos(across)) * (1.0 + 1e-9)",
+            "major_radius + minor_radius * np.cos(across)"
+            " → major_radius - minor_radius + minor_radius * (1.0 + np.cos(across)) * (1.0 + 1e-9)",
         ),
         Fault(
             "a ring that is flatter by 1e-6",
             mesh.torus,
-            "minor_radius * np.sin(across)",
-            "(1.0 - 1e-6) * minor_radius * np.sin(across)",
+            "minor_radius * np.sin(across) → (1.0 - 1e-6) * minor_radius * np.sin(across)",
         ),
     ),
 )
@@ -207,18 +204,16 @@ def tori(run: Run) -> Comparison:
     tolerance=7e-15,
     because="rounding of sums over some thousand triangles: 7e-16 at worst of ten seeds and of all boxes at full",
     faults=(
-        Fault("a box from its corner", mesh.box, "lattice / segments - 0.5", "lattice / segments"),
+        Fault("a box from its corner", mesh.box, "lattice / segments - 0.5 → lattice / segments"),
         Fault(
             "a lattice that is finer on one side",
             mesh.box,
-            "lattice / segments - 0.5",
-            "(lattice / segments) ** 1.001 - 0.5",
+            "lattice / segments - 0.5 → (lattice / segments) ** 1.001 - 0.5",
         ),
         Fault(
             "extents the other way round",
             mesh.box,
-            "extent * (lattice / segments - 0.5)",
-            "extent[::-1] * (lattice / segments - 0.5)",
+            "extent * (lattice / segments - 0.5) → extent[::-1] * (lattice / segments - 0.5)",
         ),
     ),
 )
@@ -254,20 +249,18 @@ def boxes(run: Run) -> Comparison:
         Fault(
             "moved the other way",
             mesh.Mesh.moved,
-            'self.vertices + vector(offset, "offset")',
-            'self.vertices - vector(offset, "offset")',
+            'self.vertices + vector(offset, "offset") → self.vertices - vector(offset, "offset")',
         ),
         Fault(
             "moved along one axis by less",
             mesh.Mesh.moved,
-            'vector(offset, "offset")',
-            'vector(offset, "offset") * (1.0, 1.0, 0.999)',
+            'vector(offset, "offset") → vector(offset, "offset") * (1.0, 1.0, 0.999)',
         ),
         Fault(
             "scaled about its middle",
             mesh.Mesh.scaled,
-            "self.vertices * factor",
-            "(self.vertices - self.vertices.mean(axis=0)) * factor + self.vertices.mean(axis=0)",
+            "self.vertices * factor"
+            " → (self.vertices - self.vertices.mean(axis=0)) * factor + self.vertices.mean(axis=0)",
         ),
     ),
 )

@@ -38,38 +38,24 @@ CLEAR = 1e-6  # of the mesh's half size: between 0 and this, a box of float32 ma
         Fault(
             "boxes that meet beside each other",
             bvh_boxes.list_near,
-            "bits_at_most(y0_, boxes_[node_, 4, child_]) & bits_at_most(boxes_[node_, 1, child_], y1_)",
-            "bits_at_most(y0_, boxes_[node_, 4, child_]) | bits_at_most(boxes_[node_, 1, child_], y1_)",
+            "bits_at_most(y0_, boxes_[node_, 4, child_]) & bits_at_most(boxes_[node_, 1, child_], y1_)"
+            " → bits_at_most(y0_, boxes_[node_, 4, child_]) | bits_at_most(boxes_[node_, 1, child_], y1_)",
         ),
         Fault(
-            "boxes in metres",
-            bvh.refit_bvh,
-            "1.0 / half if half > 0.0 else 1.0",
-            "1.0 / half if half > 1.0 else 1.0",
+            "boxes in metres", bvh.refit_bvh, "1.0 / half if half > 0.0 else 1.0 → 1.0 / half if half > 1.0 else 1.0"
         ),
         Fault(
             "boxes around two corners of each triangle",
             bvh._fit_leaves,
-            "_least(_least(a_[axis_], b_[axis_]), c_[axis_])",
-            "_least(a_[axis_], b_[axis_])",
+            "_least(_least(a_[axis_], b_[axis_]), c_[axis_]) → _least(a_[axis_], b_[axis_])",
         ),
-        Fault(
-            "boxes that begin at each triangle's last corner",
-            bvh._least,
-            "where_less(a_, b_, a_, b_)",
-            "b_",
-        ),
-        Fault(
-            "a leaf without the margin of its third corner",
-            bvh_boxes.ask_leaf,
-            "c_[2] - margin_",
-            "c_[2] + margin_",
-        ),
+        Fault("boxes that begin at each triangle's last corner", bvh._least, "where_less(a_, b_, a_, b_) → b_"),
+        Fault("a leaf without the margin of its third corner", bvh_boxes.ask_leaf, "c_[2] - margin_ → c_[2] + margin_"),
         Fault(
             "the last leaf's triangle again",
             bvh_boxes.list_near,
-            "level_ == 0 and WIDTH * (number_ + 1) > tree_.triangles.shape[0]",
-            "level_ < 0 and WIDTH * (number_ + 1) > tree_.triangles.shape[0]",
+            "level_ == 0 and WIDTH * (number_ + 1) > tree_.triangles.shape[0]"
+            " → level_ < 0 and WIDTH * (number_ + 1) > tree_.triangles.shape[0]",
         ),
     ),
 )
@@ -148,26 +134,22 @@ SHIFT = np.array([2**20, 2**10, 1], object)  # in units of 2⁻³⁰: next to no
         Fault(
             "lines that are past a triangle if one side is on their left",
             segments.bits_not_past,
-            "~(left_ & right_)",
-            "~left_",
+            "~(left_ & right_) → ~left_",
         ),
         Fault(
             "moved along x and z only",
             bvh_rays._is_positive,
-            "slope_[1] if slope_[1] != 0.0 else slope_[2]",
-            "slope_[2]",
+            "slope_[1] if slope_[1] != 0.0 else slope_[2] → slope_[2]",
         ),
         Fault(
             "moved along x and y only",
             bvh_rays._is_positive,
-            "slope_[1] if slope_[1] != 0.0 else slope_[2]",
-            "slope_[1]",
+            "slope_[1] if slope_[1] != 0.0 else slope_[2] → slope_[1]",
         ),
         Fault(
             "places from the end",
             bvh_rays._place_in_triangle,
-            "before_ / (before_ - beyond_)",
-            "beyond_ / (beyond_ - before_)",
+            "before_ / (before_ - beyond_) → beyond_ / (beyond_ - before_)",
         ),
     ),
 )
@@ -219,15 +201,14 @@ def _places(ends: np.ndarray, corners: np.ndarray) -> list[float]:
     tolerance=0.0,
     because="a yes-or-no answer, of whole numbers",
     faults=(
-        Fault("two sides with one bit", penetration.find_outcodes, "(p_[2] > x_) << 5", "(p_[2] > x_) << 6"),
-        Fault("a side without a bit", penetration.find_outcodes, "(p_[0] < low_[0]) | x_", "(p_[0] < low_[0]) & x_"),
+        Fault("two sides with one bit", penetration.find_outcodes, "(p_[2] > x_) << 5 → (p_[2] > x_) << 6"),
+        Fault("a side without a bit", penetration.find_outcodes, "(p_[0] < low_[0]) | x_ → (p_[0] < low_[0]) & x_"),
         Fault(
             "points on the plane are beyond it",
             penetration.find_outcodes,
-            "reach_ += ROUNDING * norm(axis_) * size_",
-            "reach_ -= ROUNDING * norm(axis_) * size_",
+            "reach_ += ROUNDING * norm(axis_) * size_ → reach_ -= ROUNDING * norm(axis_) * size_",
         ),
-        Fault("bounding boxes that touch are apart", aabb.boxes_meet, "b[0][k_] <= a[1][k_]", "b[0][k_] < a[1][k_]"),
+        Fault("bounding boxes that touch are apart", aabb.boxes_meet, "b[0][k_] <= a[1][k_] → b[0][k_] < a[1][k_]"),
     ),
 )
 def sides_of_a_mesh(run: Run) -> Comparison:

@@ -107,22 +107,19 @@ def ends(parts: int, cases: list[tuple[Ball, World, float | None]]) -> Compariso
         Fault(
             "ground that soft bodies stand two millimetres above",
             particle_ground.land,
-            "position_[2, i_] = height_",
-            "position_[2, i_] = height_ + 0.002",
+            "position_[2, i_] = height_ → position_[2, i_] = height_ + 0.002",
         ),
         Fault(
             "particles that bounce with a tenth of their speed",
             particle_ground.bounce_particle,
-            "speed_after(down_, e_)",
-            "0.1 * down_",
+            "speed_after(down_, e_) → 0.1 * down_",
         ),
         Fault(
             "particles that lose a hundredth of their slide on smooth ground",
             particle_ground.bounce_particle,
-            "sliding_kept(slide_, down_, material_)",
-            "0.99",
+            "sliding_kept(slide_, down_, material_) → 0.99",
         ),
-        Fault("gravity 1 % too weak", integrators.acceleration, "rows_.gravity[c_]", "0.99 * rows_.gravity[c_]"),
+        Fault("gravity 1 % too weak", integrators.acceleration, "rows_.gravity[c_] → 0.99 * rows_.gravity[c_]"),
     ),
 )
 def balls_bounce_as_between_events(run: Run) -> Comparison:
@@ -143,11 +140,10 @@ def balls_bounce_as_between_events(run: Run) -> Comparison:
         Fault(
             "damping a tenth too weak",
             one_ring_forces._tension,
-            "springs.damping * parting",
-            "0.9 * springs.damping * parting",
+            "springs.damping * parting → 0.9 * springs.damping * parting",
         ),
-        Fault("a pressure of half the gas", pressure.gas_pressure, "gas_ / volume_", "0.5 * gas_ / volume_"),
-        Fault("gravity off by a fifth", integrators.acceleration, "rows_.gravity[c_]", "0.8 * rows_.gravity[c_]"),
+        Fault("a pressure of half the gas", pressure.gas_pressure, "gas_ / volume_ → 0.5 * gas_ / volume_"),
+        Fault("gravity off by a fifth", integrators.acceleration, "rows_.gravity[c_] → 0.8 * rows_.gravity[c_]"),
     ),
 )
 def default_balls_bounce_so_too(run: Run) -> Comparison:

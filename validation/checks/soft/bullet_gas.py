@@ -17,8 +17,7 @@ FAMILY = "pressure and volume"
 STIFF_SPRINGS = Fault(
     "springs too stiff by a twentieth",
     one_ring_forces._tension,
-    "k_ - pull_ / square_root(square_)",
-    "1.05 * (k_ - pull_ / square_root(square_))",
+    "k_ - pull_ / square_root(square_) → 1.05 * (k_ - pull_ / square_root(square_))",
 )
 PIECE = "softbody.dynamics.one_ring_forces"
 
@@ -118,7 +117,7 @@ def period(world: World, body: SoftBody, frequency: float) -> float:
     unit="of the volume",
     tolerance=SOLID_REST,
     because="Bullet's own error: 1e-2 at ωh = 0.2 and 3e-3 at 0.1; extrapolated from both, float32 is left, 3e-5",
-    faults=(Fault("pressure off by a thousandth", pressure.gas_pressure, "gas_ / volume_", "gas_ / volume_ * 1.001"),),
+    faults=(Fault("pressure off by a thousandth", pressure.gas_pressure, "gas_ / volume_ → gas_ / volume_ * 1.001"),),
 )
 def solids_at_rest(run: Run) -> Comparison:
     """Bullet's regular solids with gas come to rest at our volume."""

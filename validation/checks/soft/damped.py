@@ -23,45 +23,36 @@ FAMILY = "integrators"
 WHOLE_MASS = Fault(
     "critical for particles that each weigh as much as the body",
     builder.with_soft_body,
-    "default_damping(stiffness, mass / count)",
-    "default_damping(stiffness, mass)",
+    "default_damping(stiffness, mass / count) → default_damping(stiffness, mass)",
 )
-ON_A_WALL = Fault("critical for one particle on a wall", builder.default_damping, "sqrt(0.5 * mass)", "sqrt(mass)")
+ON_A_WALL = Fault("critical for one particle on a wall", builder.default_damping, "sqrt(0.5 * mass) → sqrt(mass)")
 FIRST_SPRING = Fault(
     "critical for the first spring, and not for the mean one",
     builder.default_damping,
-    "sqrt(mean)",
-    "sqrt(stiffness[0])",
+    "sqrt(mean) → sqrt(stiffness[0])",
 )
 NONE = Fault(
     "springs that are not damped, whatever the integrator",
     adding.add_soft_body,
-    "damping is None and store.settings.integrator == RK4_VELOCITY",
-    "damping is None",
+    "damping is None and store.settings.integrator == RK4_VELOCITY → damping is None",
 )
 TWICE = Fault(
     "springs that are damped where the integrator damps by itself",
     adding.add_soft_body,
-    "damping is None and store.settings.integrator == RK4_VELOCITY",
-    "False",
+    "damping is None and store.settings.integrator == RK4_VELOCITY → False",
 )
 PAPERS = Fault(
     "worlds that move by the paper's integrator",
     settings.settings_of,
-    "Settings(**values)",
-    "Settings(**{'integrator': RK4_VELOCITY, **values})",
+    "Settings(**values) → Settings(**{'integrator': RK4_VELOCITY, **values})",
 )
 HALVED = Fault(
-    "damping halved in motion",
-    one_ring_forces._tension,
-    "springs.damping * parting",
-    "0.5 * springs.damping * parting",
+    "damping halved in motion", one_ring_forces._tension, "springs.damping * parting → 0.5 * springs.damping * parting"
 )
 BY_THE_STEP = Fault(
     "damping in proportion to the step",
     integrators._advance_body,
-    "bodies.damping[body]",
-    "1e3 * h * bodies.damping[body]",
+    "bodies.damping[body] → 1e3 * h * bodies.damping[body]",
 )
 
 SCENE = """

@@ -31,19 +31,18 @@ LANE = "worlds"  # claims that share the kernels of a whole world, and a process
     tolerance=2e-13,
     because="Qhull's normals of facets with corners that lie close: 7.1e-15 at worst of three seeds at full",
     faults=(
-        Fault("one axis twice", edge_box.edge_in_box, "half[1] * abs(across_[1])", "half[1] * abs(across[0])"),
-        Fault("the nearer side of the box", edge_box.edge_in_box, "normal_[2] > 0.0", "normal[2] < 0.0"),
+        Fault("one axis twice", edge_box.edge_in_box, "half[1] * abs(across_[1]) → half[1] * abs(across[0])"),
+        Fault("the nearer side of the box", edge_box.edge_in_box, "normal_[2] > 0.0 → normal[2] < 0.0"),
         Fault(
             "lengths that are squares",
             edge_box.edge_in_box,
-            "dot(cross(sub(corner, a), direction), across_) / (length_ * length_)",
-            "dot(cross(sub(corner, a), direction), across) / length",
+            "dot(cross(sub(corner, a), direction), across_) / (length_ * length_)"
+            " → dot(cross(sub(corner, a), direction), across) / length",
         ),
         Fault(
             "the face that is farther off",
             edge_box.edge_in_box,
-            "1.0 if up_ < down_ else -1.0",
-            "1.0 if up > down else -1.0",
+            "1.0 if up_ < down_ else -1.0 → 1.0 if up > down else -1.0",
         ),
     ),
 )
@@ -95,31 +94,26 @@ def edges_in_a_box(run: Run) -> Comparison:
     because="rounding, of lines at 6° and more that are a hundredth apart at least: 1.2e-13 at worst of ten seeds at"
     " standard",
     faults=(
-        Fault("ways up alone", edge_mesh.bits_across, "up | down", "up"),
+        Fault("ways up alone", edge_mesh.bits_across, "up | down → up"),
         Fault(
-            "half as deep",
-            edge_mesh.bits_across,
-            "bits_at_most(depth, deepest)",
-            "bits_at_most(2.0 * depth, deepest)",
+            "half as deep", edge_mesh.bits_across, "bits_at_most(depth, deepest) → bits_at_most(2.0 * depth, deepest)"
         ),
-        Fault("no deeper, the other way round", edge_mesh.bits_across, "bits_at_most(-deepest, depth)", "0"),
+        Fault("no deeper, the other way round", edge_mesh.bits_across, "bits_at_most(-deepest, depth) → 0"),
         Fault(
             "own sides that rise both",
             edge_mesh.edge_across_edge,
-            "dot(normal, own_left) < 0.0 or dot(normal, own_right) < 0.0",
-            "dot(normal, own_left) < 0.0 and dot(normal, own_right) < 0.0",
+            "dot(normal, own_left) < 0.0 or dot(normal, own_right) < 0.0"
+            " → dot(normal, own_left) < 0.0 and dot(normal, own_right) < 0.0",
         ),
         Fault(
             "reentrant ridges of its own",
             edge_mesh.edge_across_edge,
-            "dot(cross(along, own_left), own_right) >= 0.0",
-            "False",
+            "dot(cross(along, own_left), own_right) >= 0.0 → False",
         ),
         Fault(
             "faces not by their angle",
             edge_mesh.edge_across_edge,
-            "dot(normal, face_left) * norm(face_right)",
-            "dot(normal, face_left) * norm(face_left)",
+            "dot(normal, face_left) * norm(face_right) → dot(normal, face_left) * norm(face_left)",
         ),
     ),
 )
@@ -212,20 +206,19 @@ RIDGE = np.array([2, 5, 1, 3])  # its ends, and the third corners to its left an
     tolerance=2e-12,
     because="rounding, of ridges that are a hundredth deep: 1.3e-13 at worst of twelve seeds at standard",
     faults=(
-        Fault("the triangle that faces away", soft_soft._add_crossing, "2 if on_left else 3", "3 if on_left else 2"),
+        Fault("the triangle that faces away", soft_soft._add_crossing, "2 if on_left else 3 → 3 if on_left else 2"),
         Fault(
             "places on the other from its end",
             soft_soft._add_crossing,
-            "(1.0 - other_place, other_place, 0.0)",
-            "(other_place, 1.0 - other_place, 0.0)",
+            "(1.0 - other_place, other_place, 0.0) → (other_place, 1.0 - other_place, 0.0)",
         ),
         Fault(
             "edges that are across outside",
             soft_soft._add_crossings,
-            "crossing.depth > 0.0 and _is_inside(one, edges[lane], crossing.place, lane, memory)",
-            "crossing.depth > 0.0",
+            "crossing.depth > 0.0 and _is_inside(one, edges[lane], crossing.place, lane, memory)"
+            " → crossing.depth > 0.0",
         ),
-        Fault("a depth's way off", soft_soft.half_way, "0.5 * depth", "depth"),
+        Fault("a depth's way off", soft_soft.half_way, "0.5 * depth → depth"),
     ),
 )
 def ridges_in_a_world(run: Run) -> Comparison:
@@ -294,16 +287,14 @@ def held(world: World, k: int) -> np.ndarray:
         Fault(
             "edges that lead out, too",
             soft_soft.find_soft_soft_contacts,
-            "count = _drop_those_that_lead_out(one, count, memory)",
-            "",
+            "count = _drop_those_that_lead_out(one, count, memory) → ",
         ),
-        Fault("edges that lead in are dropped", soft_soft._drop_those_that_lead_out, "out <= 0.0", "out >= 0.0"),
-        Fault("all with an end inside are dropped", soft_soft._drop_those_that_lead_out, "out <= 0.0", "out == 0.0"),
+        Fault("edges that lead in are dropped", soft_soft._drop_those_that_lead_out, "out <= 0.0 → out >= 0.0"),
+        Fault("all with an end inside are dropped", soft_soft._drop_those_that_lead_out, "out <= 0.0 → out == 0.0"),
         Fault(
             "a way that is seen from the other end",
             soft_soft._drop_those_that_lead_out,
-            "-dot(along, load(memory.way_out, j))",
-            "dot(along, load(memory.way_out, j))",
+            "-dot(along, load(memory.way_out, j)) → dot(along, load(memory.way_out, j))",
         ),
     ),
 )
@@ -380,19 +371,17 @@ def edges_that_lead_out(run: Run) -> Comparison:
         Fault(
             "a cosine that is a hundredth larger",
             soft_response.line_meets_triangle,
-            "ALONG_SURFACE * np.sqrt(s_)",
-            "1.01 * ALONG_SURFACE * np.sqrt(square)",
+            "ALONG_SURFACE * np.sqrt(s_) → 1.01 * ALONG_SURFACE * np.sqrt(square)",
         ),
-        Fault("any line", soft_response.line_meets_triangle, "ALONG_SURFACE * np.sqrt(s_)", "0.0 * np.sqrt(square)"),
-        Fault("weights that do not add up", soft_response.line_meets_triangle, "w_[0] - u - v", "weights[0] - u + v"),
+        Fault("any line", soft_response.line_meets_triangle, "ALONG_SURFACE * np.sqrt(s_) → 0.0 * np.sqrt(square)"),
+        Fault("weights that do not add up", soft_response.line_meets_triangle, "w_[0] - u - v → weights[0] - u + v"),
         Fault(
             "a corner as it is now",
             soft_response.line_meets_triangle,
-            "_place(particles, at_particle(corners[2]), time_since)",
-            "_place(particles, at_particle(corners[2]), 0.0)",
+            "_place(particles, at_particle(corners[2]), time_since) → _place(particles, at_particle(corners[2]), 0.0)",
         ),
     ),
-)  # fmt: skip
+)
 def where_pushes_act(run: Run) -> Comparison:
     """A push on a triangle acts where its line meets the triangle's plane, both as they were when it happened; or where
     they touch, if the line is at a cosine of 0.05 to the normal or less: at 0.5, 0.997, 1.003 and 2 to 20 times that,

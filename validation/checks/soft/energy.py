@@ -75,14 +75,12 @@ def collision(rng: np.random.Generator, integrator: str, part: float, friction: 
         Fault(
             "sides that part faster than they came",
             soft_response._velocity_deficit,
-            "contacts_.restitution[k_]",
-            "(contacts_.restitution[k_] + 1.2)",
+            "contacts_.restitution[k_] → (contacts_.restitution[k_] + 1.2)",
         ),
         Fault(
             "contacts that each have all of a particle's mass",
             soft_response._split_inverse_mass,
-            "weight_ * sum_[i_] * inverse_mass_[i_]",
-            "weight_ * weight_ * inverse_mass_[i_]",
+            "weight_ * sum_[i_] * inverse_mass_[i_] → weight_ * weight_ * inverse_mass_[i_]",
         ),
     ),
 )
@@ -164,14 +162,12 @@ def drift_and_gain(world: World, step: float) -> tuple[float, float]:
         Fault(
             "a box struck where the particle is now, not where they met",
             soft_response._place_on_b,
-            "_place(bodies_.particles, point_, ago_)",
-            "_place(bodies_.particles, point_, 0.0)",
+            "_place(bodies_.particles, point_, ago_) → _place(bodies_.particles, point_, 0.0)",
         ),
         Fault(
             "sides that part faster than they came",
             soft_response._velocity_deficit,
-            "contacts_.restitution[k_]",
-            "(contacts_.restitution[k_] + 1.2)",
+            "contacts_.restitution[k_] → (contacts_.restitution[k_] + 1.2)",
         ),
     ),
 )

@@ -23,7 +23,7 @@ GRAVITY = -9.81  # [m/s²]
     unit="of the size and the way",
     tolerance=3e-14,
     because="100 steps of rounding at 1e-16 of positions: 1e-14 at worst of 200 bodies",
-    faults=(Fault("pressure off by 1e-11", pressure.gas_pressure, "gas_ / volume_", "gas_ / volume_ * (1.0 + 1e-11)"),),
+    faults=(Fault("pressure off by 1e-11", pressure.gas_pressure, "gas_ / volume_ → gas_ / volume_ * (1.0 + 1e-11)"),),
 )
 def motion(run: Run) -> Comparison:
     """Any soft body, damped and full of gas, moves as MuJoCo makes it move, step by step, by two integrators."""

@@ -38,8 +38,7 @@ STEP = 0.5  # of the stable time step
         Fault(
             "a box that stands gives way as if it were free",
             held_boxes.support_compliance,
-            "min(1.0, max(0.0, part_))",
-            "1.0",
+            "min(1.0, max(0.0, part_)) → 1.0",
         ),
     ),
 )
@@ -86,8 +85,7 @@ PLANK, PEDESTAL = (1.2, 0.4, 0.1), (0.3, 0.4, 0.5)  # [m]
         Fault(
             "pushes that what a box stands on never feels",
             sequential_impulses.hold_pushed_boxes,
-            "pass_down(contacts_, bodies_, push_, motion_)",
-            "",
+            "pass_down(contacts_, bodies_, push_, motion_) → ",
         ),
     ),
 )

@@ -18,7 +18,7 @@ from validation.fault import Fault
 
 FAMILY = "pressure and volume"
 
-PRESSURE = Fault("pressure off by 1e-9", pressure.gas_pressure, "gas_ / volume_", "gas_ / volume_ * (1.0 + 1e-9)")
+PRESSURE = Fault("pressure off by 1e-9", pressure.gas_pressure, "gas_ / volume_ → gas_ / volume_ * (1.0 + 1e-9)")
 
 
 REST_SECONDS = 40.0
@@ -115,7 +115,7 @@ def equilibrium_scale(run: Run) -> Comparison:
     faults=(
         PRESSURE,
         Fault(
-            "volume off by 1e-12", polyhedron.signed_volume, "six_volumes_ / 6.0", "six_volumes_ / 6.0 * (1.0 + 1e-12)"
+            "volume off by 1e-12", polyhedron.signed_volume, "six_volumes_ / 6.0 → six_volumes_ / 6.0 * (1.0 + 1e-12)"
         ),
     ),
 )
@@ -171,12 +171,11 @@ def gas_laws(run: Run) -> Comparison:
     tolerance=2e-12,
     because="the next terms: q² ≤ 1e-12, and 1/(8q) of the size; rounding",
     faults=(
-        Fault("gas that is always there", pressure.gas_pressure, "gas_ / volume_", "(gas_ + 1e-9) / volume_"),
+        Fault("gas that is always there", pressure.gas_pressure, "gas_ / volume_ → (gas_ + 1e-9) / volume_"),
         Fault(
             "springs that are stiffer by 1e-9",
             one_ring_forces._tension,
-            "k_ - pull_ / square_root(square_)",
-            "k_ * (1.0 + 1e-9) - pull_ / square_root(square_)",
+            "k_ - pull_ / square_root(square_) → k_ * (1.0 + 1e-9) - pull_ / square_root(square_)",
         ),
     ),
 )
@@ -243,8 +242,7 @@ def scaling(run: Run) -> Comparison:
         Fault(
             "spring force over the rest length",
             one_ring_forces._tension,
-            "k_ - pull_ / square_root(square_)",
-            "1.001 * (k_ - pull_ / square_root(square_))",
+            "k_ - pull_ / square_root(square_) → 1.001 * (k_ - pull_ / square_root(square_))",
         ),
         PRESSURE,
     ),
@@ -281,29 +279,23 @@ def shape_at_rest(run: Run) -> Comparison:
     because="forces of 1e-14 k × size are left, in soft modes of 1e-2 k: 2.3e-13 at worst of ten seeds, 7e-13 of more"
     " bodies",
     faults=(
-        Fault(
-            "no weight at all",
-            resting.shape_at_rest,
-            "controls.gravity if is_held else np.zeros(3)",
-            "np.zeros(3)",
-        ),
+        Fault("no weight at all", resting.shape_at_rest, "controls.gravity if is_held else np.zeros(3) → np.zeros(3)"),
         Fault(
             "bodies that are left as they were, but for the first",
             resting.equilibrium,
-            "positions[slice(*store.model.soft_particle_start[b_:b_ + 2])] = shape",
-            "positions[: len(shape)] = shape if body == 0 else positions[: len(shape)]",
+            "positions[slice(*store.model.soft_particle_start[b_:b_ + 2])] = shape"
+            " → positions[: len(shape)] = shape if body == 0 else positions[: len(shape)]",
         ),
         Fault(
             "bodies that go on moving",
             resting.equilibrium,
-            "assign_together((store.state.particle_position, positions), (store.state.particle_velocity, 0.0))",
-            "assign_together((store.state.particle_position, positions))",
+            "assign_together((store.state.particle_position, positions), (store.state.particle_velocity, 0.0))"
+            " → assign_together((store.state.particle_position, positions))",
         ),
         Fault(
             "a shape that is nearly at rest",
             resting.shape_at_rest,
-            "tolerance * model.edge_stiffness.max()",
-            "1e6 * tolerance * model.edge_stiffness.max()",
+            "tolerance * model.edge_stiffness.max() → 1e6 * tolerance * model.edge_stiffness.max()",
         ),
     ),
 )
@@ -353,13 +345,12 @@ def hanging_and_floating(run: Run) -> Comparison:
     tolerance=0.0,
     because="yes or no",
     faults=(
-        Fault("forces that must act everywhere", resting._is_pulled, "force[is_free].any()", "force[is_free].all()"),
-        Fault("forces on what is fixed", resting._is_pulled, "force[is_free].any()", "force.any()"),
+        Fault("forces that must act everywhere", resting._is_pulled, "force[is_free].any() → force[is_free].all()"),
+        Fault("forces on what is fixed", resting._is_pulled, "force[is_free].any() → force.any()"),
         Fault(
             "the weight of what floats",
             resting.shape_at_rest,
-            "controls.gravity if h_ else np.zeros(3)",
-            "controls.gravity",
+            "controls.gravity if h_ else np.zeros(3) → controls.gravity",
         ),
     ),
 )
@@ -405,14 +396,12 @@ def at_rest_without_springs(run: Run) -> Comparison:
         Fault(
             "springs shorter by 1e-8",
             one_ring_forces._tension,
-            "k_ - pull_ / square_root(square_)",
-            "k_ - pull_ * (1.0 - 1e-8) / square_root(square_)",
+            "k_ - pull_ / square_root(square_) → k_ - pull_ * (1.0 - 1e-8) / square_root(square_)",
         ),
         Fault(
             "the gas pushes 1e-8 harder in motion",
             integrators._advance_body,
-            "gas_pressure(gas_, volume) / 6.0",
-            "gas_pressure(gas_, volume) / 5.99999994",
+            "gas_pressure(gas_, volume) / 6.0 → gas_pressure(gas_, volume) / 5.99999994",
         ),
     ),
 )
@@ -467,8 +456,7 @@ def _pressure_force(mesh: Mesh, pascal: float) -> np.ndarray:
         Fault(
             "pressure force of a triangle off by 1e-9",
             reference_forces.add_pressure_forces,
-            "pressure_ / 3.0",
-            "pressure_ / 3.0 * (1.0 + 1e-9)",
+            "pressure_ / 3.0 → pressure_ / 3.0 * (1.0 + 1e-9)",
         ),
     ),
 )
@@ -499,8 +487,7 @@ def force_is_gradient_of_volume(run: Run) -> Comparison:
         Fault(
             "the gas pushes along the wrong axes in the update",
             soft_bodies.ring_accelerations,
-            "push_ * area_[c_, i_]",
-            "push_ * area_[c_ - 1, i_]",
+            "push_ * area_[c_, i_] → push_ * area_[c_ - 1, i_]",
         ),
     ),
 )

@@ -26,9 +26,9 @@ from validation.fault import Fault
     tolerance=1e-11,
     because="rounding of forces that cancel, which the motion amplifies: 4.8e-13 at worst of ten seeds",
     faults=(
-        Fault("steps that are never too long", equilibrium.relax, "min(h * FASTER, longest)", "h * FASTER"),
-        Fault("one step less of patience", equilibrium.relax, "h * SLOWER, MIXING, 0", "h * SLOWER, MIXING, 1"),
-        Fault("mixing that does not fade", equilibrium.relax, "mixing * MIXING_FADES", "mixing"),
+        Fault("steps that are never too long", equilibrium.relax, "min(h * FASTER, longest) → h * FASTER"),
+        Fault("one step less of patience", equilibrium.relax, "h * SLOWER, MIXING, 0 → h * SLOWER, MIXING, 1"),
+        Fault("mixing that does not fade", equilibrium.relax, "mixing * MIXING_FADES → mixing"),
     ),
 )
 def as_fire_has_it(run: Run) -> Comparison:
@@ -81,15 +81,22 @@ def as_fire_has_it(run: Run) -> Comparison:
     tolerance=6e-3,
     because="three digits are told: 5e-3 at worst",
     faults=(
-        Fault("a step more in a round", shape_at_rest.shape_at_rest, "min(steps - done, ROUND)",
-              "min(steps - done, ROUND + 1)"),
-        Fault("rounds to the end", shape_at_rest.shape_at_rest, "min(steps - done, ROUND)", "min(steps, ROUND)"),
-        Fault("the softest spring", shape_at_rest.shape_at_rest, "model.edge_stiffness.max()",
-              "model.edge_stiffness.min()"),
-        Fault("the shortest side", shape_at_rest.shape_at_rest, "np.ptp(position, axis=0).max()",
-              "np.ptp(position, axis=0).min()"),
+        Fault(
+            "a step more in a round",
+            shape_at_rest.shape_at_rest,
+            "min(steps - done, ROUND) → min(steps - done, ROUND + 1)",
+        ),
+        Fault("rounds to the end", shape_at_rest.shape_at_rest, "min(steps - done, ROUND) → min(steps, ROUND)"),
+        Fault(
+            "the softest spring", shape_at_rest.shape_at_rest, "model.edge_stiffness.max() → model.edge_stiffness.min()"
+        ),
+        Fault(
+            "the shortest side",
+            shape_at_rest.shape_at_rest,
+            "np.ptp(position, axis=0).max() → np.ptp(position, axis=0).min()",
+        ),
     ),
-)  # fmt: skip
+)
 def steps_that_it_may_make(run: Run) -> Comparison:
     """`World.equilibrium` makes as many steps as it may, and no more, and says what is left then, to three digits: of
     bodies whose springs differ a thousandfold, pinned, in 1 to 1 234 steps, of which every 500th begins anew."""

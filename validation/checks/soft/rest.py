@@ -78,8 +78,7 @@ def _pressed_spheres(run: Run) -> dict[str, Pressed]:
         Fault(
             "ground that throws particles up by a millimetre",
             particle_ground.land,
-            "position_[2, i_] = height_",
-            "position_[2, i_] = height_ + 0.001",
+            "position_[2, i_] = height_ → position_[2, i_] = height_ + 0.001",
         ),
     ),
 )
@@ -109,7 +108,7 @@ def reactions_carry_the_weight(run: Run) -> Comparison:
     tolerance=0.016,
     because="a bound that counts only what is outside the enclosure, and a surface of facets leaves the rim at an"
     " angle, and pulls: by up to 1.6 % of a load at 642 particles; the weight is 10 % inside and more",
-    faults=(Fault("a gas of half the pressure", pressure.gas_pressure, "gas_ / volume_", "0.5 * gas_ / volume_"),),
+    faults=(Fault("a gas of half the pressure", pressure.gas_pressure, "gas_ / volume_ → 0.5 * gas_ / volume_"),),
 )
 def pressure_carries_the_load(run: Run) -> Comparison:
     """The gas carries the load: pressure times area of contact is the weight of a soft sphere on the ground."""
@@ -160,8 +159,7 @@ def _rest_height(segments: int, part: float, seconds: float) -> float:
         Fault(
             "ways that bodies have come too far, and that are not undone",
             soft_response.look_back,
-            "height(contacts_, k_, bodies_) + way_",
-            "height(contacts_, k_, bodies_)",
+            "height(contacts_, k_, bodies_) + way_ → height(contacts_, k_, bodies_)",
         ),
     ),
 )
@@ -192,8 +190,7 @@ def rest_height_converges(run: Run) -> Comparison:
         Fault(
             "soft bodies and boxes that do not meet",
             soft_contacts.near_bodies,
-            "_sphere_may_meet_box(model_, state_, sphere_, box_)",
-            "False",
+            "_sphere_may_meet_box(model_, state_, sphere_, box_) → False",
         ),
     ),
 )
@@ -224,8 +221,7 @@ def box_never_goes_through(run: Run) -> Comparison:
         Fault(
             "boxes that touch at one point only",
             manifold._clip_faces,
-            "above_ <= limits_.margin and kept_ < MOST_POINTS",
-            "above_ <= limits_.margin and kept_ < 1",
+            "above_ <= limits_.margin and kept_ < MOST_POINTS → above_ <= limits_.margin and kept_ < 1",
         ),
     ),
     erratum=Misprint("E18", "one contact half-way between the bodies", "contacts on the surfaces that touch"),

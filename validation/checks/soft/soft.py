@@ -18,8 +18,7 @@ FAMILY = "soft bodies"
 NEIGHBOUR_LEFT_OUT = Fault(
     "the last neighbour of every ring is left out",
     one_ring_forces.ring_sums,
-    "range(1, rings_.block[block_, DEGREE])",
-    "range(1, rings_.block[block_, DEGREE] - 1)",
+    "range(1, rings_.block[block_, DEGREE]) → range(1, rings_.block[block_, DEGREE] - 1)",
 )
 PIECE = "softbody.dynamics.one_ring_forces"
 
@@ -37,8 +36,7 @@ PIECE = "softbody.dynamics.one_ring_forces"
         Fault(
             "the gas pushes along the wrong axes in the update",
             soft_bodies.ring_accelerations,
-            "push_ * area_[c_, i_]",
-            "push_ * area_[c_ - 1, i_]",
+            "push_ * area_[c_, i_] → push_ * area_[c_ - 1, i_]",
         ),
         NEIGHBOUR_LEFT_OUT,
     ),
@@ -61,18 +59,16 @@ def force_is_slope_of_energy(run: Run) -> Comparison:
     because="rounding of a volume some metres from the origin, and of springs that cancel: 4.6e-14 at worst of ten"
     " seeds",
     faults=(
-        Fault("no springs", reference_forces.plain_accelerations, "add_spring_forces(p_, e_, r_, s_, a_)", ""),
+        Fault("no springs", reference_forces.plain_accelerations, "add_spring_forces(p_, e_, r_, s_, a_) → "),
         Fault(
             "weight on what is pinned",
             reference_forces.plain_accelerations,
-            "controls.gravity[c] if model.particle_inverse_mass[i] > 0.0 else 0.0",
-            "controls.gravity[c]",
+            "controls.gravity[c] if model.particle_inverse_mass[i] > 0.0 else 0.0 → controls.gravity[c]",
         ),
         Fault(
             "forces looked up where there are none",
             reference_forces.plain_accelerations,
-            "controls.particle_force.shape[0] > 0",
-            "controls.particle_force.shape[0] >= 0",
+            "controls.particle_force.shape[0] > 0 → controls.particle_force.shape[0] >= 0",
         ),
     ),
 )
@@ -158,8 +154,8 @@ def forces(run: Run, precision: str) -> tuple[list[np.ndarray], list[np.ndarray]
         Fault(
             "gas that pushes harder along x by 1e-9",
             integrators.acceleration,
-            "push_ * load_lanes(rows_.area[c_], i_)",
-            "push_ * (1.0 + (1e-9 if c_ == 0 else 0.0)) * load_lanes(rows_.area[c_], i_)",
+            "push_ * load_lanes(rows_.area[c_], i_)"
+            " → push_ * (1.0 + (1e-9 if c_ == 0 else 0.0)) * load_lanes(rows_.area[c_], i_)",
         ),
     ),
 )
@@ -240,8 +236,7 @@ def refinement(run: Run) -> Comparison:
         Fault(
             "damping off by 1e-8",
             one_ring_forces._tension,
-            "springs.damping * parting",
-            "1.00000001 * springs.damping * parting",
+            "springs.damping * parting → 1.00000001 * springs.damping * parting",
         ),
     ),
 )
@@ -279,7 +274,7 @@ def damped_springs(run: Run) -> Comparison:
     tolerance=3e-12,
     because="rk4 at γh = 2e-3 leaves (γh)⁴/120 γt e^(−γt), 5e-14 at most, of v0 − v∞, some 15 m/s: 6.2e-13 at worst",
     faults=(
-        Fault("drag off by 1e-9", one_ring_forces.add_load, "load_.drag / mass_", "1.000000001 * load_.drag / mass_"),
+        Fault("drag off by 1e-9", one_ring_forces.add_load, "load_.drag / mass_ → 1.000000001 * load_.drag / mass_"),
     ),
 )
 def drag_push_and_pins(run: Run) -> Comparison:

@@ -49,39 +49,30 @@ def _mesh(kind: str, rng: np.random.Generator) -> Mesh:
         Fault(
             "a weight in the paper's scheme off by 1e-7",
             integrators.rk4_velocity_stage,
-            "load_lanes(sums_, i_) + (a_ + a_)",
-            "load_lanes(sums_, i_) + 2.0000001 * a_",
+            "load_lanes(sums_, i_) + (a_ + a_) → load_lanes(sums_, i_) + 2.0000001 * a_",
         ),
         Fault(
             "drag 0.1 % too strong",
             one_ring_forces.add_load,
-            "load_.drag / inverse_mass_[i_]",
-            "1.001 * load_.drag / inverse_mass_[i_]",
+            "load_.drag / inverse_mass_[i_] → 1.001 * load_.drag / inverse_mass_[i_]",
         ),
         Fault(
-            "damping halved", one_ring_forces._tension, "springs.damping * parting", "0.5 * springs.damping * parting"
+            "damping halved", one_ring_forces._tension, "springs.damping * parting → 0.5 * springs.damping * parting"
         ),
         Fault(
             "damping and drag by the velocities at the start of the step",
             integrators._advance_body,
-            "(start, start[3:]) if stage == 0 else (end, velocity)",
-            "(start if stage == 0 else end, start[3:])",
+            "(start, start[3:]) if stage == 0 else (end, velocity) → (start if stage == 0 else end, start[3:])",
         ),
-        Fault("gravity along the next axis", integrators.acceleration, "rows_.gravity[c_]", "rows_.gravity[c_ - 1]"),
+        Fault("gravity along the next axis", integrators.acceleration, "rows_.gravity[c_] → rows_.gravity[c_ - 1]"),
         Fault(
             "springs that are all like the last one, if all but one are",
             vertex_rings.with_springs,
-            "(stiffness[a:b] == stiffness[a]).all()",
-            "(stiffness[a + 1 : b] == stiffness[b - 1]).all()",
+            "(stiffness[a:b] == stiffness[a]).all() → (stiffness[a + 1 : b] == stiffness[b - 1]).all()",
         ),
-        Fault(
-            "a vertex of two fans taken for one of one",
-            vertex_rings.build_rings,
-            "-1 if cycle else behind",
-            "-1",
-        ),
-        Fault("neighbours of another vertex of two fans", vertex_rings.build_rings, "behind += entry.size", ""),
-        Fault("gas that leaves out vertices of two fans", one_ring_forces.fan_sums, "turn = add(turn, t_)", ""),
+        Fault("a vertex of two fans taken for one of one", vertex_rings.build_rings, "-1 if cycle else behind → -1"),
+        Fault("neighbours of another vertex of two fans", vertex_rings.build_rings, "behind += entry.size → "),
+        Fault("gas that leaves out vertices of two fans", one_ring_forces.fan_sums, "turn = add(turn, t_) → "),
     ),
 )
 def schemes_of_any_body(run: Run) -> Comparison:
@@ -149,17 +140,15 @@ LIMIT = {"symplectic_euler": 2.0, "rk4_velocity": 2.0, "rk4": 2.0 * np.sqrt(2.0)
         Fault(
             "the gas softer by a thousandth",
             stability.highest_frequency,
-            "rank_one_ / abs(volume_)",
-            "0.999 * rank_one / abs(volume)",
+            "rank_one_ / abs(volume_) → 0.999 * rank_one / abs(volume)",
         ),
         Fault(
             "damping of one end",
             stability.highest_damping,
-            "springs = max(springs, both)",
-            "springs = max(springs, 0.5 * both)",
+            "springs = max(springs, both) → springs = max(springs, 0.5 * both)",
         ),
-        Fault("the step of a part", Runner.stable_time_step, "store.settings.substeps * x_", "x_"),
-        Fault("the first body alone", stability.shortest_stable_step, "range(model.soft_count)", "range(1)"),
+        Fault("the step of a part", Runner.stable_time_step, "store.settings.substeps * x_ → x_"),
+        Fault("the first body alone", stability.shortest_stable_step, "range(model.soft_count) → range(1)"),
     ),
 )
 def stable_step_as_documented(run: Run) -> Comparison:
@@ -206,12 +195,15 @@ def stable_step_as_documented(run: Run) -> Comparison:
     tolerance=0.0,
     because="whole numbers",
     faults=(
-        Fault("blocks of one", vertex_rings.build_rings, "np.arange(1, count) % BLOCK", "np.arange(1, count) // BLOCK"),
-        Fault("blocks of any length", vertex_rings.build_rings, "x_ | (np.arange(1, count) % BLOCK == 0)", "x_"),
-        Fault("windows of half", vertex_rings.build_rings, "np.arange(count) // WINDOW",
-              "np.arange(count) // (WINDOW // 2)"),
+        Fault("blocks of one", vertex_rings.build_rings, "np.arange(1, count) % BLOCK → np.arange(1, count) // BLOCK"),
+        Fault("blocks of any length", vertex_rings.build_rings, "x_ | (np.arange(1, count) % BLOCK == 0) → x_"),
+        Fault(
+            "windows of half",
+            vertex_rings.build_rings,
+            "np.arange(count) // WINDOW → np.arange(count) // (WINDOW // 2)",
+        ),
     ),
-)  # fmt: skip
+)
 def blocks_of_particles(run: Run) -> Comparison:
     """Particles lie in blocks of as many neighbours each, which are one ring or not, of 256 at most: as few blocks as
     that allows within each 2048 particles, each but for twins of its last one; every particle in one place."""

@@ -33,14 +33,12 @@ PARTS = (2, 3, 4)  # in which soft bodies take a step
         Fault(
             "a box struck where the particle is now, not where they met",
             soft_response._place_on_b,
-            "_place(bodies_.particles, point_, ago_)",
-            "_place(bodies_.particles, point_, 0.0)",
+            "_place(bodies_.particles, point_, ago_) → _place(bodies_.particles, point_, 0.0)",
         ),
         Fault(
             "sides that part faster than they came",
             soft_response._velocity_deficit,
-            "contacts_.restitution[k_]",
-            "(contacts_.restitution[k_] + 1.2)",
+            "contacts_.restitution[k_] → (contacts_.restitution[k_] + 1.2)",
         ),
     ),
 )
@@ -70,8 +68,8 @@ def crowds_in_parts_keep_what_they_must(run: Run) -> Comparison:
     tolerance=4e-4,
     because="contact acts at the ends of steps, and symplectic Euler is of order 1: 2.1e-4 at worst of ten seeds",
     faults=(
-        Fault("parts as of one fewer", soft_bodies._batch, "h / substeps", "h / max(1, substeps - 1)"),
-        Fault("parts a hundredth too short", soft_bodies._batch, "h / substeps", "0.99 * h / substeps"),
+        Fault("parts as of one fewer", soft_bodies._batch, "h / substeps → h / max(1, substeps - 1)"),
+        Fault("parts a hundredth too short", soft_bodies._batch, "h / substeps → 0.99 * h / substeps"),
     ),
 )
 def balls_bounce_in_parts_as_between_events(run: Run) -> Comparison:
@@ -110,8 +108,8 @@ def _world(k: int, parts: int) -> World:
         Fault(
             "contacts that act as in a part of the step",
             step.resolve_soft_contacts,
-            "resolve_contacts(a_, b_, c_, d_, h_, e_, f_)",
-            "resolve_contacts(a_, b_, c_, d_, h_ / settings.substeps, e_, f_)",
+            "resolve_contacts(a_, b_, c_, d_, h_, e_, f_)"
+            " → resolve_contacts(a_, b_, c_, d_, h_ / settings.substeps, e_, f_)",
         ),
     ),
 )

@@ -178,32 +178,28 @@ SCENES = {
         Fault(
             "the last of eight edges goes through no triangle",
             segments.bits_not_beside,
-            "(1 << LANES) - 1",
-            "(1 << LANES) // 2 - 1",
+            "(1 << LANES) - 1 → (1 << LANES) // 2 - 1",
         ),
         Fault(
             "triangles of which the last side alone is looked at",
             soft_soft._keep_those_across,
-            "across_ |= x_",
-            "across = bits << (LANES * side)",
+            "across_ |= x_ → across = bits << (LANES * side)",
         ),
         Fault(
             "an edge that is held by the triangle of lower numbers",
             edge_mesh.edge_across_edge,
-            "Crossing(depth_, normal_, place_, other_, left_ >= right_)",
-            "Crossing(depth_, normal_, place_, other_, True)",
+            "Crossing(depth_, normal_, place_, other_, left_ >= right_)"
+            " → Crossing(depth_, normal_, place_, other_, True)",
         ),
         Fault(
             "edges of the body that was added first alone",
             soft_contacts._find_contacts_of,
-            "with_edges_ and other_length_ >= COARSE * length_",
-            "with_edges_ and other < body",
+            "with_edges_ and other_length_ >= COARSE * length_ → with_edges_ and other < body",
         ),
         Fault(
             "a way that is measured from where the world is, not from the other body",
             soft_response._way,
-            "return sub(way_, sub(a_, b_))",
-            "return way_",
+            "return sub(way_, sub(a_, b_)) → return way_",
         ),
     ),
 )

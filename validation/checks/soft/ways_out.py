@@ -51,9 +51,9 @@ def _surface(mesh: Mesh) -> Surface:
     tolerance=4e-15,
     because="rounding: 1.6e-16 at worst of ten seeds",
     faults=(
-        Fault("a fan about another corner", point_mesh._facing, "weights_[1] != 0.0", "weights[1] == 0.0", nth=1),
-        Fault("the triangle that faces the way least", point_mesh._facing_more, "x_ > y_", "x_ < y_"),
-        Fault("the next side", point_mesh._facing, "(m_ + 1) % 3", "(m + 2) % 3"),
+        Fault("a fan about another corner", point_mesh._facing, "weights_[1] != 0.0 → weights[1] == 0.0", nth=1),
+        Fault("the triangle that faces the way least", point_mesh._facing_more, "x_ > y_ → x_ < y_"),
+        Fault("the next side", point_mesh._facing, "(m_ + 1) % 3 → (m + 2) % 3"),
     ),
 )
 def reentrant_places(run: Run) -> Comparison:
@@ -153,13 +153,15 @@ def _described(ridges: np.ndarray) -> Iterator[tuple[float, ...]]:
     tolerance=4e-15,
     because="one root and some products: 1.6e-16 at worst of ten seeds",
     faults=(
+        Fault("ends that do not count", edge_mesh.edge_across_edge, "0.0 <= place_ <= square_ → 0.0 <= place < square"),
         Fault(
-            "ends that do not count", edge_mesh.edge_across_edge, "0.0 <= place_ <= square_", "0.0 <= place < square"
+            "level sides on the left only",
+            edge_mesh.edge_across_edge,
+            "dot(n_, own_right_) < 0.0 → dot(n_, own_right_) <= 0.0",
+            nth=1,
         ),
-        Fault("level sides on the left only", edge_mesh.edge_across_edge, "dot(n_, own_right_) < 0.0",
-              "dot(n_, own_right_) <= 0.0", nth=1),
     ),
-)  # fmt: skip
+)
 def ridges_that_just_cross(run: Run) -> Comparison:
     """Ridges of whole numbers, many of which just meet at an end or have a side that is level, cross where they do, as
     deep and along the normal that they do, whichever is named first and from whichever end each is told."""
@@ -191,12 +193,9 @@ def ridges_that_just_cross(run: Run) -> Comparison:
     tolerance=1e-13,
     because="rounding: 5.4e-15 at worst of ten seeds",
     faults=(
-        Fault("edges that count as apart", soft_box.find_contacts_in_box, "depth_ > 0.0", "depth > 1.0"),
+        Fault("edges that count as apart", soft_box.find_contacts_in_box, "depth_ > 0.0 → depth > 1.0"),
         Fault(
-            "edges whose ends are held",
-            soft_box.find_contacts_in_box,
-            "on_edge(i_, j_, place_)",
-            "on_edge(i_, j_, 0.5)",
+            "edges whose ends are held", soft_box.find_contacts_in_box, "on_edge(i_, j_, place_) → on_edge(i_, j_, 0.5)"
         ),
     ),
 )

@@ -26,7 +26,7 @@ from validation.fault import Fault
 FAMILY = "soft contacts and scenes"
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 
-NO_FRICTION = Fault("no friction on the ground", law.sliding_kept, "material_.friction", "0.0 * material_.friction")
+NO_FRICTION = Fault("no friction on the ground", law.sliding_kept, "material_.friction → 0.0 * material_.friction")
 
 STEP = 0.8  # of the stable time step
 
@@ -115,14 +115,13 @@ KINDS = [(kind, count) for kind in ("soft–soft", "soft–rigid") for count in 
         Fault(
             "a point of a surface pushed as if its weights were squared",
             surface_point.add_at,
-            "weights_[0] * inverse_mass_[i_]",
-            "weights_[0] * weights_[0] * inverse_mass_[i_]",
+            "weights_[0] * inverse_mass_[i_] → weights_[0] * weights_[0] * inverse_mass_[i_]",
         ),
         Fault(
             "reactions where the surface's point was, though it has been moved aside",
             soft_response._place_on_b,
-            "line_meets_triangle(contacts_, k_, particles_, direction_, ago_)",
-            "surface_point(contacts_, k_, 1).weights",
+            "line_meets_triangle(contacts_, k_, particles_, direction_, ago_)"
+            " → surface_point(contacts_, k_, 1).weights",
         ),
     ),
 )
@@ -155,14 +154,12 @@ def impulses_keep_momenta(run: Run) -> Comparison:
         Fault(
             "a box hit by a soft body gives way as if it could not turn",
             soft_response._impulse,
-            "inverse_effective_mass_at(boxes_, box_, point_, normal)",
-            "boxes_.inverse_mass[box_]",
+            "inverse_effective_mass_at(boxes_, box_, point_, normal) → boxes_.inverse_mass[box_]",
         ),
         Fault(
             "contacts that each have all of a particle's mass",
             soft_response._split_inverse_mass,
-            "weight_ * sum_[i_] * inverse_mass_[i_]",
-            "weight_ * weight_ * inverse_mass_[i_]",
+            "weight_ * sum_[i_] * inverse_mass_[i_] → weight_ * weight_ * inverse_mass_[i_]",
         ),
     ),
 )
@@ -193,8 +190,8 @@ def impulses_add_no_energy(run: Run) -> Comparison:
         Fault(
             "the surface does not feel the particle",
             soft_response._apply_impulse,
-            "_push(particles_, SurfacePoint(p_, place_), back_, ago_)",
-            "_push(particles_, SurfacePoint(p_, place_), scale(0.0, back_), ago_)",
+            "_push(particles_, SurfacePoint(p_, place_), back_, ago_)"
+            " → _push(particles_, SurfacePoint(p_, place_), scale(0.0, back_), ago_)",
         ),
     ),
 )
@@ -295,8 +292,7 @@ def _settle(world: World, seconds: float) -> World:
         Fault(
             "a scene that starts at the clock's mercy",
             boxes_on_torus.build,
-            "(0.0, 0.0, 0.45)",
-            "(0.0, 0.0, 0.45 + __import__('time').time_ns() % 1000 * 1e-9)",
+            "(0.0, 0.0, 0.45) → (0.0, 0.0, 0.45 + __import__('time').time_ns() % 1000 * 1e-9)",
         ),
     ),
 )
@@ -320,8 +316,7 @@ def same_bits_twice(run: Run) -> Comparison:
         Fault(
             "contacts listed in an order that comes from where bodies were when their trees were made",
             soft_soft._add_crossings,
-            "sort_listed(search_, count_)",
-            "pass",
+            "sort_listed(search_, count_) → pass",
         ),
     ),
 )

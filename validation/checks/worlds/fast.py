@@ -55,7 +55,7 @@ def shoot(target: str, rng: np.random.Generator, make: Callable[..., World] = Wo
     kind="invariant",
     tolerance=0.0,
     because="one passage is one too many",
-    faults=(Fault("a step that is never split", split_steps.subdivision, "int(ceil(parts_))", "1"),),
+    faults=(Fault("a step that is never split", split_steps.subdivision, "int(ceil(parts_)) → 1"),),
 )
 def nothing_passes_through(run: Run) -> Comparison:
     """No soft ball shot at up to 100 m/s goes through a plate of 0.1 m, fixed or free, or through another ball."""
@@ -77,10 +77,10 @@ def nothing_passes_through(run: Run) -> Comparison:
     tolerance=0.0,
     because="whole numbers",
     faults=(
-        Fault("means that point back", split_steps.subdivision, "add(mean_, x_)", "sub(mean, x_)"),
-        Fault("points that spread about nothing", split_steps.subdivision, "sub(x_, mean_)", "add(x_, mean)"),
-        Fault("pairs that are near now alone", split_steps.subdivision, "h_ * (x_ + spread_[b_])", "0.0 * x_"),
-        Fault("half of what spins", split_steps.subdivision, "0.5 * norm(size_)", "0.25 * norm(size)"),
+        Fault("means that point back", split_steps.subdivision, "add(mean_, x_) → sub(mean, x_)"),
+        Fault("points that spread about nothing", split_steps.subdivision, "sub(x_, mean_) → add(x_, mean)"),
+        Fault("pairs that are near now alone", split_steps.subdivision, "h_ * (x_ + spread_[b_]) → 0.0 * x_"),
+        Fault("half of what spins", split_steps.subdivision, "0.5 * norm(size_) → 0.25 * norm(size)"),
     ),
 )
 def parts_of_a_step(run: Run) -> Comparison:

@@ -35,51 +35,47 @@ DEEP = 1e-9  # [m] by which boxes start inside what they stand on: DART sees con
 LESS = Fault(
     "friction of boxes 2 % less",
     sequential_impulses._sweep,
-    "load_lanes(row_[FRICTION], 0) * normal_",
-    "0.98 * load_lanes(row_[FRICTION], 0) * normal_",
+    "load_lanes(row_[FRICTION], 0) * normal_ → 0.98 * load_lanes(row_[FRICTION], 0) * normal_",
 )
 PYRAMID = Fault(
     "a friction pyramid in place of the cone",
     material.within_friction_cones,
-    "first_ * first_ + second_ * second_",
-    "where_less(first_ * first_, second_ * second_, second_ * second_, first_ * first_)",
+    "first_ * first_ + second_ * second_"
+    " → where_less(first_ * first_, second_ * second_, second_ * second_, first_ * first_)",
 )
 LIFTED = Fault(
     "trees that take a higher load for a gain, where it lets friction take more",
     support_trees._drive,
-    "slide_ >= sliding_",
-    "False",
+    "slide_ >= sliding_ → False",
 )
 HALF_TURNED = Fault(
     "friction that turns boxes by half of its moment",
     sequential_impulses._sweep,
-    "w_a = add(w_a, _combined_in_lanes(row, TURN_A, impulse))",
-    "w_a = add(w_a, _combined_in_lanes(row, TURN_A, (change, 0.5 * change_1, 0.5 * change_2)))",
+    "w_a = add(w_a, _combined_in_lanes(row, TURN_A, impulse))"
+    " → w_a = add(w_a, _combined_in_lanes(row, TURN_A, (change, 0.5 * change_1, 0.5 * change_2)))",
 )
 DEAF_BELOW = Fault(
     "friction that what lies below feels half of",
     sequential_impulses._sweep,
-    "sub(v_b, scale(share_b, along))",
-    "sub(v_b, scale(share_b, _combined_in_lanes(row, 0, (change, 0.5 * change_1, 0.5 * change_2))))",
+    "sub(v_b, scale(share_b, along))"
+    " → sub(v_b, scale(share_b, _combined_in_lanes(row, 0, (change, 0.5 * change_1, 0.5 * change_2))))",
 )
 MEAN = "sqrt(a_.friction * b_.friction)"
-LARGER = Fault("the larger friction of two", material.combined, MEAN, "max(a_.friction, b_.friction)")
-SMALLER = Fault("the smaller friction of two", material.combined, MEAN, "min(a_.friction, b_.friction)")
-NO_BOUNCE = Fault("no restitution on the ground", particle_ground.bounce_particle, "speed_after(down_, e_)", "0.0")
+LARGER = Fault("the larger friction of two", material.combined, f"{MEAN} → max(a_.friction, b_.friction)")
+SMALLER = Fault("the smaller friction of two", material.combined, f"{MEAN} → min(a_.friction, b_.friction)")
+NO_BOUNCE = Fault("no restitution on the ground", particle_ground.bounce_particle, "speed_after(down_, e_) → 0.0")
 GROUND_WITHOUT_MATERIAL = Fault(
     "soft bodies on a ground that counts as they do",
     particle_ground.material_on_ground,
-    "material_of_ground(model_)",
-    "material_of_soft(model_, body)",
+    "material_of_ground(model_) → material_of_soft(model_, body)",
 )
 HALF_ON_GROUND = Fault(
     "half the friction of soft bodies on the ground",
     material.sliding_kept,
-    "material_.friction",
-    "0.5 * material_.friction",
+    "material_.friction → 0.5 * material_.friction",
 )
 HALF_OF_SOFT = Fault(
-    "half the friction of soft bodies in contact", material.friction_impulse, "min(limit, s_)", "min(0.5 * limit, s_)"
+    "half the friction of soft bodies in contact", material.friction_impulse, "min(limit, s_) → min(0.5 * limit, s_)"
 )
 
 
@@ -262,15 +258,9 @@ def two_flat_boxes_as_in_dart(run: Run) -> Comparison:
         Fault(
             "the friction of the contact before",
             batches.batches_of,
-            "contacts_.friction[k_]",
-            "contacts_.friction[max(k_ - 1, 0)]",
+            "contacts_.friction[k_] → contacts_.friction[max(k_ - 1, 0)]",
         ),
-        Fault(
-            "side b's mass for both sides",
-            batches.batches_of,
-            "INVERSE_A if side == 0 else INVERSE_B",
-            "INVERSE_B",
-        ),
+        Fault("side b's mass for both sides", batches.batches_of, "INVERSE_A if side == 0 else INVERSE_B → INVERSE_B"),
     ),
 )
 def crowd_as_each_alone(run: Run) -> Comparison:
@@ -311,8 +301,8 @@ def crowd_as_each_alone(run: Run) -> Comparison:
         Fault(
             "friction that turns boxes as if its arm were half as long",
             solver_row.prepare_contacts,
-            "_jacobian(tangent, (arm_a, arm_b), inverse_, x_)",
-            "_jacobian(tangent, ((0.5 * arm_a[0], 0.5 * arm_a[1], 0.5 * arm_a[2]), arm_b), inverse_, x_)",
+            "_jacobian(tangent, (arm_a, arm_b), inverse_, x_)"
+            " → _jacobian(tangent, ((0.5 * arm_a[0], 0.5 * arm_a[1], 0.5 * arm_a[2]), arm_b), inverse_, x_)",
         ),
     ),
 )
@@ -646,8 +636,7 @@ def vertex_first(rng: np.random.Generator, normal: np.ndarray, gap: float) -> so
         Fault(
             "soft bodies in contact without restitution",
             soft_response._velocity_deficit,
-            "contacts_.restitution[k_] * x_",
-            "0.0 * contacts_.restitution[k_] * x_",
+            "contacts_.restitution[k_] * x_ → 0.0 * contacts_.restitution[k_] * x_",
         ),
     ),
 )

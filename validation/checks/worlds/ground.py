@@ -29,26 +29,23 @@ FALL = 9.81  # [m/s²]
         Fault(
             "a ground at zero",
             adding.add_ground,
-            SET,
+            f"{SET} → "
             "store.model._replace(ground_height=0.0 * height, ground_restitution=restitution, ground_friction=f_)",
         ),
         Fault(
             "restitution for friction",
             adding.add_ground,
-            "0.0 if store.settings.frictionless else friction",
-            "restitution",
+            "0.0 if store.settings.frictionless else friction → restitution",
         ),
         Fault(
             "friction for restitution",
             adding.add_ground,
-            SET,
-            "store.model._replace(ground_height=height, ground_restitution=friction, ground_friction=f_)",
+            f"{SET} → store.model._replace(ground_height=height, ground_restitution=friction, ground_friction=f_)",
         ),
         Fault(
             "what was first said",
             adding.add_ground,
-            SET,
-            "store.model._replace(ground_height=height, ground_friction=f_)",
+            f"{SET} → store.model._replace(ground_height=height, ground_friction=f_)",
         ),
     ),
 )
@@ -103,8 +100,8 @@ def ground_is_as_told(run: Run) -> Comparison:
     tolerance=0.0,
     because="yes or no",
     faults=(
-        Fault("a ground below zero is none", ground.Ground, '-float("inf")', "0.0"),
-        Fault("a ground that is always there", ground.Ground.check_there, "not self.is_there", "False"),
+        Fault("a ground below zero is none", ground.Ground, '-float("inf") → 0.0'),
+        Fault("a ground that is always there", ground.Ground.check_there, "not self.is_there → False"),
     ),
 )
 def grounds_are_there_or_not(run: Run) -> Comparison:

@@ -33,16 +33,16 @@ HEAP_STEP = 1.0 / 240.0  # [s]
         Fault(
             "balls of the same springs",
             ball_drop.build,
-            "world_.add_soft_body(ball_, mass=1.0, stiffness=s_, gas=g_, position=p_)",
-            "world_.add_soft_body(ball_, mass=1.0, stiffness=stiffnesses[0], gas=g_, position=p_)",
+            "world_.add_soft_body(ball_, mass=1.0, stiffness=s_, gas=g_, position=p_)"
+            " → world_.add_soft_body(ball_, mass=1.0, stiffness=stiffnesses[0], gas=g_, position=p_)",
         ),
-        Fault("the height from the centre", ball_drop.build, "0.5 + height", "height"),
-        Fault("gas that stays as springs grow", ball_drop.build, "0.15 * stiffness", "15.0"),
+        Fault("the height from the centre", ball_drop.build, "0.5 + height → height"),
+        Fault("gas that stays as springs grow", ball_drop.build, "0.15 * stiffness → 15.0"),
         Fault(
             "balls that weigh a hundredth less",
             ball_drop.build,
-            "world_.add_soft_body(ball_, mass=1.0, stiffness=s_, gas=g_, position=p_)",
-            "world_.add_soft_body(ball_, mass=0.99, stiffness=s_, gas=g_, position=p_)",
+            "world_.add_soft_body(ball_, mass=1.0, stiffness=s_, gas=g_, position=p_)"
+            " → world_.add_soft_body(ball_, mass=0.99, stiffness=s_, gas=g_, position=p_)",
         ),
     ),
 )
@@ -82,13 +82,12 @@ def balls_drop(run: Run) -> Comparison:
     tolerance=1.5e-8,
     because="landing leaves 6.1e-10 of 3 and 8 boxes at 60 steps a second, 3.5e-9 of 15",
     faults=(
-        Fault("plates that lie lengthwise all", box_stack.build, "k % 2 == 0", "k % 2 < 2"),
-        Fault("a stack with its second box aside", box_stack.build, "k % 3 == 0", "k % 3 != 0"),
+        Fault("plates that lie lengthwise all", box_stack.build, "k % 2 == 0 → k % 2 < 2"),
+        Fault("a stack with its second box aside", box_stack.build, "k % 3 == 0 → k % 3 != 0"),
         Fault(
             "boxes that touch only when 2 mm inside each other",
             manifold.swept_manifold,
-            "separation_ > limits_.margin",
-            "separation_ > limits_.margin - 0.002",
+            "separation_ > limits_.margin → separation_ > limits_.margin - 0.002",
         ),
     ),
 )
@@ -134,14 +133,12 @@ def boxes_stack(run: Run) -> Comparison:
         Fault(
             "a heap without friction",
             box_pile.build,
-            "world_.add_ground(friction=0.6)",
-            "world_.add_ground(friction=0.0)",
+            "world_.add_ground(friction=0.6) → world_.add_ground(friction=0.0)",
         ),
         Fault(
             "boxes that touch only when 0.1 m inside each other",
             manifold.swept_manifold,
-            "separation_ > limits_.margin",
-            "separation_ > limits_.margin - 0.1",
+            "separation_ > limits_.margin → separation_ > limits_.margin - 0.1",
         ),
     ),
 )
@@ -196,9 +193,9 @@ def boxes_heap(run: Run) -> Comparison:
     " single place with an edge's end inside stays for some steps: looked at every 10 ms it is 1.4 % deep at 0.2, and"
     " of 30 balls 0.5 % on average. 1e-3 of the energy, by parting what has approached",
     faults=(
-        Fault("walls too near by their thickness", tray.build, "sign * (inner + WALL)", "sign * (inner - WALL)"),
-        Fault("soft bodies that do not meet", soft_contacts.near_bodies, "boxes_meet(a_, b_)", "False"),
-        Fault("gas that pushes with a third", pressure.gas_pressure, "gas_ / volume_", "gas_ / volume_ / 3.0"),
+        Fault("walls too near by their thickness", tray.build, "sign * (inner + WALL) → sign * (inner - WALL)"),
+        Fault("soft bodies that do not meet", soft_contacts.near_bodies, "boxes_meet(a_, b_) → False"),
+        Fault("gas that pushes with a third", pressure.gas_pressure, "gas_ / volume_ → gas_ / volume_ / 3.0"),
     ),
 )
 def balls_in_a_tray(run: Run) -> Comparison:

@@ -31,8 +31,7 @@ FAMILY = "precision and threads"
 HALF_PRECISION = Fault(
     "springs rounded to half precision on the way",
     vertex_rings.in_precision,
-    "rings_.rest_tension.astype(real_, copy=False)",
-    "rings_.rest_tension.astype(np.float16).astype(real_)",
+    "rings_.rest_tension.astype(real_, copy=False) → rings_.rest_tension.astype(np.float16).astype(real_)",
 )
 
 
@@ -81,14 +80,12 @@ def single_motion(run: Run) -> Comparison:
         Fault(
             "a thread that moves the bodies of another",
             soft_bodies.move_on_threads,
-            "first_ * threads_ // last_ == thread_",
-            "first_ * threads_ // last_ == thread_ + 1",
+            "first_ * threads_ // last_ == thread_ → first_ * threads_ // last_ == thread_ + 1",
         ),
         Fault(
             "shares that reach into the next one",
             integrators._advance_body,
-            "rings.block[cut[share + 1] - 1, END]",
-            "rings.block[cut[-1] - 1, END]",
+            "rings.block[cut[share + 1] - 1, END] → rings.block[cut[-1] - 1, END]",
         ),
     ),
 )
@@ -130,8 +127,7 @@ def threads_leave_every_bit(run: Run) -> Comparison:
         Fault(
             "the last thread's bodies left where they are",
             soft_bodies.move_on_threads,
-            "first_ * threads_ // last_ == thread_",
-            "first_ * threads_ // last_ == thread_ and thread_ < threads_ - 1",
+            "first_ * threads_ // last_ == thread_ → first_ * threads_ // last_ == thread_ and thread_ < threads_ - 1",
         ),
     ),
 )
@@ -185,20 +181,19 @@ def crowd(rng: np.random.Generator) -> World:
         Fault(
             "the last body of each thread's share left out",
             soft_contacts.find_share,
-            "range(cut_[share_], cut_[share_ + 1])",
-            "range(cut_[share_], cut_[share_ + 1] - 1)",
+            "range(cut_[share_], cut_[share_ + 1]) → range(cut_[share_], cut_[share_ + 1] - 1)",
         ),
         Fault(
             "a contact lost where the list of a second thread is joined",
             soft_contacts.find_soft_contacts,
-            "range(before + share * room, end_)",
-            "range(before + share * room + min(share, found[share]), end_)",
+            "range(before + share * room, end_) → range(before + share * room + min(share, found[share]), end_)",
         ),
         Fault(
             "a thread that leaves out the last of its impulses",
             soft_response._find_impulses_on_threads,
-            "_find_impulses(c_, b_, s_, r_, _rows_of_share(c_, share_, threads_))",
-            "rows = _rows_of_share(c_, share_, threads_)\n_find_impulses(c_, b_, s_, r_, (rows[0], rows[1] - 1))",
+            "_find_impulses(c_, b_, s_, r_, _rows_of_share(c_, share_, threads_))"
+            " → rows = _rows_of_share(c_, share_, threads_)\n"
+            "_find_impulses(c_, b_, s_, r_, (rows[0], rows[1] - 1))",
         ),
     ),
 )
@@ -234,24 +229,23 @@ def threads_find_the_same_contacts(run: Run) -> Comparison:
     tolerance=0.0,
     because="bodies that are near by rounding, or by the sphere that is chosen, are not tried",
     faults=(
-        Fault("one row too many", soft_contacts.near_bodies, "b_ < soft_", "b <= soft", nth=1),
-        Fault("boxes that have as many particles as soft bodies", soft_contacts.even_shares, "other_ < soft_",
-              "not other < soft"),
-        Fault("bounds that are not asked", soft_contacts.near_bodies, "boxes_meet(a_, b_)", "True"),
+        Fault("one row too many", soft_contacts.near_bodies, "b_ < soft_ → b <= soft", nth=1),
         Fault(
-            "faces that are not asked",
-            soft_contacts.near_bodies,
-            "_sphere_may_meet_box(model_, state_, x_, b_)",
-            "True",
+            "boxes that have as many particles as soft bodies",
+            soft_contacts.even_shares,
+            "other_ < soft_ → not other < soft",
+        ),
+        Fault("bounds that are not asked", soft_contacts.near_bodies, "boxes_meet(a_, b_) → True"),
+        Fault(
+            "faces that are not asked", soft_contacts.near_bodies, "_sphere_may_meet_box(model_, state_, x_, b_) → True"
         ),
         Fault(
             "spheres of half the radius",
             soft_contacts.near_bodies,
-            "radius_about(middle, points)",
-            "0.5 * radius_about(middle, points)",
+            "radius_about(middle, points) → 0.5 * radius_about(middle, points)",
         ),
     ),
-)  # fmt: skip
+)
 def near_bodies_and_shares(run: Run) -> Comparison:
     """Which soft bodies and boxes are near which is as bounding boxes and spheres have it, also where Python runs the
     kernel and minds the ends of arrays; and each thread gets its share of the work, by the particles that are asked and
@@ -364,9 +358,9 @@ class _Team(Team):
     tolerance=4e-13,
     because="rounding of times over some hundred steps: 3.3e-14 at worst of seven seeds",
     faults=(
-        Fault("turns twice as long", Runner.advance, "team.turn(left)", "2 * team.turn(left)"),
-        Fault("turns as long as the clock says", Team.turn, "min(steps, s_)", "s_"),
-        Fault("a call that ends with its first turn", Runner.advance, "team.note(n_)", "return 0, -1"),
+        Fault("turns twice as long", Runner.advance, "team.turn(left) → 2 * team.turn(left)"),
+        Fault("turns as long as the clock says", Team.turn, "min(steps, s_) → s_"),
+        Fault("a call that ends with its first turn", Runner.advance, "team.note(n_) → return 0, -1"),
     ),
 )
 def turns_of_threads(run: Run) -> Comparison:

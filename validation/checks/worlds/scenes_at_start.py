@@ -26,12 +26,11 @@ LANE = "worlds"  # claims that share the kernels of a whole world, and a process
         Fault(
             "cubes that are alike from the third on",
             boxes_on_torus.build,
-            "LARGEST * SMALLER ** k",
-            "LARGEST * SMALLER ** min(k, 2)",
+            "LARGEST * SMALLER ** k → LARGEST * SMALLER ** min(k, 2)",
         ),
-        Fault("cubes that are turned by a quarter", boxes_on_torus.build, "0.125 * np.pi * k", "0.25 * np.pi * k"),
-        Fault("cubes as heavy as their sides", boxes_on_torus.build, "DENSITY * side ** 3", "DENSITY * side"),
-        Fault("cubes without air between them", boxes_on_torus.build, "base += GAP", "base += GAP * (k == 0)"),
+        Fault("cubes that are turned by a quarter", boxes_on_torus.build, "0.125 * np.pi * k → 0.25 * np.pi * k"),
+        Fault("cubes as heavy as their sides", boxes_on_torus.build, "DENSITY * side ** 3 → DENSITY * side"),
+        Fault("cubes without air between them", boxes_on_torus.build, "base += GAP → base += GAP * (k == 0)"),
     ),
 )
 def tower_of_cubes(run: Run) -> Comparison:
@@ -89,9 +88,9 @@ def _turn(half: float) -> np.ndarray:
     tolerance=2e-14,
     because="rounding of heights: 8.9e-16 of four tori, 4.5e-15 of nine, 8 m high",
     faults=(
-        Fault("tori that touch", torus_stack.build, "0.45 + 0.85 * k", "0.45 + 0.8 * k"),
-        Fault("tori that lean", torus_stack.build, "(0.0, 0.0, 0.45 + 0.85 * k)", "(0.01 * k, 0.0, 0.45 + 0.85 * k)"),
-        Fault("a torus too few", torus_stack.build, "range(bodies)", "range(max(1, bodies - 1))"),
+        Fault("tori that touch", torus_stack.build, "0.45 + 0.85 * k → 0.45 + 0.8 * k"),
+        Fault("tori that lean", torus_stack.build, "(0.0, 0.0, 0.45 + 0.85 * k) → (0.01 * k, 0.0, 0.45 + 0.85 * k)"),
+        Fault("a torus too few", torus_stack.build, "range(bodies) → range(max(1, bodies - 1))"),
     ),
 )
 def stack_of_tori(run: Run) -> Comparison:

@@ -47,25 +47,29 @@ def with_company(world: World) -> World:
     tolerance=2.5,
     because="the first step that ends slow, and the first one asleep: two steps",
     faults=(
-        Fault("a clock that counts steps", sleep.note_rest, "rest.time[body_] + h_", "rest.time[body] + 1e-3"),
+        Fault("a clock that counts steps", sleep.note_rest, "rest.time[body_] + h_ → rest.time[body] + 1e-3"),
         Fault(
-            "a clock that is not set back", sleep.note_rest, "rest.time[b_] + h if is_slow else 0.0",
-            "rest.time[b_] + h if is_slow else rest.time[b_]",
+            "a clock that is not set back",
+            sleep.note_rest,
+            "rest.time[b_] + h if is_slow else 0.0 → rest.time[b_] + h if is_slow else rest.time[b_]",
         ),
         Fault(
-            "a speed that is not squared", sleep.note_rest, "settings.sleep_speed * settings.sleep_speed",
-            "settings.sleep_speed",
+            "a speed that is not squared",
+            sleep.note_rest,
+            "settings.sleep_speed * settings.sleep_speed → settings.sleep_speed",
         ),
         Fault(
-            "a time that is a hundredth too long", sleep.let_sleep, "rest.time[b_] >= settings.sleep_after",
-            "rest.time[b_] >= 1.01 * settings.sleep_after",
+            "a time that is a hundredth too long",
+            sleep.let_sleep,
+            "rest.time[b_] >= settings.sleep_after → rest.time[b_] >= 1.01 * settings.sleep_after",
         ),
         Fault(
-            "the sum of a soft body's squares, not their mean", sleep._square_of_speed, "square / (end_ - first_)",
-            "square / (end - first - 1)",
+            "the sum of a soft body's squares, not their mean",
+            sleep._square_of_speed,
+            "square / (end_ - first_) → square / (end - first - 1)",
         ),
     ),
-)  # fmt: skip
+)
 def after_it_is_slow(run: Run) -> Comparison:
     """Boxes that slide over the ground, and soft balls that drag slows, fall asleep `sleep_after` after the moment at
     which they have become as slow as `sleep_speed`: others too when they have stopped since."""
@@ -132,20 +136,22 @@ def _when_asleep(world: World, bodies: Sequence[SoftBody | Box], h: float, secon
     tolerance=0.0,
     because="yes or no, 1 % from where it changes; in two steps a thousandth of it is lost at most",
     faults=(
-        Fault("no spin", sleep._square_of_speed, "square + dot(v_, v_)", "dot(v, v)"),
-        Fault("no motion of the centre", sleep._square_of_speed, "square + dot(v_, v_)", "square + 0.0 * dot(v, v)"),
-        Fault("another side", sleep._square_of_speed, "size[(axis_ + 2) % 3]", "size[axis]"),
+        Fault("no spin", sleep._square_of_speed, "square + dot(v_, v_) → dot(v, v)"),
+        Fault("no motion of the centre", sleep._square_of_speed, "square + dot(v_, v_) → square + 0.0 * dot(v, v)"),
+        Fault("another side", sleep._square_of_speed, "size[(axis_ + 2) % 3] → size[axis]"),
         Fault(
-            "spin about the world's axes", sleep._square_of_speed,
-            "rotate_inverse(load_quaternion(state_.box_orientation, box_), spin_)", "(spin[0], spin[1], spin[2])",
+            "spin about the world's axes",
+            sleep._square_of_speed,
+            "rotate_inverse(load_quaternion(state_.box_orientation, box_), spin_) → (spin[0], spin[1], spin[2])",
         ),
-        Fault("an eleventh of the squares", sleep._square_of_speed, "x_ / 12.0", "x_ / 11.0"),
+        Fault("an eleventh of the squares", sleep._square_of_speed, "x_ / 12.0 → x_ / 11.0"),
         Fault(
-            "a speed that is too high", sleep.note_rest, "settings.sleep_speed * settings.sleep_speed",
-            "1.03 * settings.sleep_speed * settings.sleep_speed",
+            "a speed that is too high",
+            sleep.note_rest,
+            "settings.sleep_speed * settings.sleep_speed → 1.03 * settings.sleep_speed * settings.sleep_speed",
         ),
     ),
-)  # fmt: skip
+)
 def by_all_its_mass(run: Run) -> Comparison:
     """What counts is the root mean square of the speeds of all the mass of a body: boxes that move and turn, and soft
     bodies of which each particle has a speed of its own, fall asleep where `sleep_speed` is 1 % more than that, and not
@@ -189,30 +195,28 @@ def by_all_its_mass(run: Run) -> Comparison:
     because="yes or no; gaps are below 0.3 % of the sizes, or above 10 %",
     faults=(
         Fault(
-            "neighbours only", sleep._wake_islands, "woken_ |= _wake_together(rest_, takes_part_, a_, b_)",
-            "_wake_together(rest, takes_part, a, b)",
+            "neighbours only",
+            sleep._wake_islands,
+            "woken_ |= _wake_together(rest_, takes_part_, a_, b_) → _wake_together(rest, takes_part, a, b)",
         ),
-        Fault("no joints", sleep._wake_islands, "a_ != NOBODY and b_ != NOBODY", "a_ == NOBODY and b_ != NOBODY"),
+        Fault("no joints", sleep._wake_islands, "a_ != NOBODY and b_ != NOBODY → a_ == NOBODY and b_ != NOBODY"),
+        Fault("what stands passes it on", sleep._wake_together, "not (takes_part[a_] and takes_part[b_]) → False"),
+        Fault("no gap", sleep._wake_islands, "GAP * rest.radius[b_] → -GAP * rest.radius[b_]"),
+        Fault("bounds that always meet", sleep._bounds_meet, "return False → return True"),
+        Fault("a box's number among boxes", handles.SleepyBody.number, "self.kind == 'box' → self.kind == 'joint'"),
+        Fault("a call that wakes nobody", handles.SleepyBody.wake, "x_[self.number()] = 0.0 → x_[self.number()] = 1.0"),
         Fault(
-            "what stands passes it on", sleep._wake_together,
-            "not (takes_part[a_] and takes_part[b_])", "False",
-        ),
-        Fault("no gap", sleep._wake_islands, "GAP * rest.radius[b_]", "-GAP * rest.radius[b_]"),
-        Fault("bounds that always meet", sleep._bounds_meet, "return False", "return True"),
-        Fault("a box's number among boxes", handles.SleepyBody.number, "self.kind == 'box'", "self.kind == 'joint'"),
-        Fault(
-            "a call that wakes nobody", handles.SleepyBody.wake, "x_[self.number()] = 0.0", "x_[self.number()] = 1.0"
-        ),
-        Fault(
-            "the first end of a joint twice", sleep._wake_islands,
-            "_body_at_end(model_, joints_, k_, 1)", "_body_at_end(model, joints, k, 0)",
+            "the first end of a joint twice",
+            sleep._wake_islands,
+            "_body_at_end(model_, joints_, k_, 1) → _body_at_end(model, joints, k, 0)",
         ),
         Fault(
-            "the body after the one that is joined", sleep._body_at_end,
-            "model_.soft_particle_start[body_ + 1] <= particle_", "model.soft_particle_start[body] <= particle",
+            "the body after the one that is joined",
+            sleep._body_at_end,
+            "model_.soft_particle_start[body_ + 1] <= particle_ → model.soft_particle_start[body] <= particle",
         ),
     ),
-)  # fmt: skip
+)
 def islands_by_scipy(run: Run) -> Comparison:
     """Boxes and soft bodies, all asleep, some side by side, some apart, some joined, some around what stands: where one
     is pushed, told to wake, or at the end of a joint that is changed, just those are awake afterwards that SciPy finds
@@ -317,25 +321,27 @@ def _near(world: World) -> list[tuple[int, int]]:
     tolerance=1e-12,
     because="rounding: 4e-14 at three seeds",
     faults=(
-        Fault("a force is not looked at", sleep._mark_of_box, "checksum(controls_.box_force[box_])", "0"),
-        Fault("a torque is not looked at", sleep._mark_of_box, "checksum(controls_.box_torque[box_])", "0"),
-        Fault("a velocity is not looked at", sleep._mark_of_box, "checksum(state_.box_velocity[box_])", "0"),
-        Fault("a spin is not looked at", sleep._mark_of_box, "checksum(state_.box_angular_velocity[box_])", "0"),
-        Fault("a place is not looked at", sleep._mark_of_pose, "checksum(state_.box_position[box_])", "0"),
-        Fault("velocities of a soft body", sleep._mark_of_soft, "checksum(state_.particle_velocity[a_:b_])", "0"),
-        Fault("positions of a soft body", sleep._mark_of_soft, "checksum(state_.particle_position[a_:b_])", "0"),
-        Fault("forces on a soft body", sleep._mark_of_soft, "norm(load(force_, i_)) != 0.0", "False"),
-        Fault("gravity is not looked at", sleep.mark_sleepers, "checksum(controls_.gravity)", "0"),
-        Fault("a joint's place", sleep._mark_of_joint, "checksum(joints_.joint_place[k_])", "0"),
-        Fault("a joint's stiffness", sleep._mark_of_joint, "checksum(joints_.joint_stiffness[k_:l_])", "0"),
-        Fault("a joint's length", sleep._mark_of_joint, "checksum(joints_.joint_rest_length[k_:l_])", "0"),
-        Fault("what stands may move at once", sleep.wake_changed, "wakes_all |= x_", "wakes_all |= False"),
+        Fault("a force is not looked at", sleep._mark_of_box, "checksum(controls_.box_force[box_]) → 0"),
+        Fault("a torque is not looked at", sleep._mark_of_box, "checksum(controls_.box_torque[box_]) → 0"),
+        Fault("a velocity is not looked at", sleep._mark_of_box, "checksum(state_.box_velocity[box_]) → 0"),
+        Fault("a spin is not looked at", sleep._mark_of_box, "checksum(state_.box_angular_velocity[box_]) → 0"),
+        Fault("a place is not looked at", sleep._mark_of_pose, "checksum(state_.box_position[box_]) → 0"),
+        Fault("velocities of a soft body", sleep._mark_of_soft, "checksum(state_.particle_velocity[a_:b_]) → 0"),
+        Fault("positions of a soft body", sleep._mark_of_soft, "checksum(state_.particle_position[a_:b_]) → 0"),
+        Fault("forces on a soft body", sleep._mark_of_soft, "norm(load(force_, i_)) != 0.0 → False"),
+        Fault("gravity is not looked at", sleep.mark_sleepers, "checksum(controls_.gravity) → 0"),
+        Fault("a joint's place", sleep._mark_of_joint, "checksum(joints_.joint_place[k_]) → 0"),
+        Fault("a joint's stiffness", sleep._mark_of_joint, "checksum(joints_.joint_stiffness[k_:l_]) → 0"),
+        Fault("a joint's length", sleep._mark_of_joint, "checksum(joints_.joint_rest_length[k_:l_]) → 0"),
+        Fault("what stands may move at once", sleep.wake_changed, "wakes_all |= x_ → wakes_all |= False"),
         Fault(
-            "as heavy as when it slept", sleep.let_sleep, "0.0 if a_ else rest.box_inverse_mass[b_]",
-            "0.0 if a_ or model.box_inverse_mass[b_] == 0.0 else rest.box_inverse_mass[b_]",
+            "as heavy as when it slept",
+            sleep.let_sleep,
+            "0.0 if a_ else rest.box_inverse_mass[b_]"
+            " → 0.0 if a_ or model.box_inverse_mass[b_] == 0.0 else rest.box_inverse_mass[b_]",
         ),
     ),
-)  # fmt: skip
+)
 def changes_by_newton(run: Run) -> Comparison:
     """Whatever is changed of a body that sleeps, or of what acts on it, moves it from the next step on as Newton says:
     velocity, spin, force, torque, gravity, a joint's place, length and stiffness, a floor that goes, or moves away at
@@ -473,15 +479,17 @@ def _ways(
     because="what floats is at rest but for rounding, 1e-14 m/s, which sleep takes; collisions, each of which makes"
     " that larger, leave 9e-11 at ten seeds",
     faults=(
-        Fault("nobody looks ahead", sleep._wake_islands, "h_ * _fastest(m_, s_, b_, r_)", "-GAP * radius[body]"),
-        Fault("those who move count not", sleep._wake_islands, "not _stands(m_, s_, r_, b_)", "rest.asleep[body]"),
-        Fault("nothing is stopped", sleep._stands, "not is_moving(a_, b_)", "True"),
+        Fault("nobody looks ahead", sleep._wake_islands, "h_ * _fastest(m_, s_, b_, r_) → -GAP * radius[body]"),
+        Fault("those who move count not", sleep._wake_islands, "not _stands(m_, s_, r_, b_) → rest.asleep[body]"),
+        Fault("nothing is stopped", sleep._stands, "not is_moving(a_, b_) → True"),
         Fault(
-            "as heavy as when it slept", sleep.let_sleep, "0.0 if a_ else rest.box_inverse_mass[b_]",
-            "0.0 if a_ or model.box_inverse_mass[b_] == 0.0 else rest.box_inverse_mass[b_]",
+            "as heavy as when it slept",
+            sleep.let_sleep,
+            "0.0 if a_ else rest.box_inverse_mass[b_]"
+            " → 0.0 if a_ or model.box_inverse_mass[b_] == 0.0 else rest.box_inverse_mass[b_]",
         ),
     ),
-)  # fmt: skip
+)
 def as_if_awake(run: Run) -> Comparison:
     """What hits boxes and soft bodies that sleep, or passes closely, does so as in a world where nobody may: all are at
     the same places 0.4 s later, on one thread and on two. And momentum is what it was, by NumPy."""
@@ -570,15 +578,16 @@ def _momentum(world: World) -> np.ndarray:
     because="boxes to the solver's 30 sweeps; soft bodies to 1 %, as they sleep while they still swing by a thousandth"
     " of a metre a second, and by 20 times less what is 20 times as heavy under them",
     faults=(
-        Fault("no contacts of sleepers", runner.Runner.contact_points, "asleep.any()", "False"),
+        Fault("no contacts of sleepers", runner.Runner.contact_points, "asleep.any() → False"),
         Fault(
-            "those of all, of which those awake have theirs twice", points.ContactPoints.and_of,
-            "np.append(bodies, False)[[others.a, others.b]].any(axis=0)", "np.ones(len(others), bool)",
+            "those of all, of which those awake have theirs twice",
+            points.ContactPoints.and_of,
+            "np.append(bodies, False)[[others.a, others.b]].any(axis=0) → np.ones(len(others), bool)",
         ),
-        Fault("it falls in its sleep", sleep.let_sleep, "0.0 if a_ else b_", "b_"),
-        Fault("it moves in its sleep", soft_bodies.move_body, "memory.asleep[body_]", "False"),
+        Fault("it falls in its sleep", sleep.let_sleep, "0.0 if a_ else b_ → b_"),
+        Fault("it moves in its sleep", soft_bodies.move_body, "memory.asleep[body_] → False"),
     ),
-)  # fmt: skip
+)
 def weights_are_carried(run: Run) -> Comparison:
     """Stacks of boxes, and soft bodies on boxes, that have come to rest under their weight, sleep: no bit of them
     changes for a second, no contact of theirs is lost, and all that hold each body carry its weight still."""
@@ -630,19 +639,14 @@ def _bits(body: Any) -> bytes:
     tolerance=0.0,
     because="the same bits",
     faults=(
-        Fault("clocks begin anew", snapshot._rested, "Rested(a_, b_)", "Rested(0.0 * a_, b_)"),
-        Fault("nobody is known to have slept", sleep_tracker.SleepTracker, "rested_.asleep > 0", "rested.asleep > 1"),
-        Fault("no marks of those who slept", rested.note_sleepers, "contents.sleep.rest.time.any()", "False"),
-        Fault(
-            "changes before a snapshot are forgotten", rested.rested, "rest.time.any()", "False"
-        ),
-        Fault(
-            "other threads wake all", memory.Memory, "rest.settled[:] = False",
-            "rest.time[:] = 0.0",
-        ),
-        Fault("no marks after a call", step.run, "mark_sleepers(a_, b_, c_, d_, e_)", "None"),
+        Fault("clocks begin anew", snapshot._rested, "Rested(a_, b_) → Rested(0.0 * a_, b_)"),
+        Fault("nobody is known to have slept", sleep_tracker.SleepTracker, "rested_.asleep > 0 → rested.asleep > 1"),
+        Fault("no marks of those who slept", rested.note_sleepers, "contents.sleep.rest.time.any() → False"),
+        Fault("changes before a snapshot are forgotten", rested.rested, "rest.time.any() → False"),
+        Fault("other threads wake all", memory.Memory, "rest.settled[:] = False → rest.time[:] = 0.0"),
+        Fault("no marks after a call", step.run, "mark_sleepers(a_, b_, c_, d_, e_) → None"),
     ),
-)  # fmt: skip
+)
 def goes_on_to_the_same_bits(run: Run) -> Comparison:
     """Saved and loaded, pickled, restored from a snapshot, with other threads, or step by step: worlds some of whose
     bodies sleep, fall asleep or wake go on to the same bits, and so do those that were changed just before."""
