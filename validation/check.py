@@ -132,9 +132,9 @@ def check(
     section: str,
     piece: str,
     reference: str,
-    tolerance: float,
-    because: str,
     faults: tuple[Fault, ...],
+    because: str = "",
+    tolerance: float | None = None,
     unit: str = "relative",
     engines: tuple[str, ...] = (),
     erratum: Misprint | None = None,
@@ -147,11 +147,13 @@ def check(
     Its id is the file's and the function's name, such as `volume.closed_forms`; that of a plug-in has its package
     before it, such as `acme_hulls.claims.volumes`. Its room is the folder of its file, its family the FAMILY there.
 
+    Without a tolerance it counts disagreements of yes and no, and allows none; a tolerance has a reason, `because`.
     `least`: how many cases it must compare at every level; where they are fewer than LEAST, it says so itself. `kind`
     of judge, one of KINDS: with engines and without one it is ENGINE or LIBRARY.
 
     Raises ValueError for a function without a docstring or a family, for an engine that no reference declares, for a
-    tolerance that is no finite number from 0 on, for fewer than one case, and for a check without a fault that it sees.
+    tolerance without a reason or that is no finite number from 0 on, for fewer than one case, and for a check without a
+    fault that it sees.
     """
 
     def register(compare: Callable[[Run], Comparison]) -> Callable[[Run], Comparison]:
@@ -176,8 +178,10 @@ def check(
         judge = kind or _kind_of(engines)
         if judge not in KINDS:
             raise ValueError(f"{name} does not say what kind of judge it has; choose from {', '.join(KINDS)}")
-        if not 0.0 <= tolerance < inf:
+        if tolerance is not None and not 0.0 <= tolerance < inf:
             raise ValueError(f"{name} has a tolerance of {tolerance}: it must be finite and not below 0")
+        if tolerance is not None and not because:
+            raise ValueError(f"{name} does not say why its tolerance is {tolerance}: say `because`")
         if least < 1:
             raise ValueError(f"{name} may compare {least} cases: a claim compares one at least")
         if not faults:
@@ -192,9 +196,9 @@ def check(
             piece=piece,
             reference=reference,
             engines=engines,
-            unit=unit,
-            tolerance=tolerance,
-            because=because,
+            unit=DISAGREEMENTS if tolerance is None else unit,
+            tolerance=tolerance or 0.0,
+            because=because or "yes or no",
             compare=compare,
             erratum=erratum,
             faults=faults,

@@ -13,7 +13,7 @@ from softbody import MassRatioWarning, Mesh, ParameterError, SimulationError, Wo
 from softbody.dynamics import rigid_boxes
 from softbody.stepping import checks, step
 from validation.cases import random_orientations, rotation_matrix
-from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.check import Comparison, Run, check
 from validation.fault import Fault
 
 FAMILY = "what users set and ask"
@@ -85,9 +85,6 @@ def steps_that_help(run: Run) -> Comparison:
     piece="softbody.World.step",
     reference="the documented limits, along the axes of the world, by NumPy; a twin that was not stepped",
     kind="specification",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
-    because="yes or no",
     faults=(
         Fault(
             "a step that was not taken counts",
@@ -156,9 +153,6 @@ PAIRS = {("box", "box"): 1e6, ("box", "soft"): 1e4, ("soft", "box"): np.inf}
     piece="softbody.MassRatioWarning",
     reference="the documentation, and which of the two is above, by NumPy",
     kind="specification",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
-    because="yes or no",
     faults=(
         Fault("boxes that carry as little of boxes", checks.warn_of_mass_ratios, "upper < soft → upper >= 0"),
         Fault("what leans on a box", checks.warn_of_mass_ratios, "np.abs(steepness) > 0.5 → True"),
@@ -214,8 +208,6 @@ FARTHEST, MOST_TURN, UNIT = 2.0**46, 1e6, 1e-6  # times the least size; [rad] a 
     piece="softbody.World.step",
     reference="those rules, by NumPy; the box that was asked about, among others; a copy of its state",
     kind="specification",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="yes or no, a hundredth from each limit; or at it, and a rounding beyond, in powers of two",
     faults=(
         Fault("boxes however fast", checks.check_box_motion, "not a_ + h * b_ <= RESOLVED * size.min() → False"),

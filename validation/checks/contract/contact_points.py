@@ -15,7 +15,7 @@ from softbody.dynamics import particle_ground
 from softbody.scenes import box_pile, boxes_on_torus, sphere_on_torus, tray
 from softbody.stepping import step
 from validation.cases import BOX_TRIANGLES, corners_of, random_orientations, rotation_matrix
-from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.check import Comparison, Run, check
 from validation.fault import Fault
 
 FAMILY = "what users set and ask"
@@ -183,9 +183,6 @@ def forces_change_momenta(run: Run) -> Comparison:
     piece="softbody.ContactPoints.pairs, softbody.ContactPoints.of",
     reference="FCL on convex meshes; pairs of which it says another thing where both are 3 % larger are left out",
     engines=("fcl",),
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
-    because="yes or no",
     faults=(
         Fault(
             "the ground first",
@@ -396,9 +393,6 @@ def _momenta(world: World) -> np.ndarray:
     piece="softbody.collision.contact.box_side",
     reference="the bodies' numbers, as they were added",
     kind="specification",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
-    because="yes or no",
     faults=(
         Fault("a particle of a box", contact.box_side, "(NOBODY, NOBODY, NOBODY) → (NOBODY, NOBODY, NOBODY + 1)"),
         Fault("another of it", contact.box_side, "(NOBODY, NOBODY, NOBODY) → (NOBODY + 1, NOBODY, NOBODY)"),

@@ -27,7 +27,7 @@ from softbody.stepping import checks, runner, step
 from softbody.storage import restore, snapshot
 from softbody.trajectory import writer
 from validation.cases import MESH_KINDS, edge_lengths, random_mesh, random_orientations, rotation_matrix
-from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.check import Comparison, Run, check
 from validation.fault import Fault
 
 FAMILY = "what users set and ask"
@@ -172,8 +172,6 @@ def substeps_are_steps(run: Run) -> Comparison:
     reference="the same bodies, watched step by step without a limit; volumes by NumPy",
     kind="specification",
     least=6,
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="names and numbers of steps are whole",
     faults=(
         Fault(
@@ -300,8 +298,6 @@ def collapses_when_scipy_says(run: Run) -> Comparison:
     piece="softbody.dynamics.soft_bodies.find_fault",
     reference="places and velocities after one step of free flight, by NumPy",
     kind="specification",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="yes or no; those within 1 % of the limit are left out",
     faults=(
         Fault("a body of a metre at least", soft_bodies.find_fault, "0.0, 0.0, count_ → 1.0, 0.0, count_"),
@@ -351,8 +347,6 @@ def divergence_by_the_rule(run: Run) -> Comparison:
     piece="softbody.dynamics.soft_bodies.find_fault",
     reference="that rule, on a tetrahedron of rest lengths whose squares add up to one",
     kind="specification",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="yes or no; springs too soft to move a particle by a rounding in the step",
     faults=(
         Fault("bodies that are just as long", soft_bodies.find_fault, "extent <= most_extent → extent < most_extent"),
@@ -580,8 +574,6 @@ def queries_follow_the_mesh(run: Run) -> Comparison:
     piece="softbody.collision.broad_phase.near_pairs",
     reference="all distances, by SciPy's k-d tree",
     engines=("scipy",),
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="pairs that meet by less than rounding are left out of the cases",
     faults=(
         Fault(
@@ -630,9 +622,7 @@ def near_pairs_are_all(run: Run) -> Comparison:
     section="4",
     piece="softbody.collision.broad_phase.near_pairs_exhaustive",
     reference="all distances, by NumPy, in that order",
-    unit=DISAGREEMENTS,
     kind="exhaustive search",
-    tolerance=0.0,
     because="radii and places are whole numbers, so that nothing is rounded: some just touch",
     faults=(
         Fault(
@@ -733,8 +723,6 @@ def state_of(world: World) -> np.ndarray:
     piece="softbody.World.snapshot, softbody.World.restore, softbody.World.save, softbody.World.load",
     reference="the same world, not interrupted",
     kind="the core in another form",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="bit for bit",
     faults=(
         Fault("a clock that starts anew", restore.restore, "new_clock(steps, time) → new_clock()"),
@@ -784,9 +772,6 @@ def worlds_go_on_from_snapshots(run: Run) -> Comparison:
     piece="softbody.World.state_hash",
     reference="the bits themselves, by NumPy",
     kind="specification",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
-    because="yes or no",
     faults=(
         Fault(
             "a hash without velocities",
@@ -969,9 +954,6 @@ def refusals() -> Iterator[tuple[str, Callable[[], object], type[BaseException],
     piece="softbody.errors",
     reference="the documentation: which error, and what it names",
     kind="specification",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
-    because="yes or no",
     faults=(
         Fault("negative masses are taken", validation.check_range, "least <= value <= most → value <= most"),
         Fault("triangles may be turned round", mesh._check_closed, "forward == 1 → forward >= 0"),

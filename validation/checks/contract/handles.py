@@ -19,7 +19,7 @@ from softbody.model import arrays
 from softbody.storage import npz
 from softbody.storage import restore as restoring
 from validation.cases import edge_lengths, random_mesh
-from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.check import Comparison, Run, check
 from validation.checks.contract.trajectories import Flight
 from validation.fault import Fault
 
@@ -288,8 +288,6 @@ def copies_stay(run: Run) -> Comparison:
     piece="softbody.bodies.store.Store.follow, softbody.World.remove",
     reference="lists of Python's, from which the same are deleted",
     kind="specification",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="whole numbers, and masses that were given",
     faults=(
         Fault("a mass of what is fixed", soft_body.SoftBody, "i_[self._rows()].max() → i_[self._rows()].mean()"),
@@ -380,9 +378,6 @@ WHOLE_KINDS: tuple[Any, ...] = (SoftBody, Box, joint.Joint)
     piece="softbody.Body",
     reference="the documentation; counts of the bodies that were added",
     kind="specification",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
-    because="yes or no",
     faults=(
         Fault("one beyond the last", bodies.Body.row, "self.index < self._count() → self.index <= self._count()"),
         Fault("any number", bodies.Body.row, "not self.index < self._count() → False"),

@@ -14,7 +14,7 @@ import softbody
 from softbody import Mesh, MeshError, ParameterError, Trajectory, TrajectoryWriter, World, geometry
 from softbody.mesh import mesh as meshes
 from softbody.model import settings, validation
-from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.check import Comparison, Run, check
 from validation.fault import Fault
 
 FAMILY = "what users set and ask"
@@ -417,9 +417,6 @@ def is_refused_by_name(call: Callable[[Any], Any], value: Any, name: str, told: 
     " softbody.Ground, softbody.Trajectory, softbody.TrajectoryWriter",
     reference="the documentation: from where to where each argument may be",
     kind="specification",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
-    because="yes or no",
     faults=(
         Fault("nothing is negative enough", validation.check_range, "least <= value <= most → value <= most"),
         Fault("most is too much", validation.check_range, "least <= value <= most → least <= value < most"),

@@ -21,7 +21,7 @@ from softbody.cli import progress
 from softbody.geometry import MeshQuery, query
 from softbody.trajectory import reader
 from validation.cases import random_mesh, random_orientations
-from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.check import Comparison, Run, check
 from validation.checks.contract.exports import asked
 from validation.fault import Fault
 
@@ -142,9 +142,6 @@ NO_NAMES = ("", "x" * 101, " a", "a ", "a\n", "a\tb", "\x7f", "\u202e", 7, True,
     piece="softbody.SoftBody.name, softbody.Box.name, softbody.World.__getitem__",
     reference="the documentation; the names that were given, counted",
     kind="specification",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
-    because="yes or no",
     faults=(
         Fault("names of any length", names.checked_name, "0 < len(value) <= MOST → 0 < len(value)"),
         Fault("spaces around", names.checked_name, "value == value.strip() → True"),
@@ -206,9 +203,6 @@ def read_only(rng: np.random.Generator, folder: Path) -> Iterator[tuple[str, Cal
     " softbody.Trajectory",
     reference="NumPy's ValueError; copies that were taken before",
     kind="specification",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
-    because="yes or no",
     faults=(
         Fault("arrays of a MeshQuery as they are", query._read_only, "view.flags.writeable = False → "),
         Fault("springs as they are", soft_body._read_only, "view.flags.writeable = False → "),

@@ -19,7 +19,7 @@ from softbody.__main__ import main as softbody_command
 from softbody.scenes import scene_file
 from softbody.storage import snapshot
 from softbody.trajectory import manifest, reader
-from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.check import Comparison, Run, check
 from validation.fault import Fault
 from validation.golden.make import EXPECTED, FILES, told_of_trajectory, told_of_world
 
@@ -96,8 +96,6 @@ def said_since(read: Callable[[Path], World], path: Path, said: dict[str, Any]) 
     piece="softbody.World.load, softbody.World.restore, softbody.scenes.from_file",
     reference="what the revisions of then wrote down of the same worlds, before they ended",
     kind="specification",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="the same bits",
     faults=(
         Fault("format 1 is no format", snapshot._format, "entries.leave_out('rings.') → "),
@@ -153,8 +151,6 @@ def last_frame_in_world(folder: Path) -> dict[str, Any]:
     piece="softbody.Trajectory.open, softbody.Trajectory.put_into, softbody.TrajectoryWriter",
     reference="what the revisions of then wrote down of the same trajectories, before they ended",
     kind="specification",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="the same bits",
     faults=(
         Fault("labels that all must have", manifest._labels, "found is None → False"),

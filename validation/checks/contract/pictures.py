@@ -13,7 +13,7 @@ from softbody.render import camera as cameras
 from softbody.render import films, png, rasteriser, recorder, webp
 from softbody.stepping import frames
 from validation.cases import BOX_TRIANGLES, corners_of, random_mesh, random_orientations, rotation_matrix
-from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.check import Comparison, Run, check
 from validation.fault import Fault
 
 FAMILY = "pictures and films"
@@ -149,8 +149,6 @@ def balls_are_seen_where_they_are(run: Run) -> Comparison:
     piece="softbody.World.picture",
     reference="trimesh with embree: rays through the pixels' middles; the camera's axes by Panda3D",
     engines=("trimesh", "embreex", "panda3d"),
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="a pixel is a mean of four samples: those whose neighbours see something else are left out",
     faults=(
         Fault("bodies painted one over the other", rasteriser._draw_faces, "far >= film.distance[r, s] → False"),
@@ -329,8 +327,6 @@ def _shown(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
     piece="softbody.World.picture, softbody.Recorder.still",
     reference="Pillow's decoder",
     engines=("PIL",),
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="PNG keeps every bit",
     faults=(
         Fault(

@@ -18,7 +18,7 @@ from softbody.compiler.interrupts import InterruptFlag
 from softbody.dynamics import integrators, soft_bodies
 from softbody.stepping import runner, step
 from validation.cases import edge_lengths
-from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.check import Comparison, Run, check
 from validation.checks.contract.features import rich_world
 from validation.fault import Fault
 
@@ -39,9 +39,6 @@ def same(one: World, other: World) -> bool:
     piece="softbody.World.step",
     reference="the rule, of Σ l0² and nRT by NumPy; the wall's way, which is the ball's; a twin that was not stepped",
     kind="specification",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
-    because="yes or no",
     faults=(
         Fault("nobody looks where balls are thrown", step.step, "_diverged_by_contacts(m_, s_, w_, c_, h_) → -1"),
         Fault("the first ball may go anywhere", step._diverged_by_contacts, "thrown >= 0 → thrown >= 1"),
@@ -89,8 +86,6 @@ def thrown_by_a_wall(run: Run) -> Comparison:
     piece="softbody.World.step, softbody.World.contact_points",
     reference="a twin that was not stepped any more",
     kind="specification",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="the same bits",
     faults=(
         Fault("impulses of the step before", runner.Runner.step, "store.contents.ground_impulse[:] = 0.0 → "),
@@ -126,8 +121,6 @@ def nothing_touches_after_a_fault(run: Run) -> Comparison:
     piece="softbody.stepping.step.run",
     reference="a twin that nobody has told to stop",
     kind="specification",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="the same bits",
     faults=(
         Fault("half a step that counts", step.step, "fault or done == 0 → fault"),
@@ -191,8 +184,6 @@ class _StopError(Exception):
     piece="softbody.stepping.step.run_alone, softbody.dynamics.soft_bodies.move_body",
     reference="the look itself, which is after 32 steps; a twin that takes as many steps by itself",
     kind="specification",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="the same bits",
     faults=(
         Fault("a run that is left after a look, and forgotten", soft_bodies.move_body, "made < 0 → made <= 0"),
@@ -240,9 +231,6 @@ def stopped_after_a_look(run: Run) -> Comparison:
     piece="softbody.World.step",
     reference="the documentation; Python's `signal.set_wakeup_fd`; a twin that does as many steps by itself",
     kind="specification",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
-    because="yes or no",
     faults=(
         Fault("nobody listens", runner.Runner._listening, "self._threads == 1 and work < WORTH_LISTENING → True"),
         Fault("a file that is not put back", interrupts.listening, "before != flag.file → False"),

@@ -17,7 +17,7 @@ from softbody import OutputError, Recorder, SceneError, SnapshotError, Trajector
 from softbody.cli import run_folder
 from softbody.cli.run_folder import run_scene
 from softbody.scenes import from_file
-from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.check import Comparison, Run, check
 from validation.checks.contract.exports import asked
 from validation.fault import Fault
 
@@ -197,8 +197,6 @@ def filmed(path: Path, out: Path, rate: float, count: int, look: dict[str, Any])
     reference="the same run at once; a `Recorder` that is given the frames one by one, as many as whole numbers say",
     engines=("PIL",),
     kind="specification",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="the same bits",
     faults=(
         Fault(
@@ -287,9 +285,6 @@ def in_the_way(path: Path, run: Path) -> Iterator[tuple[str, Path, Path, bool, t
     reference="the documentation: which error, and what it names; the frames in the folder, counted before and after",
     engines=("PIL",),
     kind="specification",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
-    because="yes or no",
     faults=(
         Fault("films that nobody tries before", run_folder.run_scene, "_recorder(w_, f_, v_).close() → "),
         Fault("runs that are overwritten", run_folder._prepared, "not resume → False"),

@@ -16,7 +16,7 @@ from softbody import SnapshotError, Trajectory, TrajectoryError, TrajectoryWrite
 from softbody.storage import snapshot, snapshot_entries
 from softbody.trajectory import entries, manifest
 from validation.cases import random_orientations
-from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.check import Comparison, Run, check
 from validation.fault import Fault
 
 FAMILY = "what users set and ask"
@@ -397,9 +397,6 @@ def _same(one: np.ndarray, other: np.ndarray) -> bool:
     piece="softbody.World.restore, softbody.World.load",
     reference="what is said of each entry where it is declared, tried one by one",
     kind="specification",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
-    because="yes or no",
     faults=(
         Fault("joints on boxes that are not there", snapshot._joints, "box < model.box_count → box <= model.box_count"),
         Fault("joints that hold nothing", snapshot._joints, "holds.all() → True"),
@@ -448,9 +445,6 @@ def fits(value: float, said: str) -> bool:
     piece="softbody.World.restore",
     reference="what is said of each entry where it is declared; the limits that the message names, read as numbers",
     kind="specification",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
-    because="yes or no",
     faults=(
         Fault("a limit that is not said", snapshot_entries._limits, "rows.most < np.inf → False"),
         Fault("no smallest size", snapshot_entries._limits, "rows.above >= 0.0 → False"),
@@ -649,9 +643,6 @@ def right_about_file(damage: Damage, folder: Path) -> bool:
     piece="softbody.Trajectory.open",
     reference="what is said of each entry where it is declared, tried one by one",
     kind="specification",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
-    because="yes or no",
     faults=(
         Fault("entries that nobody asked for", entries.checked_frames, "entries.none_left() → "),
         Fault("turns of any length in a chunk", entries.checked_frames, "good.all() → True"),

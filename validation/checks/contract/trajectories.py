@@ -18,7 +18,7 @@ from softbody.scenes import tray
 from softbody.storage import atomic_file
 from softbody.trajectory import reader, writer
 from validation.cases import random_mesh, random_orientations
-from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.check import Comparison, Run, check
 from validation.checks.contract.pictures import LATE
 from validation.fault import Fault
 
@@ -178,8 +178,6 @@ def flights_are_kept(run: Run) -> Comparison:
     piece="softbody.Trajectory.particles, softbody.Trajectory.triangles",
     reference="the meshes, counted by NumPy",
     kind="closed form",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="whole numbers",
     faults=(
         Fault(
@@ -226,8 +224,6 @@ def rows_of_bodies(run: Run) -> Comparison:
     piece="softbody.TrajectoryWriter.frame, softbody.Trajectory.open",
     reference="copies of the world's arrays, taken beside; NumPy and JSON read the files",
     kind="specification",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="the same bits",
     faults=(
         Fault(
@@ -289,8 +285,6 @@ def frames_have_every_bit(run: Run) -> Comparison:
     reference="a lock of the system's (flock) on the folder, that is given back after a while",
     kind="specification",
     least=3,
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="yes or no: was the lock given back before the writer was done?",
     faults=(
         Fault("locks that are none", atomic_file._locked, "fcntl.LOCK_EX | fcntl.LOCK_NB → fcntl.LOCK_UN"),

@@ -21,7 +21,7 @@ from softbody.geometry import (
 from softbody.geometry.bvh import closest_all_in_bvh
 from softbody.geometry.closest_point import Closest, no_answers
 from validation.cases import points_around, transformed
-from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.check import Comparison, Run, check
 from validation.checks.geometry.containment import special_points, varied_meshes
 from validation.fault import Fault
 
@@ -140,9 +140,7 @@ def distance_by_trimesh(run: Run) -> Comparison:
     section="4.3, 6",
     piece=PIECE,
     reference="softbody.geometry.closest_point.closest_triangles",
-    unit=DISAGREEMENTS,
     kind="the core in another form",
-    tolerance=0.0,
     because="both compute the same distances, and take the lowest number of those that are equal",
     faults=(
         Fault(

@@ -37,7 +37,7 @@ from validation.cases import (
     stacked_points,
     transformed,
 )
-from validation.check import DISAGREEMENTS, Comparison, Misprint, Run, check
+from validation.check import Comparison, Misprint, Run, check
 from validation.engines import missing
 from validation.fault import Fault
 
@@ -92,8 +92,6 @@ def ask_all(shapes: dict[str, Mesh], points: dict[str, np.ndarray], judge: objec
     piece=CONCAVE,
     reference="trimesh with rtree",
     engines=("trimesh", "rtree"),
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="a yes-or-no answer; trimesh is right beyond 1e-5 m of the surface, and points nearer are passed over",
     faults=(STEEP_TRIANGLES,),
     erratum=Misprint("E5", "t = (a_z − p_z)/n_z", "t = ((a − p)·n)/n_z"),
@@ -135,9 +133,7 @@ def far_from_surface(points: np.ndarray, mesh: Mesh, band: float) -> np.ndarray:
     section="4.6",
     piece=CONCAVE,
     reference="generalised winding number (van Oosterom and Strackee 1983)",
-    unit=DISAGREEMENTS,
     kind="closed form",
-    tolerance=0.0,
     because="a yes-or-no answer; the winding number is sure beyond 1e-12 m of the surface; nearer ones are left out",
     faults=(STEEP_TRIANGLES,),
 )
@@ -158,9 +154,7 @@ def random_points_by_winding_number(run: Run) -> Comparison:
     section="4.6",
     piece=CONCAVE,
     reference="generalised winding number",
-    unit=DISAGREEMENTS,
     kind="closed form",
-    tolerance=0.0,
     because="a yes-or-no answer; points within 1e-9 m of the surface are passed over",
     faults=(
         Fault(
@@ -199,9 +193,7 @@ def stacked_copies(run: Run) -> Comparison:
     section="4.6",
     piece=CONCAVE,
     reference="exact rational arithmetic",
-    unit=DISAGREEMENTS,
     kind="exact arithmetic",
-    tolerance=0.0,
     because="a yes-or-no answer; rounding moves a face by 1e-15",
     faults=(
         Fault(
@@ -264,9 +256,7 @@ def special_points(mesh: Mesh, rng: np.random.Generator, count: int) -> dict[str
     section="4.6, 6",
     piece=GRID,
     reference="softbody.geometry.polyhedron.points_in_polyhedron, judged by the claims above",
-    unit=DISAGREEMENTS,
     kind="the core in another form",
-    tolerance=0.0,
     because="a yes-or-no answer, on the surface too; both ask the same exact question of each triangle",
     faults=(
         COUNTED_AGAIN,
@@ -319,8 +309,6 @@ def accelerated(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray)
     piece=GRID,
     reference="libigl, exact winding number",
     engines=("igl",),
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="a yes-or-no answer; points within 1e-12 of the surface, where libigl may be wrong, are left out",
     faults=(COUNTED_AGAIN,),
 )
@@ -347,9 +335,7 @@ def random_points_by_igl(run: Run) -> Comparison:
     piece=GRID,
     reference="exact integer arithmetic wherever an engine disagrees; libigl and trimesh elsewhere",
     engines=("igl", "trimesh", "rtree"),
-    unit=DISAGREEMENTS,
     kind="exact arithmetic",
-    tolerance=0.0,
     because="a yes-or-no answer; points exactly on the surface are left out, for either answer is right",
     faults=(NEAR_MISSES,),
 )
@@ -402,9 +388,7 @@ def special_points_by_exact_arithmetic(run: Run) -> Comparison:
     section="4.6",
     piece=GRID,
     reference="invariant: the answers before",
-    unit=DISAGREEMENTS,
     kind="invariant",
-    tolerance=0.0,
     because="a yes-or-no answer; random points within 1e-9 m of the surface are left out, for coordinates are rounded",
     faults=(NEAR_MISSES,),
 )
@@ -469,9 +453,7 @@ def inside_by_tree(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarr
     section="4.6",
     piece=f"{GRID}, softbody.geometry.penetration.find_penetrations, {CONCAVE}",
     reference="whole numbers: how many boxes hold a point",
-    unit=DISAGREEMENTS,
     kind="exact arithmetic",
-    tolerance=0.0,
     because="a yes-or-no answer, of numbers that nothing rounds",
     faults=(
         Fault("the side of the level above", parity_grid._bit_number, "bit > _ONE → bit >= _ONE"),
@@ -531,9 +513,7 @@ def plates_of_whole_numbers(run: Run) -> Comparison:
     section="4.6",
     piece=GRID,
     reference="whole numbers: how many tops are above a point",
-    unit=DISAGREEMENTS,
     kind="exact arithmetic",
-    tolerance=0.0,
     because="a yes-or-no answer, of numbers that nothing rounds",
     faults=(
         Fault("nothing is below an open mesh", parity_grid._lay_out, "-np.inf → low[2]"),
@@ -623,9 +603,7 @@ def grid_is_as_large_as_is_said(run: Run) -> Comparison:
     section="4.7",
     piece="softbody.geometry.polyhedron.point_in_convex",
     reference="generalised winding number",
-    unit=DISAGREEMENTS,
     kind="closed form",
-    tolerance=0.0,
     because="a yes-or-no answer on random points, none within 1e-9 of the surface",
     faults=(
         Fault(
@@ -709,9 +687,7 @@ def tetrahedra(run: Run) -> Comparison:
     section="4.8",
     piece="softbody.geometry.triangle.point_in_triangle",
     reference="the weights that the point was made from",
-    unit=DISAGREEMENTS,
     kind="closed form",
-    tolerance=0.0,
     because="a yes-or-no answer; weights nearer to 0 than 1e-9 are left out, but for points exactly on an edge's line",
     faults=(
         Fault("flat triangles contain points", triangle.point_in_triangle, "dot(n_, n_) == 0.0 → dot(n_, n_) < 0.0"),
@@ -759,9 +735,7 @@ def triangles(run: Run) -> Comparison:
     section="4.8, 10.10",
     piece="softbody.geometry.tetrahedron.point_in_tetrahedron",
     reference="whole numbers: no point is beyond a face or an edge, seen from the corner opposite to it",
-    unit=DISAGREEMENTS,
     kind="exact arithmetic",
-    tolerance=0.0,
     because="a yes-or-no answer, of whole numbers",
     faults=(
         Fault(

@@ -8,7 +8,7 @@ from softbody import Finding, Mesh, icosphere, tetrahedron
 from softbody.geometry import connected
 from softbody.mesh import diagnostics
 from validation.cases import rotated
-from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.check import Comparison, Run, check
 from validation.fault import Fault
 
 FAMILY = "what users set and ask"
@@ -142,8 +142,6 @@ def _found(vertices: np.ndarray, triangles: np.ndarray) -> list[Finding]:
     piece="softbody.Mesh.check, softbody.Finding",
     reference="how they were put together",
     kind="specification",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="yes or no: is all found, and nothing else?",
     faults=(
         Fault(

@@ -8,7 +8,7 @@ from softbody import Mesh, MeshError
 from softbody.geometry import MeshQuery, build_bvh, query, search_space, self_intersections, triangle_list
 from softbody.mesh import mesh
 from validation.cases import MESH_KINDS, edge_lengths, points_around, random_mesh, rotated
-from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.check import Comparison, Run, check
 from validation.fault import Fault
 
 FAMILY = "what users set and ask"
@@ -19,8 +19,6 @@ FAMILY = "what users set and ask"
     piece="softbody.Mesh.check",
     reference="libigl's remesh_self_intersections, with CGAL's exact predicates",
     engines=("igl",),
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="both are exact",
     faults=(
         Fault(
@@ -63,9 +61,7 @@ def intersections_of_the_surface_with_itself(run: Run) -> Comparison:
     piece="softbody.geometry.self_intersections.self_intersections",
     reference="libigl with CGAL's exact predicates; of two over one edge, whole numbers: are they folded?",
     engines=("igl",),
-    unit=DISAGREEMENTS,
     kind="exact arithmetic",
-    tolerance=0.0,
     because="both are exact; flat triangles are judged with their neighbours over an edge only",
     faults=(
         Fault(
@@ -200,9 +196,6 @@ MOST_ROWS = 1_431_655_765  # triangles, or vertices: (2³² − 1) / 3
     piece="softbody.Mesh",
     reference="what is documented of both, number by number",
     kind="specification",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
-    because="yes or no",
     faults=(
         Fault("gaps from 3⁵³ on", mesh.checked_arrays, "np.abs(faces) < 2**53 → np.abs(faces) < 3**53"),
         Fault("indices of one sign", mesh.checked_arrays, "np.abs(faces) < 2**53 → faces < 2**53"),

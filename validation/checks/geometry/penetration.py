@@ -24,7 +24,7 @@ from softbody.geometry import (
     search_space,
 )
 from validation.cases import random_mesh, rotated
-from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.check import Comparison, Run, check
 from validation.checks.geometry.containment import varied_meshes
 from validation.fault import Fault
 
@@ -59,9 +59,7 @@ def rows(points: np.ndarray, mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
     section="4.3, 6",
     piece=PIECE,
     reference="every particle against every triangle",
-    unit=DISAGREEMENTS,
     kind="the core in another form",
-    tolerance=0.0,
     because="both ask the same questions of the triangles that matter",
     faults=(
         Fault(
@@ -211,9 +209,7 @@ def an_order_of_magnitude_faster(run: Run) -> Comparison:
     section="4",
     piece="softbody.geometry.sphere.bounding_sphere",
     reference="distances in NumPy; half the largest of them, and Jung's bound (1901), for the width",
-    unit=DISAGREEMENTS,
     kind="closed form",
-    tolerance=0.0,
     because="a yes-or-no answer for each body; the radius is lengthened by the rounding of a distance",
     faults=(
         Fault("a sphere a millionth too small", "softbody.geometry.sphere.ROUNDING", "1.0 + 2.0**-50 → 1.0 - 1e-6"),

@@ -17,7 +17,7 @@ from validation.cases import (
     random_orientations,
     rotation_matrix,
 )
-from validation.check import DISAGREEMENTS, Comparison, Misprint, Run, check
+from validation.check import Comparison, Misprint, Run, check
 from validation.engines import missing
 from validation.fault import Fault
 from validation.record import Arbitration
@@ -47,8 +47,6 @@ def separations(pairs: BoxPairs, paper_axes: bool = False) -> np.ndarray:
     piece="softbody.collision.boxes.sat_boxes.box_pairs_overlap",
     reference="FCL",
     engines=("fcl",),
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="a yes-or-no answer, outside FCL's own rounding band",
     faults=(FOURTEEN_AXES,),
     erratum=Misprint("E11", "face normals only", "face normals and edge × edge: fifteen axes"),
@@ -104,9 +102,7 @@ def near_ties(rng: np.random.Generator, count: int) -> tuple[BoxPairs, np.ndarra
     section="4.5",
     piece=PIECE,
     reference="exact rational arithmetic on the same floating-point inputs",
-    unit=DISAGREEMENTS,
     kind="exact arithmetic",
-    tolerance=0.0,
     because="pairs whose exact separation is below the core's rounding, 4e-15 of the size, are passed over",
     faults=(
         Fault(
@@ -152,8 +148,6 @@ def by_exact_arithmetic(pairs: BoxPairs, ours: np.ndarray, engine: str, theirs: 
     piece="softbody.collision.boxes.sat_boxes.box_pairs_overlap",
     reference="coal; exact arithmetic says who is right",
     engines=("coal",),
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="a yes-or-no answer; coal is right beyond 1e-6 m, and nearer pairs are passed over",
     faults=(FOURTEEN_AXES,),
 )
@@ -199,8 +193,6 @@ def pose_families(rng: np.random.Generator, count: int) -> dict[str, BoxPairs]:
     piece="softbody.collision.boxes.sat_boxes.box_pairs_overlap",
     reference="FCL",
     engines=("fcl",),
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="a yes-or-no answer, outside FCL's own rounding band",
     faults=(FOURTEEN_AXES,),
 )
@@ -334,8 +326,6 @@ def depth(run: Run) -> Comparison:
     piece=PIECE,
     reference="FCL",
     engines=("fcl",),
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="every axis that parts the boxes for six parts them for fifteen",
     faults=(LESS_REACH,),
     erratum=Misprint(
@@ -467,8 +457,6 @@ def _along_axis(normal: np.ndarray, axis: int, pairs: BoxPairs, i: int) -> float
     piece="softbody.collision.boxes.sat_boxes.box_pairs_overlap",
     reference="whole numbers",
     kind="exact arithmetic",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="a yes-or-no answer, of whole numbers",
     faults=(
         Fault("boxes that touch are apart", sat_boxes.box_pairs_overlap, "separation_ <= 0.0 → separation_ < 0.0"),

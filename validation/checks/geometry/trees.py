@@ -18,7 +18,7 @@ from softbody.geometry import (
     segments,
 )
 from softbody.geometry.segments import put_segment
-from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.check import Comparison, Run, check
 from validation.fault import Fault
 
 FAMILY = "soft–soft narrow phase"
@@ -196,9 +196,7 @@ def _places(ends: np.ndarray, corners: np.ndarray) -> list[float]:
     section="6",
     piece="softbody.geometry.penetration.find_outcodes, softbody.geometry.aabb.boxes_meet",
     reference="whole numbers in NumPy",
-    unit=DISAGREEMENTS,
     kind="exact arithmetic",
-    tolerance=0.0,
     because="a yes-or-no answer, of whole numbers",
     faults=(
         Fault("two sides with one bit", penetration.find_outcodes, "(p_[2] > x_) << 5 → (p_[2] > x_) << 6"),

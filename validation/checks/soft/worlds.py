@@ -20,7 +20,7 @@ from softbody.model.surface_point import SurfacePoint, at_particle
 from softbody.scenes import boxes_on_torus, rolling_torus, tray
 from validation import accounts
 from validation.cases import random_orientations, rotation_matrix
-from validation.check import DISAGREEMENTS, Comparison, Misprint, Run, check
+from validation.check import Comparison, Misprint, Run, check
 from validation.fault import Fault
 
 FAMILY = "soft contacts and scenes"
@@ -284,9 +284,7 @@ def _settle(world: World, seconds: float) -> World:
     section="9",
     piece="softbody.stepping.step.run",
     reference="the same scene, built and run again",
-    unit=DISAGREEMENTS,
     kind="the core in another form",
-    tolerance=0.0,
     because="every sum and every contact has its order",
     faults=(
         Fault(
@@ -308,9 +306,7 @@ def same_bits_twice(run: Run) -> Comparison:
     section="4.3",
     piece="softbody.World.save, softbody.World.load",
     reference="the same world, not interrupted",
-    unit=DISAGREEMENTS,
     kind="the core in another form",
-    tolerance=0.0,
     because="nothing that a step depends on comes from what was before, but for what is saved",
     faults=(
         Fault(

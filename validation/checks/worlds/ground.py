@@ -6,7 +6,7 @@ import numpy as np
 
 from softbody import ParameterError, World
 from softbody.bodies import adding, ground
-from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.check import Comparison, Run, check
 from validation.fault import Fault
 
 FAMILY = "what users set and ask"
@@ -96,9 +96,6 @@ def ground_is_as_told(run: Run) -> Comparison:
     piece="softbody.Ground.check_there",
     reference="whether `add_ground` was called",
     kind="specification",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
-    because="yes or no",
     faults=(
         Fault("a ground below zero is none", ground.Ground, '-float("inf") → 0.0'),
         Fault("a ground that is always there", ground.Ground.check_there, "not self.is_there → False"),

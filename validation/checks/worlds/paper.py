@@ -19,7 +19,7 @@ from softbody.dynamics import rigid_boxes
 from softbody.model import material
 from softbody.stepping import move_boxes, step
 from validation.cases import corners_of, dented_sphere, random_box_pairs, random_orientations, rotated, rotation_matrix
-from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.check import Comparison, Run, check
 from validation.checks.boxes.impulse import OVERLAP, Impacts, mass_ratio, random_impacts
 from validation.checks.boxes.manifold import turned
 from validation.fault import Fault
@@ -268,8 +268,6 @@ def _fly_box(
     piece="softbody.collision.boxes.single_contact.paper_contact",
     reference="six axes as printed, in NumPy; FCL for all axes",
     engines=("fcl",),
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="random poses are never within rounding of a touch",
     faults=(
         Fault(
@@ -764,8 +762,6 @@ def unseen_by_the_paper(run: Run) -> Comparison:
     reference="projections of all points on all normals, by NumPy; FCL",
     kind="closed form",
     engines=("fcl",),
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="yes or no; pairs whose projections are within 1e-9 m of touching are left out",
     faults=(
         Fault(

@@ -21,7 +21,7 @@ from softbody.stepping.runner import Runner
 from softbody.stepping.step import Order, Work, run_alone
 from softbody.stepping.step import run as run_together
 from validation.cases import edge_lengths, lumpy_sphere
-from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.check import Comparison, Run, check
 from validation.checks.soft.integrators import breathe
 from validation.checks.soft.soft import forces
 from validation.fault import Fault
@@ -72,9 +72,7 @@ def single_motion(run: Run) -> Comparison:
     section="5.1",
     piece="softbody.dynamics.soft_bodies.move_on_threads",
     reference="the same run on one thread",
-    unit=DISAGREEMENTS,
     kind="the core in another form",
-    tolerance=0.0,
     because="shares write to places of their own, and sums go block by block in one order",
     faults=(
         Fault(
@@ -173,9 +171,7 @@ def crowd(rng: np.random.Generator) -> World:
     section="4.2, 4.3",
     piece="softbody.collision.soft.soft_contacts.find_on_threads",
     reference="the same run on one thread",
-    unit=DISAGREEMENTS,
     kind="the core in another form",
-    tolerance=0.0,
     because="each thread lists what it finds apart, and lists are joined in the order of the bodies",
     faults=(
         Fault(
@@ -225,8 +221,6 @@ def threads_find_the_same_contacts(run: Run) -> Comparison:
     piece="softbody.collision.soft.soft_contacts",
     reference="all pairs, in NumPy; sums of particles",
     kind="exhaustive search",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="bodies that are near by rounding, or by the sphere that is chosen, are not tried",
     faults=(
         Fault("one row too many", soft_contacts.near_bodies, "b_ < soft_ → b <= soft", nth=1),

@@ -18,7 +18,7 @@ from softbody.dynamics import soft_bodies
 from softbody.stepping import memory, rested, runner, sleep, step
 from softbody.storage import snapshot
 from validation.cases import random_orientations, rotated, rotation_matrix
-from validation.check import DISAGREEMENTS, Comparison, Run, check
+from validation.check import Comparison, Run, check
 from validation.fault import Fault
 
 FAMILY = "sleep"
@@ -132,8 +132,6 @@ def _when_asleep(world: World, bodies: Sequence[SoftBody | Box], h: float, secon
     piece="softbody.World",
     reference="trimesh's inertia of boxes: ½ m v² + ½ ω·I ω; NumPy's mean of squares",
     engines=("trimesh",),
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="yes or no, 1 % from where it changes; in two steps a thousandth of it is lost at most",
     faults=(
         Fault("no spin", sleep._square_of_speed, "square + dot(v_, v_) → dot(v, v)"),
@@ -190,8 +188,6 @@ def by_all_its_mass(run: Run) -> Comparison:
     piece="softbody.Box.wake, softbody.SoftBody.is_asleep",
     reference="SciPy's connected components",
     engines=("scipy",),
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="yes or no; gaps are below 0.3 % of the sizes, or above 10 %",
     faults=(
         Fault(
@@ -635,8 +631,6 @@ def _bits(body: Any) -> bytes:
     piece="softbody.World.save, softbody.World.snapshot, softbody.World.threads",
     reference="a twin that nobody has touched",
     kind="the core in another form",
-    unit=DISAGREEMENTS,
-    tolerance=0.0,
     because="the same bits",
     faults=(
         Fault("clocks begin anew", snapshot._rested, "Rested(a_, b_) → Rested(0.0 * a_, b_)"),
