@@ -13,24 +13,14 @@ from softbody.model.properties import checked_property, known_properties
 from softbody.model.validation import check_whole
 
 
-class Body(StrictNames, ABC):
-    """A body in a World: its arrays are views of the world's, good until the next body is added or removed.
+class InWorld(StrictNames):
+    """A handle of something in a World."""
 
-    It follows its body when others are removed. In a world that was restored it is the body of its number, and
-    ParameterError is raised wherever there is none.
-    """
+    __slots__ = ("_store", "_world")
 
-    __slots__ = ("__weakref__", "_index", "_store", "_world")
-
-    kind: ClassVar[str] = "body"
-
-    def __init__(self, world: HasStore, index: int) -> None:
-        check_whole(index, "index", 0)
+    def __init__(self, world: HasStore) -> None:
         self._world = world
         self._store = world.store
-        self._index = int(index)
-        self.row()
-        self._store.follow(self)
 
     @property
     def world(self) -> Any:
@@ -41,6 +31,25 @@ class Body(StrictNames, ABC):
     def store(self) -> Store:
         """All that is in its world."""
         return self._store
+
+
+class Body(InWorld, ABC):
+    """A body in a World: its arrays are views of the world's, good until the next body is added or removed.
+
+    It follows its body when others are removed. In a world that was restored it is the body of its number, and
+    ParameterError is raised wherever there is none.
+    """
+
+    __slots__ = ("__weakref__", "_index")
+
+    kind: ClassVar[str] = "body"
+
+    def __init__(self, world: HasStore, index: int) -> None:
+        check_whole(index, "index", 0)
+        super().__init__(world)
+        self._index = int(index)
+        self.row()
+        self._store.follow(self)
 
     @property
     def index(self) -> int:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from softbody.bodies.store import HasStore, Store
-from softbody.bodies.strict_names import StrictNames
+from softbody.bodies.body import InWorld
 from softbody.errors import ParameterError
 from softbody.model.validation import check_range
 
@@ -37,28 +36,14 @@ class GroundNumber:
             store.replace(model=store.model._replace(**changed))
 
 
-class Ground(StrictNames):
+class Ground(InWorld):
     """The ground of a World: everything below a height is solid, if `World.add_ground` was called."""
 
-    __slots__ = ("_store", "_world")
+    __slots__ = ()
 
     height = GroundNumber("height", "Height z [m] below which all is solid.", "m")
     restitution = GroundNumber("restitution", "Restitution in contacts, 0 … 1.", least=0.0, most=1.0)
     friction = GroundNumber("friction", "Coulomb coefficient of friction in contacts, ≥ 0.", least=0.0)
-
-    def __init__(self, world: HasStore) -> None:
-        self._world = world
-        self._store = world.store
-
-    @property
-    def world(self) -> Any:
-        """The World that it is in."""
-        return self._world
-
-    @property
-    def store(self) -> Store:
-        """All that is in its world."""
-        return self._store
 
     @property
     def is_there(self) -> bool:

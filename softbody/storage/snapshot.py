@@ -26,8 +26,8 @@ from softbody.model.validation import QUATERNION_TOLERANCE
 from softbody.storage.snapshot_entries import Entries, Snapshot
 
 # Of snapshots and files. Format 1 has no number, and holds the vertex rings, too; before 3 there are no joints,
-# before 4 no times left, before 5 no names, and before 6 nobody sleeps.
-FORMAT = 6
+# before 4 no times left, before 5 no names, and before 6 nobody sleeps. A property of bodies may begin a new one.
+FORMAT = max(6, *(note.since for note in known_properties().values()))
 
 GROUND = {  # limits of each of its numbers
     "ground_height": Rows(),
