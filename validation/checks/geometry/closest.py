@@ -452,7 +452,7 @@ def parts_far_apart(run: Run) -> Comparison:
 def room_for_searches(run: Run) -> Comparison:
     """A search for the closest triangle writes only into its room.
 
-    That which `search_space` makes for it: in trees of 1 to 5 000 triangles, of points near and far, and in the middle
+    That which `search_space` makes for it, in trees of 1 to 5 000 triangles. For points near and far, and in the middle
     of spheres, where all are as close.
     """
     rng, answers = run.fresh_rng(), Answers()

@@ -447,7 +447,7 @@ def plates_of_whole_numbers(run: Run) -> Comparison:
 
     Many plates, rods and boxes across each other, in whole numbers and skewed. The grid with few columns and many is
     asked of many points and of one, then the tree, and the points one by one. Each axis is also stretched by up to
-    1e15 or shrunk; and all is so far away that half a unit is the last bit.
+    1e15 or shrunk. Also all is so far away that half a unit is the last bit.
     """
     rng = run.fresh_rng()
     answers = Answers()
@@ -573,10 +573,7 @@ def grid_is_as_large_as_is_said(run: Run) -> Comparison:
     ),
 )
 def convex(run: Run) -> Comparison:
-    """Face planes tell the inside of convex meshes as winding numbers do.
-
-    Spheres, octahedra, and boxes of random proportions.
-    """
+    """Face planes tell the inside of convex meshes as winding numbers do."""
     from references import winding
 
     rng = run.fresh_rng()
