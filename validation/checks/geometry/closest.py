@@ -2,27 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 
 import numpy as np
 
 import softbody
 from softbody import Mesh
-from softbody.geometry import (
-    build_bvh,
-    bvh,
-    closest_in_bvh,
-    closest_on_mesh,
-    closest_triangles,
-    refit_bvh,
-    search_space,
-    triangle,
-)
-from softbody.geometry.bvh import closest_all_in_bvh
+from softbody.geometry import bvh, closest_on_mesh, closest_triangles, triangle
 from softbody.geometry.closest_point import Closest, no_answers
+from validation.answers import Answers
 from validation.cases import points_around, transformed
 from validation.check import Comparison, Run, check
-from validation.checks.geometry.containment import special_points, varied_meshes
+from validation.checks.geometry.cases import longest_side, points_on_faces, special_points, varied_meshes
 from validation.fault import Fault
 
 FAMILY = "closest triangle"
@@ -37,20 +29,33 @@ ONE = "softbody.geometry.triangle.closest_point_on_triangle"
 MANY = "softbody.geometry.triangle.closest_points_on_triangles"
 
 
-def points_near_and_far(mesh: Mesh, rng: np.random.Generator, count: int) -> np.ndarray:
+def _points_near_and_far(mesh: Mesh, rng: np.random.Generator, count: int) -> np.ndarray:
     """Return points around a mesh, far away from it, next to it and on it."""
     special = special_points(mesh, rng, count // 6)
-    return np.concatenate(
-        [points_around(mesh, count, rng), 20.0 * points_around(mesh, count // 4, rng), *special.values()]
-    )
+    near, far = points_around(mesh, count, rng), 20.0 * points_around(mesh, count // 4, rng)
+    return np.concatenate([near, far, *special.values()])
 
 
-def size(mesh: Mesh, points: np.ndarray) -> np.ndarray:
+def _size(mesh: Mesh, points: np.ndarray) -> np.ndarray:
     """Return the length (m,) [m] that the rounding of each answer is a part of: the point's distance and the mesh."""
-    return np.linalg.norm(points, axis=1) + np.ptp(mesh.vertices, axis=0).max()
+    return np.linalg.norm(points, axis=1) + longest_side(mesh.vertices)
 
 
-def all_bits(answers: Closest) -> np.ndarray:
+def _on_varied_meshes(
+    run: Run,
+    counts: tuple[int, int, int],
+    ask: Callable[[np.ndarray, Mesh], tuple[np.ndarray, np.ndarray]],
+    subdivisions: int = 3,
+) -> Comparison:
+    """Ask for what the core and what a judge says of points near and far from meshes of every kind."""
+    rng, answers = run.fresh_rng(), Answers()
+    for kind, mesh in varied_meshes(rng, subdivisions).items():
+        points = _points_near_and_far(mesh, rng, run.count(*counts))
+        answers.extend(*ask(points, mesh), _size(mesh, points), kind, point=points)
+    return answers.comparison()
+
+
+def _all_bits(answers: Closest) -> np.ndarray:
     """Return the answers as one array of integers, bit by bit."""
     columns = [answers.triangle[:, None], answers.weights, answers.point, answers.distance[:, None]]
     return np.concatenate([np.ascontiguousarray(column).view(np.int64) for column in columns], axis=1)
@@ -63,37 +68,25 @@ def all_bits(answers: Closest) -> np.ndarray:
     engines=("igl",),
     unit="of the size",
     tolerance=4e-15,
-    because="a dozen roundings on both sides, of lengths up to the size and the distance: 3.5e-16 at worst of ten"
-    " seeds, 4.3e-16 at full",
+    because="a dozen roundings on both sides: 3.5e-16 at worst of ten seeds, 4.3e-16 at full",
     faults=(EDGE_LEFT_OUT,),
 )
 def distance_by_igl(run: Run) -> Comparison:
     """The distance to the closest triangle is libigl's."""
     from references import igl
 
-    rng = run.fresh_rng()
-    measured, expected, scales, kinds, asked = [], [], [], [], []
-    same = total = 0
-    for kind, mesh in varied_meshes(rng).items():
-        points = points_near_and_far(mesh, rng, run.count(1_000, 6_000, 100_000))
+    same: list[np.ndarray] = []
+
+    def ask(points: np.ndarray, mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
         ours = closest_on_mesh(points, mesh.vertices, mesh.triangles)
-        distance, triangle, _ = igl.closest_points(points, mesh.vertices, mesh.triangles)
-        measured.append(ours.distance)
-        expected.append(distance)
-        scales.append(size(mesh, points))
-        kinds += [kind] * len(points)
-        asked.append(points)
-        same += int((ours.triangle == triangle).sum())
-        total += len(points)
-    notes = [f"the same triangle in {100.0 * same / total:.1f} %; elsewhere several are equally close"]
-    return Comparison(
-        np.concatenate(measured),
-        np.concatenate(expected),
-        np.concatenate(scales),
-        kinds,
-        notes=notes,
-        inputs={"point": np.concatenate(asked)},
-    )
+        distance, closest, _ = igl.closest_points(points, mesh.vertices, mesh.triangles)
+        same.append(ours.triangle == closest)
+        return ours.distance, distance
+
+    comparison = _on_varied_meshes(run, (1_000, 6_000, 100_000), ask)
+    share = 100.0 * np.concatenate(same).mean()
+    comparison.notes = [f"the same triangle in {share:.1f} %; elsewhere several are equally close"]
+    return comparison
 
 
 @check(
@@ -107,33 +100,26 @@ def distance_by_igl(run: Run) -> Comparison:
     faults=(EDGE_LEFT_OUT,),
 )
 def distance_by_trimesh(run: Run) -> Comparison:
-    """trimesh never finds a closer point, and finds the same but for its tolerance."""
+    """No point of a mesh that trimesh finds is closer.
+
+    It finds the same point but for its tolerance.
+    """
     from references import trimesh
 
-    rng = run.fresh_rng()
-    measured, expected, scales, kinds, asked = [], [], [], [], []
-    worse = total = 0
-    for kind, mesh in varied_meshes(rng, 2).items():
-        points = points_near_and_far(mesh, rng, run.count(200, 1_000, 20_000))
+    farther: list[np.ndarray] = []
+
+    def ask(points: np.ndarray, mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
         ours = closest_on_mesh(points, mesh.vertices, mesh.triangles).distance
         distance, _, _ = trimesh.closest_points(points, mesh.vertices, mesh.triangles)
-        excess = np.maximum(ours - distance, 0.0)
-        measured.append(ours + 20.0 * excess)
-        expected.append(distance)
-        scales.append(size(mesh, points))
-        kinds += [kind] * len(points)
-        asked.append(points)
-        worse += int((distance > ours + 1e-9).sum())
-        total += len(points)
-    notes = [f"trimesh's point is farther than the core's by more than 1e-9 m in {worse} of {total} cases"]
-    return Comparison(
-        np.concatenate(measured),
-        np.concatenate(expected),
-        np.concatenate(scales),
-        kinds,
-        notes=notes,
-        inputs={"point": np.concatenate(asked)},
-    )
+        farther.append(distance > ours + 1e-9)
+        return ours + 20.0 * np.maximum(ours - distance, 0.0), distance
+
+    comparison = _on_varied_meshes(run, (200, 1_000, 20_000), ask, subdivisions=2)
+    worse = np.concatenate(farther)
+    comparison.notes = [
+        f"trimesh's point is farther than the core's by more than 1e-9 m in {worse.sum()} of {len(worse)} cases"
+    ]
+    return comparison
 
 
 @check(
@@ -168,30 +154,27 @@ def distance_by_trimesh(run: Run) -> Comparison:
     ),
 )
 def tree_is_exhaustive(run: Run) -> Comparison:
-    """The tree that is refitted for every step gives the bits of the exhaustive search: triangle, weights, point; also
-    of meshes that are stretched or flattened up to a thousandfold, far away."""
-    rng = run.fresh_rng()
-    measured, expected, kinds, asked = [], [], [], []
+    """The tree refitted for every step gives the bits of exhaustive search.
+
+    Triangle, weights, point and distance; also of meshes stretched or flattened up to a thousandfold, far away.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for kind, mesh in varied_meshes(rng).items():
         vertices = mesh.vertices
-        tree = build_bvh(vertices, mesh.triangles)
+        tree = bvh.build_bvh(vertices, mesh.triangles)
         for stretch, far in ((0.15, 0.0), (0.15, 0.0), (1.5, 3.0), (1.5, 3.0)):  # powers of ten
             place = rng.normal(size=3) * 10.0 ** rng.uniform(0.0, far)
             vertices = np.ascontiguousarray(mesh.vertices * 10.0 ** rng.uniform(-stretch, stretch, 3) + place)
-            refit_bvh(tree, vertices)
-            points = points_near_and_far(Mesh(vertices, mesh.triangles), rng, run.count(150, 1_000, 25_000))
+            bvh.refit_bvh(tree, vertices)
+            points = _points_near_and_far(Mesh(vertices, mesh.triangles), rng, run.count(150, 1_000, 25_000))
             nowhere = points[:12].copy()
             nowhere[np.arange(12), np.arange(12) % 3] = np.repeat([np.nan, np.inf, -np.inf, 1e200], 3)
             points = rng.permutation(np.concatenate([points, nowhere]))
-            answers = no_answers(len(points))
-            closest_all_in_bvh(points, tree, vertices, answers, (0, len(points)))
-            same = all_bits(answers) == all_bits(closest_triangles(points, vertices, mesh.triangles))
-            measured.append(same.all(axis=1))
-            kinds += [kind] * len(points)
-            asked.append(points)
-    expected = [np.ones(len(part), bool) for part in measured]
-    inputs = {"point": np.concatenate(asked)}
-    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds, inputs=inputs)
+            found = no_answers(len(points))
+            bvh.closest_all_in_bvh(points, tree, vertices, found, (0, len(points)))
+            same = _all_bits(found) == _all_bits(closest_triangles(points, vertices, mesh.triangles))
+            answers.extend(same.all(axis=1), np.ones(len(points), bool), kind=kind, point=points)
+    return answers.comparison()
 
 
 @check(
@@ -212,23 +195,19 @@ def tree_is_exhaustive(run: Run) -> Comparison:
     ),
 )
 def weights_make_the_point(run: Run) -> Comparison:
-    """The weights are not negative, sum to one, and make of the triangle's corners a point at the distance given."""
-    rng = run.fresh_rng()
-    measured, expected, scales, kinds, asked = [], [], [], [], []
-    for kind, mesh in varied_meshes(rng).items():
-        points = points_near_and_far(mesh, rng, run.count(300, 3_000, 50_000))
+    """The weights of a closest point make it of the triangle's corners.
+
+    They are not negative and sum to one; the point is at the distance given.
+    """
+
+    def ask(points: np.ndarray, mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
         ours = closest_on_mesh(points, mesh.vertices, mesh.triangles)
         feet = (ours.weights[:, :, None] * mesh.vertices[mesh.triangles[ours.triangle]]).sum(axis=1)
-        negative = np.minimum(ours.weights.min(axis=1), 0.0)
-        measured.append(
-            np.column_stack([feet, np.linalg.norm(feet - points, axis=1), ours.weights.sum(axis=1), negative])
-        )
-        expected.append(np.column_stack([ours.point, ours.distance, np.ones(len(points)), np.zeros(len(points))]))
-        scales.append(size(mesh, points))
-        kinds += [kind] * len(points)
-        asked.append(points)
-    inputs = {"point": np.concatenate(asked)}
-    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds, inputs=inputs)
+        distance, negative = np.linalg.norm(feet - points, axis=1), np.minimum(ours.weights.min(axis=1), 0.0)
+        measured = np.column_stack([feet, distance, ours.weights.sum(axis=1), negative])
+        return measured, np.column_stack([ours.point, ours.distance, np.ones(len(points)), np.zeros(len(points))])
+
+    return _on_varied_meshes(run, (300, 3_000, 50_000), ask)
 
 
 @check(
@@ -238,8 +217,7 @@ def weights_make_the_point(run: Run) -> Comparison:
     engines=("trimesh",),
     unit="of the size × thinness, the longest side squared over twice the area",
     tolerance=1e-14,
-    because="trimesh divides by twice a triangle's area, of which thin ones have little, so roundings of 1e-16 grow by"
-    " the thinness, up to 1 200: 7.5e-16 of 2 000, 1.6e-15 of 200 000",
+    because="trimesh divides by areas, so roundings grow by thinness, ≤ 1 200: 7.5e-16 of 2 000, 1.6e-15 of 200 000",
     faults=(
         Fault(
             "the foot on a face, in any triangle at large",
@@ -259,7 +237,10 @@ def weights_make_the_point(run: Run) -> Comparison:
     ),
 )
 def one_triangle_by_trimesh(run: Run) -> Comparison:
-    """The closest points of single triangles at large are those that trimesh finds, of points near and far."""
+    """The closest points of single triangles are those that trimesh finds.
+
+    Of triangles at large, and points near and far.
+    """
     from references import trimesh
 
     rng, count = run.fresh_rng(), run.count(2_000, 20_000, 200_000)
@@ -267,12 +248,12 @@ def one_triangle_by_trimesh(run: Run) -> Comparison:
     found, _ = triangle.closest_points_on_triangles(points, corners)
     single = [triangle.closest_point_on_triangle(*map(tuple, (p, *c)))[0] for p, c in zip(points[:200], corners)]
     judged = trimesh.closest_on_triangles(points, corners)
-    kinds = ["many at once"] * count + ["one"] * len(single)
-    expected = np.concatenate([judged, judged[:200]])
     sides = corners - np.roll(corners, 1, axis=1)
     thinness = (sides**2).sum(axis=2).max(axis=1) / np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
-    scale = np.concatenate([thinness, thinness[:200]])
-    return Comparison(np.concatenate([found, single]), expected, scale, kinds)
+    answers = Answers()
+    answers.extend(found, judged, thinness, "many at once")
+    answers.extend(single, judged[:200], thinness[:200], "one")
+    return answers.comparison()
 
 
 @check(
@@ -288,21 +269,19 @@ def one_triangle_by_trimesh(run: Run) -> Comparison:
     ),
 )
 def distance_is_invariant(run: Run) -> Comparison:
-    """Distances stay when mesh and points are turned, moved 1 000 km or renumbered, and scale by 1e±6."""
-    rng = run.fresh_rng()
-    measured, expected, kinds, scales, asked = [], [], [], [], []
+    """Distances from a mesh stay however it and the points move together.
+
+    They are turned, moved 1 000 km or renumbered; scaled by 1e±6 they scale.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     factors = {"scaled by 1e6": 1e6, "scaled by 1e-6": 1e-6}
     for mesh in varied_meshes(rng).values():
-        points = points_near_and_far(mesh, rng, run.count(200, 1_500, 30_000))
+        points = _points_near_and_far(mesh, rng, run.count(200, 1_500, 30_000))
         before = closest_on_mesh(points, mesh.vertices, mesh.triangles).distance
         for kind, (vertices, triangles, moved) in transformed(mesh, points, rng).items():
-            measured.append(closest_on_mesh(moved, vertices, triangles).distance / factors.get(kind, 1.0))
-            expected.append(before)
-            scales.append(size(mesh, points))
-            kinds += [kind] * len(points)
-            asked.append(moved)
-    inputs = {"point": np.concatenate(asked)}
-    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds, inputs=inputs)
+            after = closest_on_mesh(moved, vertices, triangles).distance / factors.get(kind, 1.0)
+            answers.extend(after, before, _size(mesh, points), kind, point=moved)
+    return answers.comparison()
 
 
 @check(
@@ -329,8 +308,11 @@ def distance_is_invariant(run: Run) -> Comparison:
     ),
 )
 def first_of_equal_edges(run: Run) -> Comparison:
-    """Of a triangle without area the first of its edges that is closest, ab, bc, ca, has the point, or of a point all
-    of it is at the first corner: in whole numbers, of edges of 4 and 8."""
+    """The first closest edge of a triangle without area has the point.
+
+    Of ab, bc and ca; or of a triangle that is a point, all of it is at the first corner. In whole numbers, of edges of
+    4 and 8.
+    """
     rng, count = run.fresh_rng(), run.count(500, 5_000, 50_000)
     axis, places = rng.integers(3, size=count), 4 * rng.integers(0, 3, (count, 3))
     corners, points = np.tile(rng.integers(-3, 4, (count, 1, 3)), (1, 3, 1)), rng.integers(-4, 13, (count, 3))
@@ -392,8 +374,11 @@ def _first_edge(point: np.ndarray, corners: np.ndarray) -> list[float]:
     ),
 )
 def one_triangle(run: Run) -> Comparison:
-    """The closest point of a single triangle is one: its weights make it, none is negative, they sum to 1, and no
-    corner lies beyond it, seen from the point; of triangles at large, thin ones and flat ones."""
+    """The closest point of a single triangle has no corner beyond it.
+
+    Seen from the point asked about. Its weights make it, none is negative, and they sum to 1. Of triangles at large,
+    thin ones and flat ones.
+    """
     rng, count = run.fresh_rng(), run.count(1_000, 10_000, 100_000)
     corners, points = rng.normal(size=(count, 3, 3)), 1.5 * rng.normal(size=(count, 3))
     kinds = np.resize(["at large", "thin", "flat"], count)
@@ -431,27 +416,24 @@ def one_triangle(run: Run) -> Comparison:
     ),
 )
 def parts_far_apart(run: Run) -> Comparison:
-    """On meshes of two parts that are ten thousand kilometres from each other, along any axis and on either side of the
-    origin, the tree finds the distance of points close to the surface that libigl finds."""
+    """The tree finds libigl's distances from parts ten thousand kilometres apart.
+
+    Meshes have two parts, along any axis and on either side of the origin; points are close to the surface.
+    """
     from references import igl
 
-    rng = run.fresh_rng()
-    measured, expected, kinds, asked = [], [], [], []
-    for axis in range(3):
-        for side in (-1.0, 1.0):
-            for mesh in varied_meshes(rng).values():
-                way = np.eye(3)[axis] * side
-                vertices = np.concatenate([mesh.vertices + 1e7 * way, mesh.vertices + 2e7 * way])
-                triangles = np.concatenate([mesh.triangles, mesh.triangles + len(mesh.vertices)])
-                corners = vertices[triangles[rng.integers(0, len(triangles), run.count(150, 600, 5_000))]]
-                points = (rng.dirichlet((1.0, 1.0, 1.0), len(corners))[:, :, None] * corners).sum(axis=1)
-                points += 10.0 ** rng.uniform(-4.0, -1.0, (len(points), 1)) * rng.normal(size=points.shape)
-                measured.append(closest_on_mesh(points, vertices, triangles).distance)
-                expected.append(igl.closest_points(points, vertices, triangles)[0])
-                kinds += [f"along {'xyz'[axis]}, {'below' if side < 0.0 else 'above'}"] * len(points)
-                asked.append(points)
-    inputs = {"point": np.concatenate(asked)}
-    return Comparison(np.concatenate(measured), np.concatenate(expected), 1e7, kinds, inputs=inputs)
+    rng, answers = run.fresh_rng(), Answers()
+    for axis, side in ((axis, side) for axis in range(3) for side in (-1.0, 1.0)):
+        kind = f"along {'xyz'[axis]}, {'below' if side < 0.0 else 'above'}"
+        for mesh in varied_meshes(rng).values():
+            way = np.eye(3)[axis] * side
+            vertices = np.concatenate([mesh.vertices + 1e7 * way, mesh.vertices + 2e7 * way])
+            triangles = np.concatenate([mesh.triangles, mesh.triangles + len(mesh.vertices)])
+            points, _ = points_on_faces(vertices, triangles, rng, run.count(150, 600, 5_000))
+            points += 10.0 ** rng.uniform(-4.0, -1.0, (len(points), 1)) * rng.normal(size=points.shape)
+            found = closest_on_mesh(points, vertices, triangles).distance
+            answers.extend(found, igl.closest_points(points, vertices, triangles)[0], 1e7, kind, point=points)
+    return answers.comparison()
 
 
 @check(
@@ -468,27 +450,29 @@ def parts_far_apart(run: Run) -> Comparison:
     ),
 )
 def room_for_searches(run: Run) -> Comparison:
-    """A search for the closest triangle writes nothing beside the room that `search_space` makes for it: in trees of 1
-    to 5 000 triangles, of points near and far, and in the middle of spheres, where all are as close."""
-    rng = run.fresh_rng()
-    changed, kinds = [], []
+    """A search for the closest triangle writes only into its room.
+
+    That which `search_space` makes for it, in trees of 1 to 5 000 triangles. For points near and far, and in the middle
+    of spheres, where all are as close.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     meshes = [*varied_meshes(rng, 2).values(), *(softbody.icosphere(level) for level in range(1 + run.count(3, 4, 5)))]
     soups = [
-        mesh.triangles[rng.permutation(len(mesh.triangles))[:count]]
+        (mesh.vertices, mesh.triangles[rng.permutation(len(mesh.triangles))[:count]])
         for mesh in meshes
         for count in (1, 4, 8, 9, 65, 600)
     ]
-    for number, triangles in enumerate(soups + [mesh.triangles for mesh in meshes]):
-        vertices = meshes[number // 6 if number < len(soups) else number - len(soups)].vertices.copy()
-        tree = build_bvh(vertices, triangles)
+    for vertices, triangles in soups + [(mesh.vertices, mesh.triangles) for mesh in meshes]:
+        vertices = vertices.copy()  # searches want those that may be written
+        tree = bvh.build_bvh(vertices, triangles)
         wider, search = [], []
-        for array in search_space(tree):
+        for array in bvh.search_space(tree):
             guarded = np.full((len(array) + 64, *array.shape[1:]), 77, array.dtype)
             wider.append(guarded[len(array) :])
             search.append(guarded[: len(array)])
         middle = vertices.mean(axis=0)
         for point in [middle, *(middle + 10.0 ** rng.uniform(-1.0, 2.0, (20, 1)) * rng.normal(size=(20, 3)))]:
-            closest_in_bvh(tuple(point.tolist()), tree, vertices, bvh.Search(*search))
-        changed.append(sum(int((each != 77).sum()) for each in wider))
-        kinds.append("one leaf" if len(triangles) <= 8 else "more leaves")
-    return Comparison(np.array(changed), np.zeros(len(changed), int), groups=kinds)
+            bvh.closest_in_bvh(tuple(point.tolist()), tree, vertices, bvh.Search(*search))
+        changed = sum(int((each != 77).sum()) for each in wider)
+        answers.add(changed, 0, kind="one leaf" if len(triangles) <= 8 else "more leaves")
+    return answers.comparison()

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
 import softbody
 from softbody.collision import sat_convex
+from validation.answers import Answers
 from validation.cases import random_orientations, rotation_matrix
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
@@ -22,7 +23,7 @@ PIECE = "softbody.collision.sat_convex.convex_separation"
 Solid = tuple[np.ndarray, np.ndarray]  # vertices, triangles
 
 
-def hull(points: np.ndarray) -> Solid:
+def _hull(points: np.ndarray) -> Solid:
     """Return the convex hull of `points` (n, 3), its triangles outwards."""
     from scipy.spatial import ConvexHull
 
@@ -35,12 +36,12 @@ def hull(points: np.ndarray) -> Solid:
     return points[used], number.reshape(-1, 3)
 
 
-def solid(kind: str, rng: np.random.Generator) -> Solid:
+def _solid(kind: str, rng: np.random.Generator) -> Solid:
     """Return a random convex solid of one of KINDS about the origin, about 1 m in radius, turned at random."""
     if kind == "tetrahedra":
-        return hull(rng.normal(size=(4, 3)))
+        return _hull(rng.normal(size=(4, 3)))
     if kind == "hulls of 12 points":
-        return hull(rng.normal(size=(12, 3)))
+        return _hull(rng.normal(size=(12, 3)))
     mesh = softbody.icosphere(1) if kind == "icospheres" else softbody.box(rng.uniform(0.5, 2.0, 3))
     return mesh.vertices @ rotation_matrix(random_orientations(rng, 1)[0]).T, mesh.triangles
 
@@ -48,40 +49,36 @@ def solid(kind: str, rng: np.random.Generator) -> Solid:
 KINDS = ("tetrahedra", "hulls of 12 points", "boxes", "icospheres")
 
 
-def pairs_of(kind: str, rng: np.random.Generator, count: int) -> list[tuple[Solid, Solid]]:
-    """Return pairs of solids of one kind, about half of which overlap."""
-    pairs = []
+def _pairs_of(kind: str, rng: np.random.Generator, count: int) -> Iterator[tuple[Solid, Solid]]:
+    """Yield pairs of solids of one kind, about half of which overlap."""
     for _ in range(count):
-        (vertices_a, triangles_a), (vertices_b, triangles_b) = solid(kind, rng), solid(kind, rng)
+        a, (vertices_b, triangles_b) = _solid(kind, rng), _solid(kind, rng)
         direction = rng.normal(size=3)
         offset = rng.uniform(0.0, 2.4) * direction / np.linalg.norm(direction)
-        pairs.append(((vertices_a, triangles_a), (vertices_b + offset, triangles_b)))
-    return pairs
+        yield a, (vertices_b + offset, triangles_b)
 
 
-def separation(a: Solid, b: Solid, paper_axes: bool = False) -> tuple[float, np.ndarray]:
+def _separation(a: Solid, b: Solid, paper_axes: bool = False) -> tuple[float, np.ndarray]:
     """Return the core's separation [m] and normal."""
     found, normal, _ = sat_convex.convex_separation(sat_convex.convex(*a), sat_convex.convex(*b), paper_axes)
     return found, np.array(normal)
 
 
-def compare(run: Run, judge: Callable[..., bool], margin: float, counts: tuple[int, int, int]) -> Comparison:
-    """Compare yes or no on every kind, beyond the judge's margin; and count the false hits of face normals alone."""
-    measured, expected, kinds, notes = [], [], [], []
+def _by(run: Run, judge: Callable[..., bool], margin: float) -> Comparison:
+    """Ask yes or no about every kind, beyond the judge's margin; and count the false hits of face normals alone."""
+    answers, notes = Answers(), []
     for kind in KINDS:
-        pairs = pairs_of(kind, run.fresh_rng(), run.count(*counts))
         false_hits = hits = 0
-        for a, b in pairs:
-            found, _ = separation(a, b)
+        for a, b in _pairs_of(kind, run.fresh_rng(), run.count(25, 150, 5_000)):
+            found, _ = _separation(a, b)
             if abs(found) > margin:
-                measured.append(found <= 0.0)
-                expected.append(judge(*a, *b))
-                kinds.append(kind)
-                paper = separation(a, b, True)[0] <= 0.0
+                truth = bool(judge(*a, *b))
+                answers.add(found <= 0.0, truth, kind=kind)
+                paper = _separation(a, b, True)[0] <= 0.0
                 hits += paper
-                false_hits += paper and not expected[-1]
+                false_hits += paper and not truth
         notes.append(f"{kind}: {100.0 * false_hits / max(1, hits):.1f} % of the hits of face normals alone are false")
-    return Comparison(np.array(measured), np.array(expected, dtype=bool), groups=kinds, notes=notes)
+    return answers.comparison(notes=notes)
 
 
 @check(
@@ -89,14 +86,14 @@ def compare(run: Run, judge: Callable[..., bool], margin: float, counts: tuple[i
     piece=PIECE,
     reference="FCL with libccd",
     engines=("fcl", "scipy"),
-    because="a yes-or-no answer; libccd stops within 1e-6 m, and pairs nearer than 1e-5 m are passed over",
+    because="libccd stops within 1e-6 m, and pairs nearer than 1e-5 m are passed over",
     faults=(FACES_ONLY,),
 )
 def meshes_by_fcl(run: Run) -> Comparison:
-    """Random tetrahedra, hulls, boxes and spheres of triangles overlap exactly when FCL says so."""
+    """Random tetrahedra, hulls, boxes and icospheres overlap exactly when FCL says so."""
     from references import fcl
 
-    return compare(run, fcl.convex_overlap, 1e-5, (25, 150, 5_000))
+    return _by(run, fcl.convex_overlap, 1e-5)
 
 
 @check(
@@ -104,14 +101,14 @@ def meshes_by_fcl(run: Run) -> Comparison:
     piece=PIECE,
     reference="coal",
     engines=("coal", "scipy"),
-    because="a yes-or-no answer; coal is right beyond 1e-6 m, and nearer pairs are passed over",
+    because="coal is right beyond 1e-6 m, and nearer pairs are passed over",
     faults=(FACES_ONLY,),
 )
 def meshes_by_coal(run: Run) -> Comparison:
-    """Random tetrahedra, hulls, boxes and spheres of triangles overlap exactly when coal says so."""
+    """Random tetrahedra, hulls, boxes and icospheres overlap exactly when coal says so."""
     from references import coal
 
-    return compare(run, coal.convex_overlap, coal.MARGIN, (25, 150, 5_000))
+    return _by(run, coal.convex_overlap, coal.MARGIN)
 
 
 @check(
@@ -121,23 +118,20 @@ def meshes_by_coal(run: Run) -> Comparison:
     engines=("coal", "scipy"),
     unit="of the size",
     tolerance=1e-14,
-    because="rounding on both sides: 1.3e-15 at worst of ten seeds; coal's EPA ends on a face of the difference of the"
-    " two meshes, not near it",
+    because="1.3e-15 at worst of ten seeds; coal's EPA ends on a face of the difference of the meshes, not near it",
     faults=(FACES_ONLY,),
 )
 def depth_of_meshes(run: Run) -> Comparison:
-    """The depth of overlapping convex meshes is the least one that coal finds."""
+    """The depth of overlapping convex meshes is the least that coal finds."""
     from references import coal
 
-    measured, expected, kinds = [], [], []
+    answers = Answers()
     for kind in KINDS:
-        for a, b in pairs_of(kind, run.fresh_rng(), run.count(20, 100, 3_000)):
-            found, _ = separation(a, b)
+        for a, b in _pairs_of(kind, run.fresh_rng(), run.count(20, 100, 3_000)):
+            found, _ = _separation(a, b)
             if found < -1e-3:
-                measured.append(found)
-                expected.append(coal.convex_distance(*a, *b))
-                kinds.append(kind)
-    return Comparison(measured, expected, groups=kinds)
+                answers.add(found, coal.convex_distance(*a, *b), kind=kind)
+    return answers.comparison()
 
 
 @check(
@@ -156,25 +150,24 @@ def depth_of_meshes(run: Run) -> Comparison:
     ),
 )
 def near_touching_meshes(run: Run) -> Comparison:
-    """Convex meshes that miss or touch each other by 1e-3 to 1e-13 of their size are told apart rightly."""
+    """Convex meshes that hardly miss or touch are told apart rightly.
+
+    They miss or touch by 1e-3 to 1e-13 of their size.
+    """
     from references import exact
 
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
-    passed = 0
+    rng, answers, passed = run.fresh_rng(), Answers(), 0
     for kind in ("tetrahedra", "boxes"):
-        for a, (vertices_b, triangles_b) in pairs_of(kind, rng, run.count(40, 150, 5_000)):
-            apart, normal = separation(a, (vertices_b, triangles_b))
+        for a, (vertices_b, triangles_b) in list(_pairs_of(kind, rng, run.count(40, 150, 5_000))):
+            apart, normal = _separation(a, (vertices_b, triangles_b))
             gap = rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(-13.0, -3.0)
             b = vertices_b + (apart - gap) * normal, triangles_b
-            found, _ = separation(a, b)
-            if abs(found) <= 2e-14:
+            found, _ = _separation(a, b)
+            if abs(found) > 2e-14:
+                answers.add(found <= 0.0, exact.convex_overlap(*a, *b) >= 0, kind=kind)
+            else:
                 passed += 1
-                continue
-            measured.append(found <= 0.0)
-            expected.append(exact.convex_overlap(*a, *b) >= 0)
-            kinds.append(kind)
-    return Comparison(np.array(measured), np.array(expected), groups=kinds, notes=[f"{passed} pairs passed over"])
+    return answers.comparison(notes=[f"{passed} pairs passed over"])
 
 
 PARALLEL = 4e-15  # the sine of an angle from which on directions are two, as `Convex` says
@@ -197,10 +190,12 @@ PARALLEL = 4e-15  # the sine of an angle from which on directions are two, as `C
     ),
 )
 def parallel_faces(run: Run) -> Comparison:
-    """Faces of a convex mesh count as parallel, and have one normal between them, if the sine of their angle is below
-    4e-15: of two faces at 0.5, 0.997, 1.003 and 2 times that, whichever way they face."""
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    """Faces of a convex mesh have one normal if they are parallel.
+
+    They count as parallel if the sine of their angle is below 4e-15. Of two faces at 0.5, 0.997, 1.003 and 2 times
+    that, whichever way they face.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for trial in range(run.count(32, 100, 1_000)):
         factor = (0.5, 0.997, 1.003, 2.0)[trial % 4]
         outline = np.array([(-1.4, 0.0), (1.3, 0.0), (1.0, 1.0), (-1.0, 1.1), (0.9, -1.0), (-0.8, -1.0)])
@@ -214,7 +209,5 @@ def parallel_faces(run: Run) -> Comparison:
         if np.linalg.det(np.eye(3)[turn]) * sign.prod() < 0.0:
             triangles = triangles[:, ::-1]
         shape = sat_convex.convex(2.0 ** rng.integers(-3, 4) * sign * vertices[:, turn], triangles)
-        measured.append(len(shape.normals))
-        expected.append(7 if factor < 1.0 else 8)
-        kinds.append(f"{factor} of the limit")
-    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+        answers.add(len(shape.normals), 7 if factor < 1.0 else 8, kind=f"{factor} of the limit")
+    return answers.comparison()

@@ -7,6 +7,7 @@ import numpy as np
 from softbody import Finding, Mesh, icosphere, tetrahedron
 from softbody.geometry import connected
 from softbody.mesh import diagnostics
+from validation.answers import Answers
 from validation.cases import rotated
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
@@ -25,6 +26,7 @@ KINDS = (
     "unequal edges",
 )
 OUTER, INNER, ISLAND, SOLID = icosphere(1, 1.0), icosphere(1, 0.4), icosphere(1, 0.15), tetrahedron(0.3)
+PYRAMID = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])  # over a base that is seen from below
 HARDLY = 1e-6  # by which what is found, or is not, is beyond its limit
 
 
@@ -55,7 +57,7 @@ class Shells:
         return self.add(mesh.vertices + place, mesh.triangles[:, ::-1] if inwards else mesh.triangles)
 
 
-def built(rng: np.random.Generator) -> Shells:
+def _built(rng: np.random.Generator) -> Shells:
     """Return shells of which, by chance, some are doubtful in one way or another."""
     made = Shells(rng)
     made.add(OUTER.vertices * (1.0 + 0.02 * rng.random((len(OUTER.vertices), 1))) + made.place(), OUTER.triangles)
@@ -76,7 +78,7 @@ def built(rng: np.random.Generator) -> Shells:
         a, b, c = made.vertices[made.triangles[pierced]]
         middle, out = (a + b + c) / 3.0, np.cross(b - a, c - a) / np.linalg.norm(np.cross(b - a, c - a))
         base = [middle - 0.2 * out + 0.1 * (corner - middle) for corner in (a, b, c)]
-        made.add(np.array([*base, middle + 0.1 * out]), np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]))
+        made.add(np.array([*base, middle + 0.1 * out]), PYRAMID)
         made.doubtful["self-intersections"] += [(pierced, len(made.triangles) - k) for k in (1, 2, 3)]
     if chances[2]:
         flat = made.add(made.place() + rng.normal(size=(3, 3)), np.array([(0, 1, 2), (0, 2, 1)]))
@@ -93,7 +95,7 @@ def built(rng: np.random.Generator) -> Shells:
     if chances[5]:
         height = diagnostics.THIN * (1.0 + rng.choice([HARDLY, -HARDLY]))
         corners = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.4, height, 0.0), (0.5, 0.3, 0.8)])
-        made.add(corners + made.place(), np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]))
+        made.add(corners + made.place(), PYRAMID)
         if height < diagnostics.THIN:
             made.doubtful["thin triangles"].append((len(made.triangles) - 4,))
     if chances[6]:
@@ -103,7 +105,7 @@ def built(rng: np.random.Generator) -> Shells:
         small = long * (1.0 + rng.choice([HARDLY, -HARDLY]))
         corners = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.1, 0.0), (0.0, 0.0, 1.2)])
         place = made.place()
-        made.add(small * corners + place, np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]))
+        made.add(small * corners + place, PYRAMID)
         if small < long:
             shortest = len(made.vertices) - 4, len(made.vertices) - 3
             made.doubtful["unequal edges"] += [shortest, tuple(int(end) for end in ends[lengths.argmax()])]
@@ -114,7 +116,7 @@ def built(rng: np.random.Generator) -> Shells:
 Findings = dict[str, set[tuple[int, ...]]]
 
 
-def mixed(made: Shells, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, Findings]:
+def _mixed(made: Shells, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, Findings]:
     """Return a mesh, with vertices and triangles in another order, and what is to be found in it."""
     vertices, triangles = rng.permutation(len(made.vertices)), rng.permutation(len(made.triangles))
     vertex, triangle = np.argsort(vertices), np.argsort(triangles)  # new numbers of old ones
@@ -142,7 +144,6 @@ def _found(vertices: np.ndarray, triangles: np.ndarray) -> list[Finding]:
     piece="softbody.Mesh.check, softbody.Finding",
     reference="how they were put together",
     kind="specification",
-    because="yes or no: is all found, and nothing else?",
     faults=(
         Fault(
             "cavities taken for shells within",
@@ -158,18 +159,18 @@ def _found(vertices: np.ndarray, triangles: np.ndarray) -> list[Finding]:
     ),
 )
 def built_to_be_doubtful(run: Run) -> Comparison:
-    """Of shells side by side, within each other, flat, through each other, joined by a vertex or touching there, with a
-    triangle that is hardly too thin or an edge hardly too short, `Mesh.check` finds each one that is doubtful, and no
-    other."""
-    rng = run.fresh_rng()
-    right, kinds = [], []
+    """`Mesh.check` finds all that is doubtful in shells, and nothing else.
+
+    Shells are side by side, within each other, flat, through each other, and joined by a vertex or touching there. A
+    triangle is hardly too thin, or an edge hardly too short.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(40, 100, 1_000)):
-        vertices, triangles, expected = mixed(built(rng), rng)
-        told: dict[str, set[tuple[int, ...]]] = {kind: set() for kind in KINDS}
+        vertices, triangles, expected = _mixed(_built(rng), rng)
+        told: Findings = {kind: set() for kind in KINDS}
         for finding in _found(vertices, triangles):
             rows = finding.where.reshape(len(finding.where), -1)
             told[finding.kind] = {tuple(sorted(int(number) for number in row)) for row in rows}
         for kind in KINDS:
-            right.append(told[kind] == expected[kind])
-            kinds.append(kind)
-    return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
+            answers.add(told[kind] == expected[kind], True, kind=kind)
+    return answers.comparison()

@@ -11,9 +11,10 @@ import numpy as np
 
 from softbody import Mesh, MeshError
 from softbody.mesh import files, mesh, weld
+from validation.answers import Answers
 from validation.cases import MESH_KINDS, edge_lengths, random_mesh
 from validation.check import Comparison, Run, check
-from validation.checks.geometry.shapes import corners_in_order
+from validation.checks.geometry.cases import corners_side_by_side, longest_side, random_meshes
 from validation.fault import Fault
 
 FAMILY = "meshes that users make"
@@ -21,24 +22,23 @@ FAMILY = "meshes that users make"
 FILES = ("stl", "ascii.stl", "ply", "ascii.ply", "obj", "off")
 
 
-def arrays_of(make: Callable[[], Mesh]) -> tuple[np.ndarray, np.ndarray]:
-    """Return vertices and triangles of a mesh, or none of one that is refused."""
+def _add(
+    answers: Answers,
+    kind: str,
+    make: Callable[[], Mesh],
+    judged: tuple[np.ndarray, np.ndarray],
+    size: float,
+    count: int | None = None,
+) -> None:
+    """Compare corners of a mesh, in units of its size, with those judged, and the number of vertices, or `count`."""
     try:
         shape = make()
+        ours = shape.vertices, shape.triangles
     except MeshError:
-        return np.zeros((0, 3)), np.zeros((0, 3), np.int64)
-    return shape.vertices, shape.triangles
-
-
-def alike(
-    ours: tuple[np.ndarray, np.ndarray], judged: tuple[np.ndarray, np.ndarray], size: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return corners (t + 1, 9) of two meshes in units of their size, as many rows each, and counts of vertices."""
-    sides = [corners_in_order(vertices / size, triangles) for vertices, triangles in (ours, judged)]
-    rows = max(map(len, sides))
-    sides = [np.vstack([side, np.zeros((rows - len(side), 9))]) for side in sides]
-    counts = [np.full((1, 9), float(len(vertices))) for vertices, _ in (ours, judged)]
-    return np.vstack([sides[0], counts[0]]), np.vstack([sides[1], counts[1]])
+        ours = np.zeros((0, 3)), np.zeros((0, 3), np.int64)
+    answers.extend(*corners_side_by_side(ours, judged, size), kind=kind)
+    of_ours, of_judged = float(len(ours[0])), float(len(judged[0]) if count is None else count)
+    answers.add(np.full(9, of_ours), np.full(9, of_judged), kind=kind)
 
 
 @check(
@@ -68,29 +68,27 @@ def alike(
     ),
 )
 def files_of_all_kinds(run: Run) -> Comparison:
-    """Of meshes of all kinds, written as STL, PLY, OBJ and OFF, as text and in binary, `Mesh.from_file` with
-    `merge=True` has the triangles that libigl reads, with as many vertices as were written; without it, what shares its
-    vertices in the file."""
+    """`Mesh.from_file` makes the triangles that libigl reads from a file.
+
+    Of meshes of all kinds, written as STL, PLY, OBJ and OFF, as text and in binary. With `merge=True` it has as many
+    vertices as were written; without it, that is so of files in which triangles share vertices.
+    """
     from references import igl, trimesh
 
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    rng, answers = run.fresh_rng(), Answers()
     with tempfile.TemporaryDirectory() as folder:
         for kind in MESH_KINDS[: run.count(2, 5, 5)]:
             shape = random_mesh(kind, rng).scaled(10.0 ** rng.uniform(-3.0, 0.0)).moved(rng.normal(size=3))
-            size = float(np.ptp(shape.vertices, axis=0).max())
+            size = longest_side(shape.vertices)
             for file in FILES:
                 path = Path(folder) / f"{kind}.{file}"
                 trimesh.write_mesh(path, shape.vertices, shape.triangles, "ascii" in file)
                 judged = igl.read_mesh(path)
-                ways = [True] if "stl" in file else [True, False]
-                for merge in ways:
-                    ours, theirs = alike(arrays_of(partial(Mesh.from_file, path, merge=merge)), judged, size)
-                    theirs[-1] = len(shape.vertices)
-                    measured.append(ours)
-                    expected.append(theirs)
-                    kinds += [f"{file}, {'merged' if merge else 'as it stands'}"] * len(ours)
-    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+                for merge, how in ((True, "merged"), (False, "as it stands")):
+                    if merge or "stl" not in file:
+                        make = partial(Mesh.from_file, path, merge=merge)
+                        _add(answers, f"{file}, {how}", make, judged, size, len(shape.vertices))
+    return answers.comparison()
 
 
 @check(
@@ -121,41 +119,33 @@ def files_of_all_kinds(run: Run) -> Comparison:
     ),
 )
 def soups_within_a_tolerance(run: Run) -> Comparison:
-    """Of triangles whose corners lie apart, in chains of up to six within a `tolerance` of the next, `from_soup` makes
-    the vertices that SciPy finds connected, each at the place of the first; corners that are farther apart, by less
-    than half as much, stay; slivers, and vertices that no triangle uses, are left out."""
+    """`from_soup` joins the corners that SciPy finds connected within a tolerance.
+
+    Corners lie apart, in chains of up to six within a `tolerance` of the next; the vertex is at the place of the first.
+    Those that are farther apart, by less than half as much, stay. Slivers, and vertices that no triangle uses, are left
+    out.
+    """
     from references import scipy
 
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
-    for kind in MESH_KINDS:
-        for _ in range(run.count(2, 6, 60)):
-            shape = random_mesh(kind, rng)
-            edge = float(edge_lengths(shape.vertices, shape.edges).min())
-            tolerance = edge / 40.0
-            numbers = shape.triangles.ravel()
-            # The corners at a vertex are beads on a string, so that the first reaches the last by leaps only.
-            bead = _turn_of_each(numbers) % 6
-            along = rng.normal(size=(len(shape.vertices), 3))
-            along /= np.linalg.norm(along, axis=1, keepdims=True)
-            corners = shape.vertices[numbers] + (0.9 * tolerance * bead)[:, None] * along[numbers]
-            # Its corners are 0.99 of the tolerance apart along two axes, so that none are to be merged.
-            tiny = 10.0 + (0.99 * tolerance / 2.0) * np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)])
-            corners = np.concatenate([corners, tiny[[0, 1, 2, 0, 3, 1, 0, 2, 3, 1, 3, 2]]])
-            sliver = np.repeat(corners[:1], 3, axis=0)
-            points = np.concatenate([corners, sliver, 20.0 + rng.normal(size=(2, 3))])
-            triangles = np.arange(len(corners) + 3).reshape(-1, 3)
-            place = scipy.places_joined(points[: len(corners)], tolerance)
-            used, faces = np.unique(place, return_inverse=True)
-            ours, theirs = alike(
-                arrays_of(partial(Mesh.from_soup, points, triangles, tolerance)),
-                (points[used], faces.reshape(-1, 3)),
-                float(np.ptp(shape.vertices, axis=0).max()),
-            )
-            measured.append(ours)
-            expected.append(theirs)
-            kinds += [kind] * len(ours)
-    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+    rng, answers = run.fresh_rng(), Answers()
+    for kind, shape in random_meshes(run.count(2, 6, 60), rng):
+        tolerance = float(edge_lengths(shape.vertices, shape.edges).min()) / 40.0
+        numbers = shape.triangles.ravel()
+        # The corners at a vertex are beads on a string, so that the first reaches the last by leaps only.
+        bead = _turn_of_each(numbers) % 6
+        along = rng.normal(size=(len(shape.vertices), 3))
+        along /= np.linalg.norm(along, axis=1, keepdims=True)
+        corners = shape.vertices[numbers] + (0.9 * tolerance * bead)[:, None] * along[numbers]
+        # Its corners are 0.99 of the tolerance apart along two axes, so that none are to be merged.
+        tiny = 10.0 + (0.99 * tolerance / 2.0) * np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)])
+        corners = np.concatenate([corners, tiny[[0, 1, 2, 0, 3, 1, 0, 2, 3, 1, 3, 2]]])
+        sliver = np.repeat(corners[:1], 3, axis=0)
+        points = np.concatenate([corners, sliver, 20.0 + rng.normal(size=(2, 3))])
+        triangles = np.arange(len(corners) + 3).reshape(-1, 3)
+        used, faces = np.unique(scipy.places_joined(corners, tolerance), return_inverse=True)
+        make = partial(Mesh.from_soup, points, triangles, tolerance)
+        _add(answers, kind, make, (points[used], faces.reshape(-1, 3)), longest_side(shape.vertices))
+    return answers.comparison()
 
 
 def _turn_of_each(numbers: np.ndarray) -> np.ndarray:
@@ -191,20 +181,16 @@ def _turn_of_each(numbers: np.ndarray) -> np.ndarray:
     ),
 )
 def meshes_of_trimesh(run: Run) -> Comparison:
-    """The mesh of a trimesh.Trimesh that was cut apart into loose triangles, and merged again, is the one that trimesh
-    makes by merging them itself."""
+    """A Trimesh of loose triangles, merged, is the mesh that trimesh makes.
+
+    It was cut apart, and is merged again by trimesh itself; so it is with a Trimesh that was not cut.
+    """
     from references import trimesh
 
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
-    for kind in MESH_KINDS:
-        for _ in range(run.count(2, 6, 60)):
-            shape = random_mesh(kind, rng)
-            whole, loose, merged = trimesh.cut_apart_and_merged(shape.vertices, shape.triangles)
-            size = float(np.ptp(shape.vertices, axis=0).max())
-            for given, merge in ((whole, False), (whole, True), (loose, True)):
-                ours, theirs = alike(arrays_of(partial(Mesh.from_trimesh, given, merge=merge)), merged, size)
-                measured.append(ours)
-                expected.append(theirs)
-                kinds += [kind] * len(ours)
-    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+    rng, answers = run.fresh_rng(), Answers()
+    for kind, shape in random_meshes(run.count(2, 6, 60), rng):
+        whole, loose, merged = trimesh.cut_apart_and_merged(shape.vertices, shape.triangles)
+        for given, merge in ((whole, False), (whole, True), (loose, True)):
+            make = partial(Mesh.from_trimesh, given, merge=merge)
+            _add(answers, kind, make, merged, longest_side(shape.vertices))
+    return answers.comparison()

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from itertools import combinations
+
 import numpy as np
 
 from softbody import Mesh, MeshError
 from softbody.geometry import MeshQuery, build_bvh, query, search_space, self_intersections, triangle_list
 from softbody.mesh import mesh
+from validation.answers import Answers
 from validation.cases import MESH_KINDS, edge_lengths, points_around, random_mesh, rotated
 from validation.check import Comparison, Run, check
+from validation.checks.geometry.cases import longest_side, random_meshes
 from validation.fault import Fault
 
 FAMILY = "what users set and ask"
@@ -19,7 +24,6 @@ FAMILY = "what users set and ask"
     piece="softbody.Mesh.check",
     reference="libigl's remesh_self_intersections, with CGAL's exact predicates",
     engines=("igl",),
-    because="both are exact",
     faults=(
         Fault(
             "edges of one triangle only",
@@ -36,24 +40,23 @@ FAMILY = "what users set and ask"
     ),
 )
 def intersections_of_the_surface_with_itself(run: Run) -> Comparison:
-    """`Mesh.check` finds the pairs of triangles that go through each other, and no others, on meshes of all kinds whose
-    vertices have been moved about."""
+    """`Mesh.check` finds all pairs of triangles that go through each other.
+
+    And no others, on meshes of all kinds whose vertices have been moved about.
+    """
     from references import igl
 
-    rng = run.fresh_rng()
-    ours, theirs, kinds = [], [], []
-    for kind in MESH_KINDS:
-        for _ in range(run.count(1, 3, 20)):
-            mesh = _crumpled(random_mesh(kind, rng), rng)
-            told = [finding.where for finding in mesh.check() if finding.kind == "self-intersections"]
-            found = _pairs(np.concatenate([*told, np.empty((0, 2), int)]))
-            expected = _pairs(igl.self_intersections(mesh.vertices, mesh.triangles))
-            others = _pairs(rng.integers(0, len(mesh.triangles), (100, 2)))
-            asked = sorted(found | expected | others)
-            ours += [pair in found for pair in asked]
-            theirs += [pair in expected for pair in asked]
-            kinds += [kind] * len(asked)
-    return Comparison(np.array(ours), np.array(theirs), 1.0, kinds, notes=[f"{sum(theirs)} pairs do"])
+    rng, answers = run.fresh_rng(), Answers()
+    for kind, smooth in random_meshes(run.count(1, 3, 20), rng):
+        mesh = _crumpled(smooth, rng)
+        told = [finding.where for finding in mesh.check() if finding.kind == "self-intersections"]
+        found = _pairs(np.concatenate([*told, np.empty((0, 2), int)]))
+        expected = _pairs(igl.self_intersections(mesh.vertices, mesh.triangles))
+        for pair in sorted(found | expected | _pairs(rng.integers(0, len(mesh.triangles), (100, 2)))):
+            answers.add(pair in found, pair in expected, kind=kind)
+    comparison = answers.comparison()
+    comparison.notes = [f"{comparison.expected.sum()} pairs do"]
+    return comparison
 
 
 @check(
@@ -79,12 +82,14 @@ def intersections_of_the_surface_with_itself(run: Run) -> Comparison:
     ),
 )
 def triangles_of_whole_numbers(run: Run) -> Comparison:
-    """Of triangles in whole numbers, of which many touch, lie in one plane, share corners or are flat, all those pairs
-    are found that have a point in common besides what their common corners span, and those of one place."""
+    """Pairs of triangles are found that meet beyond what they share.
+
+    That have a point in common besides what their common corners span; and those of one place. In whole numbers: many
+    touch, lie in one plane, share corners or are flat.
+    """
     from references import igl
 
-    rng = run.fresh_rng()
-    ours, theirs, kinds = [], [], []
+    rng, answers = run.fresh_rng(), Answers()
     for turn in range(run.count(30, 150, 2_000)):
         whole = np.unique(rng.integers(0, rng.integers(1, 5, 3), (int(rng.integers(5, 30)), 3)), axis=0)
         faces = rng.integers(0, len(whole), (int(rng.integers(2, 40)), 3))
@@ -100,23 +105,21 @@ def triangles_of_whole_numbers(run: Run) -> Comparison:
         meeting, coincident = self_intersections.self_intersections(points, faces, place)
         found, same = _pairs(meeting), _pairs(coincident)
         meet = {(int(solid[t]), int(solid[u])) for t, u in _pairs(igl.self_intersections(points, faces[solid]))}
-        every = [(t, u) for t in range(len(faces)) for u in range(t + 1, len(faces))]
         pairs = 0
-        for t, u in every:
+        for t, u in combinations(range(len(faces)), 2):
             shared = set(faces[t].tolist()) & set(faces[u].tolist())
             if len(shared) < 2 and (is_flat[t] or is_flat[u]):
                 continue
             truth = _is_folded(whole, faces[t], faces[u]) if len(shared) == 2 else (t, u) in meet
-            ours += [(t, u) in found, (t, u) in same]
-            theirs += [truth and len(shared) < 3, len(shared) == 3]
-            kinds += 2 * [f"{len(shared)} corners in common"]
+            kind = f"{len(shared)} corners in common"
+            answers.add((t, u) in found, truth and len(shared) < 3, kind=kind)
+            answers.add((t, u) in same, len(shared) == 3, kind=kind)
             pairs += truth or len(shared) == 3
         if not is_flat.any():
             tree, room = build_bvh(points, faces), np.empty((1, 3), np.int64)
-            ours.append(self_intersections.find_pairs(tree, points, place, search_space(tree), room) == pairs)
-            theirs.append(True)
-            kinds.append("how many")
-    return Comparison(np.array(ours), np.array(theirs), 1.0, kinds)
+            count = self_intersections.find_pairs(tree, points, place, search_space(tree), room)
+            answers.add(count == pairs, True, kind="how many")
+    return answers.comparison()
 
 
 def _is_folded(points: np.ndarray, one: np.ndarray, two: np.ndarray) -> bool:
@@ -166,25 +169,23 @@ def _crumpled(mesh: Mesh, rng: np.random.Generator) -> Mesh:
     ),
 )
 def signed_distances(run: Run) -> Comparison:
-    """The signed distances of points near and far, inside and outside of meshes of all kinds, before and after they
-    have moved, are libigl's."""
+    """The signed distances of points from a mesh are libigl's.
+
+    Of points near and far, inside and outside of meshes of all kinds, before and after they have moved.
+    """
     from references import igl
 
-    rng = run.fresh_rng()
-    ours, theirs, scales, kinds = [], [], [], []
-    for kind in MESH_KINDS:
-        mesh = random_mesh(kind, rng)
-        asked = MeshQuery(mesh)
-        for now in (mesh, rotated(mesh, rng)):
+    rng, answers = run.fresh_rng(), Answers()
+    for kind, before in random_meshes(1, rng):
+        asked = MeshQuery(before)
+        for now in (before, rotated(before, rng)):
             asked.move(now.vertices)
             points = points_around(now, run.count(50, 300, 3_000), rng)
             distance, *_ = igl.closest_points(points, now.vertices, now.triangles)
             inside = igl.points_in_mesh(points, now.vertices, now.triangles)
-            ours.append(asked.signed_distance(points))
-            theirs.append(np.where(inside, -distance, distance))
-            scales.append(np.full(len(points), np.ptp(now.vertices, axis=0).max()))
-            kinds += [kind] * len(points)
-    return Comparison(np.concatenate(ours), np.concatenate(theirs), np.concatenate(scales), kinds)
+            expected = np.where(inside, -distance, distance)
+            answers.extend(asked.signed_distance(points), expected, longest_side(now.vertices), kind)
+    return answers.comparison()
 
 
 TOO_LARGE = 2.0**53  # from here on not every whole number is a real one
@@ -204,46 +205,43 @@ MOST_ROWS = 1_431_655_765  # triangles, or vertices: (2³² − 1) / 3
     ),
 )
 def indices_that_are_none(run: Run) -> Comparison:
-    """Triangles that are given as real numbers are refused by what is wrong with the first that is: parts of numbers,
-    numbers from 2⁵³ on, among which there are gaps, or vertices that there are none of; and as no whole numbers, or as
-    too many, with vertices or triangles by the thousand million, by whatever makes a tree of them."""
-    rng = run.fresh_rng()
-    right, kinds = [], []
+    """Triangles in real numbers are refused by their first wrong index.
+
+    Parts of numbers, numbers from 2⁵³ on, among which there are gaps, and vertices that there are none of. Whatever
+    makes a tree refuses what is no whole number, and vertices or triangles by the thousand million.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(4, 20, 200)):
         sphere = random_mesh(str(rng.choice(MESH_KINDS)), rng)
         count = len(sphere.vertices)
-        out_of_range = f", but vertices run from 0 to {count - 1}; repair its indices"
+        part, large = ": not whole numbers; give vertex indices", " has an index too large; give integers"
+        none = f", but vertices run from 0 to {count - 1}; repair its indices"
         for value, named in (
-            (0.5, ": not whole numbers; give vertex indices"),
-            (count - 0.5, ": not whole numbers; give vertex indices"),
-            (float(count), out_of_range),
-            (-1.0, out_of_range),
-            (TOO_LARGE - 1.0, out_of_range),
-            (1.0 - TOO_LARGE, out_of_range),
-            (TOO_LARGE, " has an index too large; give integers"),
-            (-TOO_LARGE, " has an index too large; give integers"),
-            (10.0 ** rng.uniform(16.0, 300.0), " has an index too large; give integers"),
+            *((0.5, part), (count - 0.5, part)),
+            *((float(count), none), (-1.0, none), (TOO_LARGE - 1.0, none), (1.0 - TOO_LARGE, none)),
+            *((TOO_LARGE, large), (-TOO_LARGE, large), (10.0 ** rng.uniform(16.0, 300.0), large)),
         ):
             triangles = sphere.triangles.astype(np.float64)
             place = int(rng.integers(len(triangles))), int(rng.integers(3))
             triangles[place] = np.floor(value) if value > 1e16 else value
-            try:
-                Mesh(sphere.vertices, triangles)
-                right.append(False)
-            except MeshError as error:
-                right.append(str(error).startswith(f"triangle {place[0]} ") and str(error).endswith(named))
-            kinds.append(f"an index of {value:.5g}" if value < 1e16 else "an index beyond 2⁵³")
+            said = _refusal(Mesh, sphere.vertices, triangles)
+            kind = f"an index of {value:.5g}" if value < 1e16 else "an index beyond 2⁵³"
+            answers.add(said.startswith(f"triangle {place[0]} ") and said.endswith(named), True, kind=kind)
     few, many = np.zeros((1, 3)), "the mesh has more than 1431655765 vertices or triangles; split it"
     for more in ((1, 0), (0, 1), (1, 1), (0, 0)):
         rows = [np.broadcast_to(few, (MOST_ROWS + beyond, 3)) for beyond in more]
         for given in (rows, [rows[0], few], [few, rows[1]]):
             is_many = max(len(each) for each in given) > MOST_ROWS
-            try:
-                build_bvh(*given)
-                right.append(False)
-            except MeshError as error:
-                right.append(
-                    str(error) == (many if is_many else "triangles are float64; give vertex indices, as integers")
-                )
-            kinds.append("more rows than a tree has room for" if is_many else "as many rows as a tree has room for")
-    return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
+            expected = many if is_many else "triangles are float64; give vertex indices, as integers"
+            kind = "more rows than a tree has room for" if is_many else "as many rows as a tree has room for"
+            answers.add(_refusal(build_bvh, *given) == expected, True, kind=kind)
+    return answers.comparison()
+
+
+def _refusal(make: Callable[..., object], *given: np.ndarray) -> str:
+    """Return what is said by whoever refuses to make something of arrays; nothing if it is made."""
+    try:
+        make(*given)
+    except MeshError as error:
+        return str(error)
+    return ""

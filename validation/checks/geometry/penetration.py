@@ -8,51 +8,40 @@ import numpy as np
 
 import softbody
 from softbody import Mesh
-from softbody.geometry import (
-    BVH,
-    Penetrations,
-    bounding_sphere,
-    build_bvh,
-    bvh_boxes,
-    bvh_rays,
-    find_penetrations,
-    find_penetrations_exhaustively,
-    penetration,
-    points_of,
-    refit_bvh,
-    room_for_penetrations,
-    search_space,
-)
+from softbody.geometry import BVH, Penetrations, bounding_sphere, bvh, bvh_boxes, bvh_rays, penetration
+from softbody.geometry.penetration import find_penetrations_exhaustively, points_of, room_for_penetrations
+from validation.answers import Answers
 from validation.cases import random_mesh, rotated
 from validation.check import Comparison, Run, check
-from validation.checks.geometry.containment import varied_meshes
+from validation.checks.geometry.cases import longest_side, random_meshes, varied_meshes
 from validation.fault import Fault
 
 FAMILY = "soft–soft narrow phase"
 PIECE = "softbody.geometry.penetration.find_penetrations"
 
 
-def rebuild_and_find(points: np.ndarray, vertices: np.ndarray, tree: BVH, found: Penetrations) -> int:
+def _rebuild_and_find(points: np.ndarray, vertices: np.ndarray, tree: BVH, found: Penetrations) -> int:
     """Fit the structures to where the bodies are, and find which points are inside; return how many."""
-    refit_bvh(tree, vertices)
-    return find_penetrations(points_of(points), points_of(vertices), tree, search_space(tree), found)
+    bvh.refit_bvh(tree, vertices)
+    return penetration.find_penetrations(points_of(points), points_of(vertices), tree, bvh.search_space(tree), found)
 
 
-def rows(points: np.ndarray, mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
-    """Return what the structures and what trying everything find: bits (m, 6), −1 where a point is not inside."""
-    found = []
-    tree = build_bvh(mesh.vertices, mesh.triangles)
-    for exhaustively in (False, True):
-        room = room_for_penetrations(len(points))
-        if exhaustively:
-            count = find_penetrations_exhaustively(points, mesh.vertices, mesh.triangles, room)
-        else:
-            count = rebuild_and_find(points, mesh.vertices, tree, room)
-        bits = np.full((len(points), 6), -1, np.int64)
-        numbers = np.column_stack([room.weights[:count], room.depth[:count]]).view(np.int64)
-        bits[room.point[:count]] = np.column_stack([np.arange(count), room.triangle[:count], numbers])
-        found.append(bits)
-    return found[0], found[1]
+def _rows(points: np.ndarray, mesh: Mesh, exhaustively: bool) -> np.ndarray:
+    """Return what the structures, or trying everything, find: bits (m, 6), −1 where a point is not inside."""
+    room = room_for_penetrations(len(points))
+    if exhaustively:
+        count = find_penetrations_exhaustively(points, mesh.vertices, mesh.triangles, room)
+    else:
+        count = _rebuild_and_find(points, mesh.vertices, bvh.build_bvh(mesh.vertices, mesh.triangles), room)
+    bits = np.full((len(points), 6), -1, np.int64)
+    numbers = np.column_stack([room.weights[:count], room.depth[:count]]).view(np.int64)
+    bits[room.point[:count]] = np.column_stack([np.arange(count), room.triangle[:count], numbers])
+    return bits
+
+
+def _another_body(rng: np.random.Generator) -> np.ndarray:
+    """Return the vertices of a lumpy sphere somewhere about the origin."""
+    return random_mesh("lumpy sphere", rng).vertices + rng.uniform(-1.2, 1.2, 3)
 
 
 @check(
@@ -86,22 +75,23 @@ def rows(points: np.ndarray, mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
     ),
 )
 def accelerated_is_exhaustive(run: Run) -> Comparison:
-    """The accelerated narrow phase of two bodies finds the particles, triangles, weights and depths, to the bit."""
-    rng = run.fresh_rng()
-    measured, kinds = [], []
+    """The accelerated narrow phase of two bodies has the exhaustive one's bits.
+
+    It finds the same particles, triangles, weights and depths.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for kind, mesh in varied_meshes(rng).items():
         for _ in range(run.count(2, 6, 60)):
-            other = random_mesh("lumpy sphere", rng).vertices + rng.uniform(-1.2, 1.2, 3)
+            other = _another_body(rng)
             stacked = mesh.vertices + np.array([0.0, 0.0, rng.uniform(0.1, 1.9)])
             middle = mesh.vertices.mean(axis=0)
             some = rng.permutation(mesh.vertices)[: rng.integers(1, 20)]
             few = middle + rng.uniform(0.5, 1.0) * (some - middle)
-            for points, how in ((other, "another body"), (stacked, "a copy on top"), (few, "a few points")):
-                ours, judged = rows(np.ascontiguousarray(points), mesh)
-                measured.append((ours == judged).all(axis=1))
-                kinds += [f"{kind}, {how}"] * len(points)
-    same = np.concatenate(measured)
-    return Comparison(same, np.ones(len(same), bool), groups=kinds)
+            for asked, how in ((other, "another body"), (stacked, "a copy on top"), (few, "a few points")):
+                points = np.ascontiguousarray(asked)
+                same = (_rows(points, mesh, False) == _rows(points, mesh, True)).all(axis=1)
+                answers.extend(same, np.ones(len(points), bool), kind=f"{kind}, {how}")
+    return answers.comparison()
 
 
 @check(
@@ -133,25 +123,22 @@ def accelerated_is_exhaustive(run: Run) -> Comparison:
     ),
 )
 def inside_as_libigl_has_it(run: Run) -> Comparison:
-    """The narrow phase of two bodies finds the particles that libigl finds inside, as deep as libigl has them."""
+    """The narrow phase of two bodies finds libigl's inside particles and depths."""
     from references import igl
 
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    rng, answers = run.fresh_rng(), Answers()
     for kind, mesh in varied_meshes(rng).items():
-        size = float(np.ptp(mesh.vertices, axis=0).max())
+        size, tree = longest_side(mesh.vertices), bvh.build_bvh(mesh.vertices, mesh.triangles)
         for _ in range(run.count(2, 6, 60)):
-            points = random_mesh("lumpy sphere", rng).vertices + rng.uniform(-1.2, 1.2, 3)
+            points = _another_body(rng)
             room = room_for_penetrations(len(points))
-            count = rebuild_and_find(points, mesh.vertices, build_bvh(mesh.vertices, mesh.triangles), room)
+            count = _rebuild_and_find(points, mesh.vertices, tree, room)
             found = np.zeros((len(points), 2))
             found[room.point[:count]] = np.column_stack([np.ones(count), room.depth[:count] / size])
             depth = igl.closest_points(points, mesh.vertices, mesh.triangles)[0] / size
             inside = igl.points_in_mesh(points, mesh.vertices, mesh.triangles)
-            measured.append(found)
-            expected.append(np.column_stack([inside, np.where(inside, depth, 0.0)]))
-            kinds += [kind] * len(points)
-    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+            answers.extend(found, np.column_stack([inside, np.where(inside, depth, 0.0)]), kind=kind)
+    return answers.comparison()
 
 
 @check(
@@ -174,19 +161,22 @@ def inside_as_libigl_has_it(run: Run) -> Comparison:
     ),
 )
 def an_order_of_magnitude_faster(run: Run) -> Comparison:
-    """Two soft bodies of 642 particles or more collide at least ten times faster than by trying everything."""
-    rng = run.fresh_rng()
-    ratios, kinds, ours, theirs, counts = [], [], [], [], []
+    """Two soft bodies collide ten times faster than by trying everything.
+
+    At least so, bodies of 642 particles or more.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    counts, ours, theirs = [], [], []
     for subdivisions in {"quick": (3, 4), "standard": (3, 4), "full": (3, 4, 5, 6)}[run.level]:
         mesh = rotated(softbody.icosphere(subdivisions), rng)
         points = np.ascontiguousarray(mesh.vertices + np.array([0.3, 0.4, 1.5]))
-        tree = build_bvh(mesh.vertices, mesh.triangles)
+        tree = bvh.build_bvh(mesh.vertices, mesh.triangles)
         room = room_for_penetrations(len(points))
         fast, slow = [], []
         for _ in range(6 if subdivisions < 5 else 3):
             start = thread_time()
             for _ in range(10):
-                rebuild_and_find(points, mesh.vertices, tree, room)
+                _rebuild_and_find(points, mesh.vertices, tree, room)
             middle = thread_time()
             find_penetrations_exhaustively(points, mesh.vertices, mesh.triangles, room)
             fast.append((middle - start) / 10)
@@ -194,15 +184,14 @@ def an_order_of_magnitude_faster(run: Run) -> Comparison:
         counts.append(len(points))
         ours.append(min(fast[1:]))  # the first round may compile
         theirs.append(min(slow[1:]))
-        ratios.append(ours[-1] / theirs[-1])
-        kinds.append(f"{len(points)} particles a body")
+        answers.add(ours[-1] / theirs[-1], 0.0, kind=f"{len(points)} particles a body")
     notes = [
         f"{n} particles a body: {1e3 * a:.3f} ms against {1e3 * b:.1f} ms, {b / a:.0f} times faster"
         for n, a, b in zip(counts, ours, theirs)
     ]
     growth = [np.polyfit(np.log(counts), np.log(times), 1)[0] for times in (ours, theirs)]
     notes.append(f"time grows as the number of particles to the power {growth[0]:.2f}, exhaustively {growth[1]:.2f}")
-    return Comparison(ratios, np.zeros(len(ratios)), groups=kinds, notes=notes)
+    return answers.comparison(notes=notes)
 
 
 @check(
@@ -216,15 +205,14 @@ def an_order_of_magnitude_faster(run: Run) -> Comparison:
     ),
 )
 def spheres_hold_their_points(run: Run) -> Comparison:
-    """A bounding sphere holds every point of its body, and is at most a quarter wider than the body needs."""
-    rng = run.fresh_rng()
-    holds, kinds = [], []
+    """A bounding sphere holds its points, at most a quarter too wide."""
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(10, 30, 1_000)):
-        for kind in ("lumpy sphere", "box", "torus"):
-            points = random_mesh(kind, rng).vertices[:300] + 10.0 ** rng.uniform(-3.0, 3.0)
+        for kind, mesh in random_meshes(1, rng, ("lumpy sphere", "box", "torus")):
+            points = mesh.vertices[:300] + 10.0 ** rng.uniform(-3.0, 3.0)
             centre, radius = bounding_sphere(points)
             distances = np.sqrt(((points - np.array(centre)) ** 2).sum(axis=1))
             reach = np.sqrt(((points[:, None] - points) ** 2).sum(axis=2).max())
-            holds.append(bool((distances <= radius).all() and radius <= 1.25 * np.sqrt(3.0 / 8.0) * reach))
-            kinds.append(kind)
-    return Comparison(np.array(holds), np.ones(len(holds), bool), groups=kinds)
+            holds = bool((distances <= radius).all() and radius <= 1.25 * np.sqrt(3.0 / 8.0) * reach)
+            answers.add(holds, True, kind=kind)
+    return answers.comparison()

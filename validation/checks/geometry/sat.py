@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import importlib
+from types import ModuleType
 
 import numpy as np
 
 from softbody.collision.boxes import sat_boxes
+from validation.answers import Answers
 from validation.arbitration import US, arbitrate
 from validation.cases import (
     BoxPairs,
     box_separations,
     gap_along,
-    joined,
     random_box_pairs,
     random_orientations,
     rotation_matrix,
@@ -20,7 +21,6 @@ from validation.cases import (
 from validation.check import Comparison, Misprint, Run, check
 from validation.engines import missing
 from validation.fault import Fault
-from validation.record import Arbitration
 
 FAMILY = "separating axes"
 
@@ -35,40 +35,57 @@ LESS_REACH = Fault(
     "distance_ - reach_a_ - reach_b_ → distance_ - reach_a_ - 0.97 * reach_b_",
 )
 PIECE = "softbody.collision.boxes.sat_boxes.box_box_separation"
+PAIRS = "softbody.collision.boxes.sat_boxes.box_pairs_overlap"
 
 
-def separations(pairs: BoxPairs, paper_axes: bool = False) -> np.ndarray:
+def separations(pairs: BoxPairs) -> np.ndarray:
     """Return the core's separation (m,) [m] of each pair."""
-    return sat_boxes.box_pairs_separation(pairs.a, pairs.b, paper_axes)[0]
+    return sat_boxes.box_pairs_separation(pairs.a, pairs.b)[0]
 
 
-@check(
-    section="4.5",
-    piece="softbody.collision.boxes.sat_boxes.box_pairs_overlap",
-    reference="FCL",
-    engines=("fcl",),
-    because="a yes-or-no answer, outside FCL's own rounding band",
-    faults=(FOURTEEN_AXES,),
-    erratum=Misprint("E11", "face normals only", "face normals and edge × edge: fifteen axes"),
-)
-def random_pairs(run: Run) -> Comparison:
-    """Random boxes overlap for the core if and only if they overlap for FCL."""
-    from references import fcl
+def _beyond(margin: float, pairs: BoxPairs) -> np.ndarray:
+    """Tell of which pairs (m,) the separation is more than a margin, in units of their size."""
+    return np.abs(separations(pairs)) > margin * pairs.extent
 
-    pairs = random_box_pairs(run.fresh_rng(), run.count(2_000, 20_000, 1_000_000))
-    expected = fcl.boxes_overlap(*pairs)
-    measured = sat_boxes.box_pairs_overlap(pairs.a, pairs.b)
-    paper = sat_boxes.box_pairs_overlap(pairs.a, pairs.b, True)
-    trusted = np.abs(separations(pairs)) > fcl.MARGIN * pairs.extent
+
+def _random_pairs_by(run: Run, count: int, engine: ModuleType) -> Comparison:
+    """Ask about random boxes beyond an engine's margin; of all where it differs, exact arithmetic says who is right."""
+    from references import exact
+
+    pairs, name = random_box_pairs(run.fresh_rng(), count), engine.__name__.rpartition(".")[2]
+    expected, measured = engine.boxes_overlap(*pairs), sat_boxes.box_pairs_overlap(pairs.a, pairs.b)
+    trusted = _beyond(engine.MARGIN, pairs)
+    truth, doubtful = measured.copy(), np.flatnonzero(measured != expected)
+    if len(doubtful):
+        truth[doubtful] = exact.boxes_overlap(*pairs.select(doubtful)) >= 0
+    by, answers = "exact arithmetic where they differ", {US: measured, name: expected}
     return Comparison(
         measured[trusted],
         expected[trusted],
         groups=np.where(expected, "overlapping", "apart")[trusted],
-        printed=paper[trusted],
+        notes=[f"{int((~trusted).sum())} pairs within the margin of {name} passed over"],
         inputs=pairs.select(trusted)._asdict(),
-        notes=[f"{int((~trusted).sum())} pairs within FCL's rounding band passed over"],
-        arbitrations=by_exact_arithmetic(pairs, measured, "fcl", expected),
+        arbitrations=[arbitrate(by, truth, answers, inputs=pairs._asdict())],
     )
+
+
+@check(
+    section="4.5",
+    piece=PAIRS,
+    reference="FCL",
+    engines=("fcl",),
+    because="outside FCL's own rounding band",
+    faults=(FOURTEEN_AXES,),
+    erratum=Misprint("E11", "face normals only", "face normals and edge × edge: fifteen axes"),
+)
+def random_pairs(run: Run) -> Comparison:
+    """Random boxes overlap exactly when they do for FCL."""
+    from references import fcl
+
+    comparison = _random_pairs_by(run, run.count(2_000, 20_000, 1_000_000), fcl)
+    pairs = BoxPairs(**comparison.inputs)
+    comparison.printed = sat_boxes.box_pairs_overlap(pairs.a, pairs.b, True)
+    return comparison
 
 
 def near_ties(rng: np.random.Generator, count: int) -> tuple[BoxPairs, np.ndarray]:
@@ -78,13 +95,11 @@ def near_ties(rng: np.random.Generator, count: int) -> tuple[BoxPairs, np.ndarra
     Which side of the tie a pair is on is for exact arithmetic to say.
     """
     pairs = random_box_pairs(rng, count)
-    half = count // 2
+    half, quarter = count // 2, count // 2 // 2
     # Every other pair: nearly or exactly parallel, as boxes that lie on each other.
     pairs.orientation_b[:half] = pairs.orientation_a[:half]
-    quarter = half // 2
     pairs.orientation_a[:quarter] = pairs.orientation_b[:quarter] = (1.0, 0.0, 0.0, 0.0)
-    kinds = np.where(np.arange(count) < quarter, "aligned with the axes", "")
-    kinds = np.where((np.arange(count) >= quarter) & (np.arange(count) < half), "parallel", kinds)
+    kinds = np.repeat(["aligned with the axes", "parallel", ""], [quarter, half - quarter, count - half])
     for i, (separation, normal, axis) in enumerate(box_separations(pairs)):
         gap = rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(-14.0, -3.0)
         pairs.position_b[i] += (separation - gap) * normal
@@ -113,64 +128,42 @@ def near_ties(rng: np.random.Generator, count: int) -> tuple[BoxPairs, np.ndarra
     ),
 )
 def near_touching_pairs(run: Run) -> Comparison:
-    """Boxes that miss or touch each other by 1e-3 to 1e-14 of their size are told apart rightly."""
+    """Boxes that hardly miss or touch each other are told apart rightly.
+
+    They miss or touch by 1e-3 to 1e-14 of their size.
+    """
     from references import exact
 
     pairs, kinds = near_ties(run.fresh_rng(), run.count(200, 2_000, 100_000))
-    signs = exact.boxes_overlap(*pairs)
-    found = separations(pairs)
-    clear = np.abs(found) > 4e-15 * pairs.extent
+    clear = _beyond(4e-15, pairs)
     notes = [f"{int((~clear).sum())} of {len(clear)} pairs lie within 4e-15 of their size: passed over"]
-    pairs, measured, expected, kinds = pairs.select(clear), (found <= 0.0)[clear], (signs >= 0)[clear], kinds[clear]
-    comparison = Comparison(measured, expected, groups=kinds, notes=notes, inputs=pairs._asdict())
-    answers = {US: measured}
+    pairs, kinds = pairs.select(clear), kinds[clear]
+    measured, expected = separations(pairs) <= 0.0, exact.boxes_overlap(*pairs) >= 0
+    said = {US: measured}
     for name in ("fcl", "coal"):
         if not missing((name,)):
-            answers[name] = importlib.import_module(f"references.{name}").boxes_overlap(*pairs)
-    comparison.arbitrations = [arbitrate("exact arithmetic", expected, answers, groups=kinds, inputs=comparison.inputs)]
-    return comparison
-
-
-def by_exact_arithmetic(pairs: BoxPairs, ours: np.ndarray, engine: str, theirs: np.ndarray) -> list[Arbitration]:
-    """Say who was right about pairs, of the core and an engine; what they agree on is not calculated again."""
-    from references import exact
-
-    truth = ours.copy()
-    doubtful = np.flatnonzero(ours != theirs)
-    if len(doubtful):
-        truth[doubtful] = exact.boxes_overlap(*pairs.select(doubtful)) >= 0
-    by = "exact arithmetic where they differ"
-    return [arbitrate(by, truth, {US: ours, engine: theirs}, inputs=pairs._asdict())]
+            said[name] = importlib.import_module(f"references.{name}").boxes_overlap(*pairs)
+    inputs = pairs._asdict()
+    judged = [arbitrate("exact arithmetic", expected, said, groups=kinds, inputs=inputs)]
+    return Comparison(measured, expected, groups=kinds, notes=notes, inputs=inputs, arbitrations=judged)
 
 
 @check(
     section="4.5",
-    piece="softbody.collision.boxes.sat_boxes.box_pairs_overlap",
+    piece=PAIRS,
     reference="coal; exact arithmetic says who is right",
     engines=("coal",),
-    because="a yes-or-no answer; coal is right beyond 1e-6 m, and nearer pairs are passed over",
+    because="coal is right beyond 1e-6 m, and nearer pairs are passed over",
     faults=(FOURTEEN_AXES,),
 )
 def random_pairs_by_coal(run: Run) -> Comparison:
-    """Random boxes overlap for the core if and only if they overlap for coal."""
+    """Random boxes overlap exactly when they do for coal."""
     from references import coal
 
-    pairs = random_box_pairs(run.fresh_rng(), run.count(1_000, 10_000, 1_000_000))
-    measured = sat_boxes.box_pairs_overlap(pairs.a, pairs.b)
-    expected = coal.boxes_overlap(*pairs)
-    trusted = np.abs(separations(pairs)) > coal.MARGIN * pairs.extent
-    notes = [f"{int((~trusted).sum())} pairs within coal's margin passed over"]
-    return Comparison(
-        measured[trusted],
-        expected[trusted],
-        groups=np.where(expected, "overlapping", "apart")[trusted],
-        notes=notes,
-        inputs=pairs.select(trusted)._asdict(),
-        arbitrations=by_exact_arithmetic(pairs, measured, "coal", expected),
-    )
+    return _random_pairs_by(run, run.count(1_000, 10_000, 1_000_000), coal)
 
 
-def pose_families(rng: np.random.Generator, count: int) -> dict[str, BoxPairs]:
+def _pose_families(rng: np.random.Generator, count: int) -> dict[str, BoxPairs]:
     """Return `count` pairs of boxes of each family of sizes and poses."""
     rods = random_box_pairs(rng, count)
     rods.size_a[:] = rods.size_b[:] = (0.1, 0.1, 2.0)
@@ -190,33 +183,31 @@ def pose_families(rng: np.random.Generator, count: int) -> dict[str, BoxPairs]:
 
 @check(
     section="4.5",
-    piece="softbody.collision.boxes.sat_boxes.box_pairs_overlap",
+    piece=PAIRS,
     reference="FCL",
     engines=("fcl",),
-    because="a yes-or-no answer, outside FCL's own rounding band",
+    because="outside FCL's own rounding band",
     faults=(FOURTEEN_AXES,),
 )
 def families_of_poses(run: Run) -> Comparison:
-    """In every family of poses, also thin rods and small gaps, fifteen axes see FCL's hits and no others."""
+    """Boxes in every family of poses overlap exactly when FCL says so.
+
+    Also thin rods and small gaps: fifteen axes see FCL's hits and no others.
+    """
     from references import fcl
 
-    measured, expected, kinds, notes, asked = [], [], [], [], []
-    for kind, pairs in pose_families(run.fresh_rng(), run.count(300, 2_000, 50_000)).items():
-        trusted = pairs.select(np.abs(separations(pairs)) > fcl.MARGIN * pairs.extent)
+    answers, notes = Answers(), []
+    for kind, pairs in _pose_families(run.fresh_rng(), run.count(300, 2_000, 50_000)).items():
+        trusted = pairs.select(_beyond(fcl.MARGIN, pairs))
         truth = fcl.boxes_overlap(*trusted)
+        answers.extend(sat_boxes.box_pairs_overlap(trusted.a, trusted.b), truth, kind=kind, **trusted._asdict())
         paper = sat_boxes.box_pairs_overlap(trusted.a, trusted.b, True)
-        share = 100.0 * (paper & ~truth).sum() / max(1, paper.sum())
-        seen = 100.0 * (paper & ~truth).sum() / max(1, (~truth).sum())
+        false = 100.0 * (paper & ~truth).sum()
         notes.append(
-            f"{kind}: {share:.1f} % of the hits of face normals alone are false, and {seen:.1f} % of misses seem hits"
+            f"{kind}: {false / max(1, paper.sum()):.1f} % of the hits of face normals alone are false, and"
+            f" {false / max(1, (~truth).sum()):.1f} % of misses seem hits"
         )
-        asked.append(trusted._asdict())
-        measured.append(sat_boxes.box_pairs_overlap(trusted.a, trusted.b))
-        expected.append(truth)
-        kinds += [kind] * len(truth)
-    return Comparison(
-        np.concatenate(measured), np.concatenate(expected), groups=kinds, notes=notes, inputs=joined(asked)
-    )
+    return answers.comparison(notes=notes)
 
 
 @check(
@@ -230,7 +221,7 @@ def families_of_poses(run: Run) -> Comparison:
     faults=(FOURTEEN_AXES,),
 )
 def separation_by_exact_arithmetic(run: Run) -> Comparison:
-    """The separation of boxes, a gap or a depth, is that of exact arithmetic over the fifteen axes."""
+    """The gap or depth of boxes is exact arithmetic's over fifteen axes."""
     from references import exact
 
     pairs = random_box_pairs(run.fresh_rng(), run.count(200, 1_500, 50_000))
@@ -263,15 +254,17 @@ def separation_by_exact_arithmetic(run: Run) -> Comparison:
     ),
 )
 def contact_by_fcl(run: Run) -> Comparison:
-    """Where FCL's contact is along the core's axis, normal and depth agree; elsewhere it is up to 5 % deeper. The
-    core's depth, along its own normal, parts the boxes: their corners then just touch."""
+    """Normal and depth of overlapping boxes are FCL's along the core's axis.
+
+    Elsewhere FCL's contact is up to 5 % deeper. The core's depth, along its own normal, parts the boxes: their corners
+    then just touch.
+    """
     from scipy.spatial.transform import Rotation
 
     from references import fcl
 
     pairs = random_box_pairs(run.fresh_rng(), run.count(500, 4_000, 100_000))
-    answers = box_separations(pairs)
-    ours, normals = np.array([a[0] for a in answers]), np.array([a[1] for a in answers])
+    ours, normals, _ = map(np.array, zip(*box_separations(pairs)))
     deep = ours < -1e-3 * pairs.extent
     pairs, depth, normals = pairs.select(deep), -ours[deep], normals[deep]
     judged, theirs = fcl.box_contacts(*pairs)
@@ -280,11 +273,8 @@ def contact_by_fcl(run: Run) -> Comparison:
     # Within 1.4e-6 rad. Seen at full: an axis of FCL 4e-5 rad beside the one that exact arithmetic says is least.
     same = np.abs(along) > 1.0 - 1e-12
     ratio = judged / depth
-    allowed = np.where(same, 1.0, np.clip(ratio, 1.0, 1.05))
-    share = 100.0 * (~same).mean()
-    notes = [
-        f"FCL takes another axis in {share:.1f} % of overlaps, with a depth up to {ratio.max():.4f} times the least"
-    ]
+    allowed, share = np.where(same, 1.0, np.clip(ratio, 1.0, 1.05)), 100.0 * (~same).mean()
+    notes = [f"FCL takes another axis in {share:.1f} % of overlaps, up to {ratio.max():.4f} times as deep as the least"]
     # How deep the boxes overlap along the core's own normal, from their projections on it.
     reach = np.zeros(len(depth))
     for size, orientation in ((pairs.size_a, pairs.orientation_a), (pairs.size_b, pairs.orientation_b)):
@@ -304,8 +294,7 @@ def contact_by_fcl(run: Run) -> Comparison:
     engines=("fcl",),
     unit="of the size",
     tolerance=1e-14,
-    because="rounding on both sides: 1.4e-15 at worst of ten seeds and at full; FCL is as near but for nearly parallel"
-    " boxes, which random poses do not meet",
+    because="1.4e-15 at worst of ten seeds and at full; FCL is as near but for nearly parallel boxes, never drawn",
     faults=(FOURTEEN_AXES,),
 )
 def depth(run: Run) -> Comparison:
@@ -317,8 +306,8 @@ def depth(run: Run) -> Comparison:
     judged = fcl.box_distance(*pairs)
     # For boxes apart, the distance is not along an axis of the test, and can only be larger.
     overlap = judged < 0.0
-    inputs = pairs.select(overlap)._asdict()
-    return Comparison(ours[overlap], judged[overlap], pairs.extent[overlap], inputs=inputs)
+    pairs = pairs.select(overlap)
+    return Comparison(ours[overlap], judged[overlap], pairs.extent, inputs=pairs._asdict())
 
 
 @check(
@@ -335,18 +324,13 @@ def depth(run: Run) -> Comparison:
     ),
 )
 def paper_axes_never_miss(run: Run) -> Comparison:
-    """The paper's six axes never miss an overlap: their only fault is to see some that are not there."""
+    """The paper's six axes never miss an overlap, but see false ones."""
     from references import fcl, printed
 
     pairs = random_box_pairs(run.fresh_rng(), run.count(1_000, 10_000, 100_000), low=0.1, high=3.0)
-    overlapping = fcl.boxes_overlap(*pairs)
-    hits = pairs.select(overlapping)
-    return Comparison(
-        sat_boxes.box_pairs_overlap(hits.a, hits.b, True),
-        np.ones(len(hits.size_a), bool),
-        printed=printed.boxes_overlap_one_way(*hits),
-        inputs=hits._asdict(),
-    )
+    hits = pairs.select(fcl.boxes_overlap(*pairs))
+    seen, one_way = sat_boxes.box_pairs_overlap(hits.a, hits.b, True), printed.boxes_overlap_one_way(*hits)
+    return Comparison(seen, np.ones(len(seen), bool), printed=one_way, inputs=hits._asdict())
 
 
 @check(
@@ -360,10 +344,9 @@ def paper_axes_never_miss(run: Run) -> Comparison:
     faults=(LESS_REACH,),
 )
 def invariance(run: Run) -> Comparison:
-    """The answer does not depend on which box is called a, nor on where and how the pair is placed."""
+    """The separation of boxes depends on neither order, place nor orientation."""
     rng = run.fresh_rng()
     pairs = random_box_pairs(rng, run.count(500, 3_000, 30_000))
-    before = separations(pairs)
     turn = random_orientations(rng, 1)[0]
     matrix, offset = rotation_matrix(turn), rng.uniform(-1000.0, 1000.0, 3)
     moved = BoxPairs(
@@ -374,11 +357,10 @@ def invariance(run: Run) -> Comparison:
         pairs.position_b @ matrix.T + offset,
         _product(turn, pairs.orientation_b),
     )
-    asked = pairs.swapped(), moved
-    after = np.concatenate([separations(one) for one in asked])
-    kinds = ["exchanged"] * len(before) + ["moved"] * len(before)
-    inputs = joined([one._asdict() for one in asked])
-    return Comparison(after, np.tile(before, 2), np.tile(pairs.extent, 2), kinds, inputs=inputs)
+    answers, before = Answers(), separations(pairs)
+    for kind, asked in (("exchanged", pairs.swapped()), ("moved", moved)):
+        answers.extend(separations(asked), before, pairs.extent, kind, **asked._asdict())
+    return answers.comparison()
 
 
 def _product(p: np.ndarray, q: np.ndarray) -> np.ndarray:
@@ -412,36 +394,30 @@ def _product(p: np.ndarray, q: np.ndarray) -> np.ndarray:
     ),
 )
 def normals_and_axes(run: Run) -> Comparison:
-    """Along the normal, from b to a, corners of boxes are as far apart, or overlap by as much, as is said; the normal
-    is the axis that is named, a face's for boxes turned about an axis they share."""
+    """Corners of boxes are as far apart along the normal as said.
+
+    Or overlap by as much; the normal goes from b to a. It is the axis that is named: a face's, for boxes turned about
+    an axis they share.
+    """
     rng, count = run.fresh_rng(), run.count(300, 3_000, 30_000)
     anyhow = random_box_pairs(rng, count)
     sharing = _turned_about_an_axis_of_a(random_box_pairs(rng, count), rng)
-    measured, expected = [], []
-    for pairs in (anyhow, sharing):
+    answers = Answers()
+    for kind, pairs in (("turned anyhow", anyhow), ("turned about an axis they share", sharing)):
         found, normals, axes = sat_boxes.box_pairs_separation(pairs.a, pairs.b)
         named = [_along_axis(normals[i], int(axes[i]), pairs, i) for i in range(count)]
         is_face = (axes < 6) | (pairs is anyhow)
-        measured.append(np.column_stack([found / pairs.extent, np.ones(count), is_face]))
-        expected.append(np.column_stack([gap_along(pairs, normals) / pairs.extent, named, np.ones(count)]))
-    kinds = np.repeat(["turned anyhow", "turned about an axis they share"], count)
-    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+        measured = np.column_stack([found / pairs.extent, np.ones(count), is_face])
+        expected = np.column_stack([gap_along(pairs, normals) / pairs.extent, named, np.ones(count)])
+        answers.extend(measured, expected, kind=kind)
+    return answers.comparison()
 
 
 def _turned_about_an_axis_of_a(pairs: BoxPairs, rng: np.random.Generator) -> BoxPairs:
     """Return the pairs with b in the orientation of a, turned about an axis of both."""
-    angle, axis = rng.uniform(0.1, 1.4, len(pairs.size_a)), rng.integers(0, 3, len(pairs.size_a))
-    turned = []
-    for (w, x, y, z), half, k in zip(pairs.orientation_a, 0.5 * angle, axis):
-        c, (i, j, m) = np.cos(half), np.sin(half) * np.eye(3)[k]
-        turned.append(
-            [
-                w * c - x * i - y * j - z * m,
-                w * i + x * c + y * m - z * j,
-                w * j - x * m + y * c + z * i,
-                w * m + x * j - y * i + z * c,
-            ]
-        )
+    half, axis = 0.5 * rng.uniform(0.1, 1.4, len(pairs.size_a)), rng.integers(0, 3, len(pairs.size_a))
+    turns = np.column_stack([np.cos(half), np.sin(half)[:, None] * np.eye(3)[axis]])
+    turned = [_product(a, turn[None])[0] for a, turn in zip(pairs.orientation_a, turns)]
     return pairs._replace(orientation_b=np.array(turned))
 
 
@@ -454,10 +430,9 @@ def _along_axis(normal: np.ndarray, axis: int, pairs: BoxPairs, i: int) -> float
 
 @check(
     section="4.5",
-    piece="softbody.collision.boxes.sat_boxes.box_pairs_overlap",
+    piece=PAIRS,
     reference="whole numbers",
     kind="exact arithmetic",
-    because="a yes-or-no answer, of whole numbers",
     faults=(
         Fault("boxes that touch are apart", sat_boxes.box_pairs_overlap, "separation_ <= 0.0 → separation_ < 0.0"),
         Fault(
@@ -468,8 +443,10 @@ def _along_axis(normal: np.ndarray, axis: int, pairs: BoxPairs, i: int) -> float
     ),
 )
 def upright_boxes_that_touch(run: Run) -> Comparison:
-    """Upright boxes overlap or touch exactly if they do along x, y and z: half-integer places, whole sizes, a third of
-    the pairs touching along an axis."""
+    """Upright boxes overlap or touch exactly if they do along each axis.
+
+    Along x, y and z: half-integer places, whole sizes, a third of the pairs touching along an axis.
+    """
     rng, count = run.fresh_rng(), run.count(1_000, 10_000, 100_000)
     size_a, size_b = rng.integers(1, 4, (2, count, 3))
     twice_a, twice_b = rng.integers(-3, 4, (2, count, 3))  # twice the places
@@ -477,8 +454,5 @@ def upright_boxes_that_touch(run: Run) -> Comparison:
     pairs = BoxPairs(size_a.astype(float), 0.5 * twice_a, upright, size_b.astype(float), 0.5 * twice_b, upright)
     room = np.abs(twice_a - twice_b) - (size_a + size_b)  # twice the gap along each axis
     touching = (room == 0).any(axis=1)
-    return Comparison(
-        sat_boxes.box_pairs_overlap(pairs.a, pairs.b),
-        (room <= 0).all(axis=1),
-        groups=np.where(touching, "touching along an axis", "clear"),
-    )
+    kinds = np.where(touching, "touching along an axis", "clear")
+    return Comparison(sat_boxes.box_pairs_overlap(pairs.a, pairs.b), (room <= 0).all(axis=1), groups=kinds)

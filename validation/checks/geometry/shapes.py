@@ -7,8 +7,10 @@ import numpy as np
 import softbody
 from softbody import Mesh
 from softbody.mesh import mesh
-from validation.cases import MESH_KINDS, edge_lengths, random_mesh
+from validation.answers import Answers
+from validation.cases import edge_lengths
 from validation.check import Comparison, Run, check
+from validation.checks.geometry.cases import corners_side_by_side, random_meshes
 from validation.fault import Fault
 
 FAMILY = "meshes that users make"
@@ -18,18 +20,18 @@ SOLIDS = {"tetrahedron": (4, 4), "octahedron": (6, 8), "icosahedron": (12, 20)} 
 EDGES = {"tetrahedron": (8.0 / 3.0) ** 0.5, "octahedron": 2.0**0.5, "icosahedron": 1.0 / np.sin(0.4 * np.pi)}  # of R
 
 
-def euler(shape: Mesh) -> int:
+def _euler(shape: Mesh) -> int:
     """Return V − E + F, from raw arrays: 2 for a sphere, 0 for a torus."""
     sides = np.sort(shape.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     return len(np.unique(shape.triangles)) - len(np.unique(sides, axis=0)) + len(shape.triangles)
 
 
-def told(shape: Mesh) -> list[float]:
+def _told(shape: Mesh) -> list[float]:
     """Return volume and area, by trimesh, centroid and Euler characteristic of a mesh."""
     from references import trimesh
 
     arrays = shape.vertices, shape.triangles
-    return [trimesh.volume(*arrays), trimesh.area(*arrays), *trimesh.centroid(*arrays), float(euler(shape))]
+    return [trimesh.volume(*arrays), trimesh.area(*arrays), *trimesh.centroid(*arrays), float(_euler(shape))]
 
 
 @check(
@@ -59,31 +61,30 @@ def told(shape: Mesh) -> list[float]:
     ),
 )
 def regular_solids(run: Run) -> Comparison:
-    """The tetrahedron, octahedron and icosahedron are the regular solids: as many corners and faces, all corners at the
-    radius, all edges as long, volume, area, centre and Euler characteristic, facing outwards."""
+    """The tetrahedron, octahedron and icosahedron are the regular solids.
+
+    As many corners and faces, all corners at the radius, all edges as long, volume, area, centre and Euler
+    characteristic, facing outwards.
+    """
     from references import analytic
 
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(10, 50, 500)):
         for name, (corners, faces) in SOLIDS.items():
             radius = 10.0 ** rng.uniform(-3.0, 3.0)
             shape = getattr(softbody, name)(radius)
-            volume, area, *centre, characteristic = told(shape)
+            volume, area, *centre, characteristic = _told(shape)
+            edge, reach = radius * EDGES[name], np.linalg.norm(shape.vertices, axis=1)
             side = edge_lengths(shape.vertices, shape.edges)
-            edge = radius * EDGES[name]
-            reach = np.linalg.norm(shape.vertices, axis=1)
-            measured.append(
+            answers.add(
                 [volume / radius**3, area / radius**2, *(np.array(centre) / radius), characteristic]
                 + [side.min() / edge, side.max() / edge, reach.min() / radius, reach.max() / radius]
-                + [len(shape.vertices), len(shape.triangles)]
-            )
-            expected.append(
+                + [len(shape.vertices), len(shape.triangles)],
                 [analytic.regular_solid_volume(name, 1.0), 0.25 * 3.0**0.5 * faces * (edge / radius) ** 2]
-                + [0.0, 0.0, 0.0, 2.0, 1.0, 1.0, 1.0, 1.0, corners, faces]
+                + [0.0, 0.0, 0.0, 2.0, 1.0, 1.0, 1.0, 1.0, corners, faces],
+                kind=name,
             )
-            kinds.append(name)
-    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+    return answers.comparison()
 
 
 @check(
@@ -105,37 +106,19 @@ def regular_solids(run: Run) -> Comparison:
     ),
 )
 def icospheres(run: Run) -> Comparison:
-    """An icosphere of any radius and number of subdivisions is trimesh's, corner by corner and triangle by triangle,
-    however they are numbered."""
+    """An icosphere is trimesh's, corner by corner and triangle by triangle.
+
+    Of any radius and number of subdivisions, however they are numbered.
+    """
     from references import trimesh
 
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    rng, answers = run.fresh_rng(), Answers()
     for subdivisions in range(run.count(5, 6, 8)):
         radius = 10.0 ** rng.uniform(-2.0, 2.0)
         ours, theirs = softbody.icosphere(subdivisions, radius), trimesh.icosphere(subdivisions, radius)
-        found = corners_in_order(ours.vertices / radius, ours.triangles)
-        judged = corners_in_order(theirs[0] / radius, theirs[1])
-        # Where there are too many or too few, those that are missing are at no place.
-        rows = max(len(found), len(judged))
-        measured.append(np.vstack([found, np.zeros((rows - len(found), 9))]))
-        expected.append(np.vstack([judged, np.zeros((rows - len(judged), 9))]))
-        kinds += [f"{subdivisions} subdivisions"] * rows
-    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
-
-
-def corners_in_order(vertices: np.ndarray, triangles: np.ndarray, digits: int = 6) -> np.ndarray:
-    """Return the corners (t, 9) of triangles, in an order that comes from places alone, to so many digits.
-
-    Each triangle begins with its first corner, and keeps the way in which it turns.
-    """
-    places = np.round(vertices, digits) + 0.0
-    _, rank = np.unique(places, axis=0, return_inverse=True)
-    numbers = rank.ravel()[triangles]
-    first = (numbers.argmin(axis=1)[:, None] + np.arange(3)) % 3
-    numbers = np.take_along_axis(numbers, first, axis=1)
-    rows = np.lexsort(numbers.T[::-1])
-    return vertices[np.take_along_axis(triangles, first, axis=1)[rows]].reshape(-1, 9)
+        found, judged = corners_side_by_side((ours.vertices, ours.triangles), theirs, radius)
+        answers.extend(found, judged, kind=f"{subdivisions} subdivisions")
+    return answers.comparison()
 
 
 @check(
@@ -168,30 +151,29 @@ def corners_in_order(vertices: np.ndarray, triangles: np.ndarray, digits: int = 
     ),
 )
 def tori(run: Run) -> Comparison:
-    """A torus of any radii and segments is the faceted ring of its closed forms: volume, area, principal moments of
-    inertia, centre, a hole, and every corner on the torus."""
+    """A torus is the faceted ring of its closed forms.
+
+    Of any radii and segments: volume, area, principal moments of inertia, centre, a hole, and all corners on the torus.
+    """
     from references import analytic, trimesh
 
-    rng = run.fresh_rng()
-    measured, expected = [], []
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(20, 100, 1_000)):
         major = 10.0 ** rng.uniform(-2.0, 2.0)
         minor = major * rng.uniform(0.05, 0.95)
         around, across = int(rng.integers(3, 80)), int(rng.integers(4, 50))
-        shape = softbody.torus(major, minor, around, across)
-        volume, area, *centre, characteristic = told(shape)
+        ring = major, minor, around, across
+        shape = softbody.torus(*ring)
+        volume, area, *centre, characteristic = _told(shape)
         inertia = trimesh.inertia(shape.vertices, shape.triangles, 1.0)
         off = np.hypot(np.linalg.norm(shape.vertices[:, :2], axis=1) - major, shape.vertices[:, 2]) / minor
-        truth = analytic.faceted_torus_volume(major, minor, around, across)
-        moments = analytic.faceted_torus_inertia(major, minor, around, across, 1.0)
-        measured.append(
-            [volume / truth, area / analytic.faceted_torus_area(major, minor, around, across)]
-            + [*(np.array(centre) / major), *(np.diag(inertia) / moments), off.min(), off.max()]
-            + [characteristic, len(shape.vertices), len(shape.triangles)]
+        answers.add(
+            [volume / analytic.faceted_torus_volume(*ring), area / analytic.faceted_torus_area(*ring)]
+            + [*(np.array(centre) / major), *(np.diag(inertia) / analytic.faceted_torus_inertia(*ring, 1.0))]
+            + [off.min(), off.max(), characteristic, len(shape.vertices), len(shape.triangles)],
+            [1.0, 1.0, 0.0, 0.0, 0.0, *5 * [1.0], 0.0, around * across, 2.0 * around * across],
         )
-        expected.append([1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0])
-        expected[-1] += [0.0, around * across, 2.0 * around * across]
-    return Comparison(np.array(measured), np.array(expected))
+    return answers.comparison()
 
 
 @check(
@@ -218,23 +200,25 @@ def tori(run: Run) -> Comparison:
     ),
 )
 def boxes(run: Run) -> Comparison:
-    """A box of any extents and segments has the volume, area, centre and Euler characteristic of one, and corners at
-    the places of an even lattice on its surface, each once."""
-    rng = run.fresh_rng()
-    measured, expected = [], []
+    """A box has the corners of an even lattice on its surface.
+
+    Each once, of any extents and segments; and the volume, area, centre and Euler characteristic of a box.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(20, 100, 1_000)):
         size, segments = 10.0 ** rng.uniform(-2.0, 2.0, 3), int(rng.integers(1, 12))
         shape = softbody.box(size, segments)
-        volume, area, *centre, characteristic = told(shape)
+        volume, area, *centre, characteristic = _told(shape)
         lattice = np.stack(np.meshgrid(*[np.arange(segments + 1)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
         places = lattice[((lattice == 0) | (lattice == segments)).any(axis=1)] / segments - 0.5
         found = np.unique(np.round(shape.vertices / size, 9), axis=0)
         apart = np.abs(found - np.round(places, 9)).max() if len(found) == len(places) else np.inf
-        measured.append([volume / size.prod(), area, *(centre / size), apart, characteristic, len(shape.vertices)])
-        expected.append([1.0, 2.0 * (size * np.roll(size, 1)).sum(), 0.0, 0.0, 0.0, 0.0, 2.0, 6 * segments**2 + 2])
-        measured[-1][1] /= expected[-1][1]
-        expected[-1][1] = 1.0
-    return Comparison(np.array(measured), np.array(expected))
+        area /= 2.0 * (size * np.roll(size, 1)).sum()
+        answers.add(
+            [volume / size.prod(), area, *(centre / size), apart, characteristic, len(shape.vertices)],
+            [1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 2.0, 6 * segments**2 + 2],
+        )
+    return answers.comparison()
 
 
 @check(
@@ -265,23 +249,21 @@ def boxes(run: Run) -> Comparison:
     ),
 )
 def moved_and_scaled(run: Run) -> Comparison:
-    """A mesh that is moved, or scaled, has the corners, the volume and the centroid that trimesh's has that is moved
-    and scaled alike; and the mesh that it was made from has not changed."""
+    """A mesh is moved and scaled as trimesh moves and scales it.
+
+    To the same corners, volume and centroid; and the mesh that it was made from has not changed.
+    """
     from references import trimesh
 
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
-    for kind in MESH_KINDS:
-        for _ in range(run.count(3, 10, 100)):
-            start = random_mesh(kind, rng).moved(rng.normal(size=3))
-            before = start.vertices.copy()
-            factor, offset = 10.0 ** rng.uniform(-2.0, 2.0), 10.0 ** rng.uniform(-1.0, 1.0) * rng.normal(size=3)
-            ours = start.scaled(factor).moved(offset * factor)
-            vertices, volume, centroid = trimesh.scaled_and_moved(before, start.triangles, factor, offset * factor)
-            off = np.abs(ours.vertices - vertices).max() / factor
-            kept = np.abs(start.vertices - before).max()
-            mine = trimesh.centroid(ours.vertices, ours.triangles) / factor
-            measured.append([off, kept, ours.volume / volume, *mine])
-            expected.append([0.0, 0.0, 1.0, *(centroid / factor)])
-            kinds.append(kind)
-    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+    rng, answers = run.fresh_rng(), Answers()
+    for kind, random in random_meshes(run.count(3, 10, 100), rng):
+        start = random.moved(rng.normal(size=3))
+        before = start.vertices.copy()
+        factor, offset = 10.0 ** rng.uniform(-2.0, 2.0), 10.0 ** rng.uniform(-1.0, 1.0) * rng.normal(size=3)
+        ours = start.scaled(factor).moved(offset * factor)
+        vertices, volume, centroid = trimesh.scaled_and_moved(before, start.triangles, factor, offset * factor)
+        off = np.abs(ours.vertices - vertices).max() / factor
+        kept = np.abs(start.vertices - before).max()
+        mine = trimesh.centroid(ours.vertices, ours.triangles) / factor
+        answers.add([off, kept, ours.volume / volume, *mine], [0.0, 0.0, 1.0, *(centroid / factor)], kind=kind)
+    return answers.comparison()

@@ -2,22 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from softbody.geometry import (
-    aabb,
-    boxes_meet,
-    build_bvh,
-    bvh,
-    bvh_boxes,
-    bvh_rays,
-    penetration,
-    points_of,
-    refit_bvh,
-    search_space,
-    segments,
-)
-from softbody.geometry.segments import put_segment
+from softbody.geometry import aabb, bvh, bvh_boxes, bvh_rays, penetration, segments
+from softbody.geometry.bvh import build_bvh, refit_bvh, search_space
+from validation.answers import Answers
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
 
@@ -60,16 +51,17 @@ CLEAR = 1e-6  # of the mesh's half size: between 0 and this, a box of float32 ma
     ),
 )
 def what_is_near(run: Run) -> Comparison:
-    """For eight boxes, rays or grown leaves at once a tree lists each triangle whose bounding box meets them, once and
-    for the right ones, and none that is a millionth of the mesh's half size away; of meshes of any size and place, also
-    stretched a thousandfold, after they have moved."""
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    """A tree lists each triangle whose bounding box meets those asked for.
+
+    Eight boxes, rays or grown leaves are asked for at once: it lists a triangle once, and for the right ones. It lists
+    none that is a millionth of the mesh's half size away. Meshes are of any size and place, also stretched a
+    thousandfold, after they have moved.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(60, 300, 5_000)):
         count = int(rng.integers(1, 200))
-        corners = rng.normal(size=(count, 1, 3)) + 10.0 ** rng.uniform(-3.0, 0.0, (count, 1, 1)) * rng.normal(
-            size=(count, 3, 3)
-        )
+        middles, sizes = rng.normal(size=(count, 1, 3)), 10.0 ** rng.uniform(-3.0, 0.0, (count, 1, 1))
+        corners = middles + sizes * rng.normal(size=(count, 3, 3))
         vertices, triangles = corners.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3)
         tree = build_bvh(vertices, triangles)
         vertices = vertices * 10.0 ** rng.uniform(-1.5, 1.5, 3) + rng.normal(size=3) * 10.0 ** rng.uniform(0.0, 3.0)
@@ -82,8 +74,7 @@ def what_is_near(run: Run) -> Comparison:
         bvh_boxes.ask_nothing(search)
         if kind == "a leaf":
             margin = half * float(rng.choice([0.0, 0.01, 0.3]))
-            asked = np.unique(tree.order[8 * leaf : 8 * leaf + 8])
-            lanes = np.array([list(tree.order[8 * leaf : 8 * leaf + 8]).index(t) for t in asked])
+            asked, lanes = np.unique(tree.order[8 * leaf : 8 * leaf + 8], return_index=True)
             asked_low, asked_high = low[asked] - margin, high[asked] + margin
             bvh_boxes.ask_leaf(search, leaf, tree, vertices, margin)
         else:
@@ -110,13 +101,10 @@ def what_is_near(run: Run) -> Comparison:
         for triangle, bits in zip(search.listed[:found], search.meets[:found]):
             times[:, triangle] += (bits >> np.arange(8)) & 1
         apart = np.full((8, count), np.inf)
-        gaps = np.maximum(low - asked_high[:, None], asked_low[:, None] - high).max(axis=2)
-        apart[lanes] = gaps / half
+        apart[lanes] = np.maximum(low - asked_high[:, None], asked_low[:, None] - high).max(axis=2) / half
         sure = (apart <= 0.0) | (apart > CLEAR)
-        measured.append(times[sure])
-        expected.append((apart <= 0.0)[sure])
-        kinds += [kind] * int(sure.sum())
-    return Comparison(np.concatenate(measured), np.concatenate(expected).astype(float), groups=kinds)
+        answers.extend(times[sure], (apart <= 0.0)[sure].astype(float), kind=kind)
+    return answers.comparison()
 
 
 SHIFT = np.array([2**20, 2**10, 1], object)  # in units of 2⁻³⁰: next to nothing along x, less along y, least along z
@@ -154,29 +142,28 @@ SHIFT = np.array([2**20, 2**10, 1], object)  # in units of 2⁻³⁰: next to no
     ),
 )
 def segments_of_whole_numbers(run: Run) -> Comparison:
-    """Segments and triangles in whole numbers go through each other where they do once the segments are moved by next
-    to nothing along x, less along y and least along z: how often, and where."""
-    rng = run.fresh_rng()
-    measured, expected, asked = [], [], []
+    """Segments and triangles meet as they do once segments have hardly moved.
+
+    By next to nothing along x, less along y and least along z: how often, and where; all in whole numbers.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(60, 300, 5_000)):
         count = int(rng.integers(1, 30))
         corners, ends = rng.integers(-2, 3, (count, 3, 3)), rng.integers(-3, 4, (8, 2, 3))
         vertices, triangles = corners.reshape(-1, 3).astype(float), np.arange(3 * count).reshape(-1, 3)
         tree, eight = build_bvh(vertices, triangles), np.zeros((9, 8))
         for lane, (p, q) in enumerate(ends.astype(float).tolist()):
-            put_segment(eight, lane, tuple(p), tuple(q))
+            segments.put_segment(eight, lane, tuple(p), tuple(q))
         hits, place = np.zeros(8, np.int64), np.zeros((8, count))
         bvh_rays.segment_hits(eight, 8, tree, vertices, search_space(tree), hits, place)
-        for lane in range(8):
-            measured.append(_row(sorted(place[lane, : hits[lane]])))
-            expected.append(_row(sorted(_places(ends[lane], corners))))
-            asked.append(ends[lane].ravel())
-    return Comparison(np.array(measured), np.array(expected), inputs={"segment": np.array(asked)})
+        for segment, found, number in zip(ends, place, hits):
+            answers.add(_row(found[:number]), _row(_places(segment, corners)), segment=segment.ravel())
+    return answers.comparison()
 
 
-def _row(places: list[float]) -> np.ndarray:
-    """Return how many places there are, and places, as a row that is as long as any."""
-    return np.concatenate([[len(places)], places, np.full(30 - len(places), -1.0)])
+def _row(places: Sequence[float] | np.ndarray) -> np.ndarray:
+    """Return how many places there are, and places in order, as a row that is as long as any."""
+    return np.concatenate([[len(places)], np.sort(places), np.full(30 - len(places), -1.0)])
 
 
 def _places(ends: np.ndarray, corners: np.ndarray) -> list[float]:
@@ -197,7 +184,6 @@ def _places(ends: np.ndarray, corners: np.ndarray) -> list[float]:
     piece="softbody.geometry.penetration.find_outcodes, softbody.geometry.aabb.boxes_meet",
     reference="whole numbers in NumPy",
     kind="exact arithmetic",
-    because="a yes-or-no answer, of whole numbers",
     faults=(
         Fault("two sides with one bit", penetration.find_outcodes, "(p_[2] > x_) << 5 → (p_[2] > x_) << 6"),
         Fault("a side without a bit", penetration.find_outcodes, "(p_[0] < low_[0]) | x_ → (p_[0] < low_[0]) & x_"),
@@ -210,14 +196,16 @@ def _places(ends: np.ndarray, corners: np.ndarray) -> list[float]:
     ),
 )
 def sides_of_a_mesh(run: Run) -> Comparison:
-    """Outcodes of points name the sides of a mesh's bounding box that they are beyond, and whether they are beyond its
-    farthest vertex on the way to the points' box; boxes that have a point in common meet: whole numbers."""
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    """Outcodes name the sides of a mesh that points are beyond.
+
+    Sides of its bounding box, and whether they are beyond its farthest vertex on the way to the points' box. Boxes that
+    have a point in common meet. All in whole numbers.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(300, 1_000, 20_000)):
         mesh = rng.integers(-3, 4, (int(rng.integers(1, 12)), 3)) + rng.integers(-2, 3, 3)
         points = rng.integers(-3, 4, (int(rng.integers(1, 12)), 3)) + rng.integers(-4, 5, 3)
-        ours, theirs = points_of(points.astype(float)), points_of(mesh.astype(float))
+        ours, theirs = penetration.points_of(points.astype(float)), penetration.points_of(mesh.astype(float))
         code = np.full(len(points), 255, np.uint8)
         left = penetration.find_outcodes(ours, theirs, code)
         low, high, first, last = mesh.min(axis=0), mesh.max(axis=0), points.min(axis=0), points.max(axis=0)
@@ -225,13 +213,11 @@ def sides_of_a_mesh(run: Run) -> Comparison:
         way = (first + last) - (low + high)
         along, reach = (2 * points - low - high) @ way, ((2 * mesh - low - high) @ way).max()
         beyond = np.stack([points < low, points > high], axis=2).reshape(-1, 6)
-        bits = np.column_stack([beyond, along > reach])
-        measured.append(np.unpackbits(code[:, None], axis=1, bitorder="little").astype(bool).ravel())
-        expected.append(np.column_stack([bits, np.zeros(len(points), bool)]).ravel())
+        bits = np.column_stack([beyond, along > reach, np.zeros(len(points), bool)])
+        found = np.unpackbits(code[:, None], axis=1, bitorder="little").astype(bool)
+        answers.extend(found.ravel(), bits.ravel(), kind="outcodes")
         meet = bool((first <= high).all() and (low <= last).all())
-        measured.append(np.array([boxes_meet(ours.bounds, theirs.bounds), boxes_meet(theirs.bounds, ours.bounds)]))
-        expected.append(np.array([meet, meet]))
-        measured.append(np.array([left == (~bits.any(axis=1)).sum()]))
-        expected.append(np.array([True]))
-        kinds += ["outcodes"] * (8 * len(points)) + ["boxes"] * 2 + ["how many are beyond none"]
-    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+        for a, b in ((ours, theirs), (theirs, ours)):
+            answers.add(aabb.boxes_meet(a.bounds, b.bounds), meet, kind="boxes")
+        answers.add(left == (~bits.any(axis=1)).sum(), True, kind="how many are beyond none")
+    return answers.comparison()

@@ -2,31 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
+from functools import partial
+from typing import Any
 
 import numpy as np
 
 import softbody
+from softbody import Mesh
 from softbody.geometry import box, polyhedron, tetrahedron, triangle
-from softbody.geometry import box as core_box
-from validation.cases import MESH_KINDS, random_mesh, rotated
+from validation.answers import Answers
+from validation.cases import random_mesh, rotated
 from validation.check import Comparison, Misprint, Run, check
+from validation.checks.geometry.cases import longest_side, random_meshes
 from validation.fault import Fault
 
 FAMILY = "volume, centroid, inertia"
 
+PIECE = "softbody.geometry.polyhedron.signed_volume"
 VOLUME = Fault(
     "volume off by 1e-12", polyhedron.signed_volume, "six_volumes_ / 6.0 → six_volumes_ / 6.0 * (1.0 + 1e-12)"
 )
 
 
-def _flat(matrix: object) -> np.ndarray:
-    return np.asarray(matrix, float).ravel()
-
-
 @check(
     section="2.3",
-    piece="softbody.geometry.polyhedron.signed_volume",
+    piece=PIECE,
     reference="closed forms",
     kind="closed form",
     tolerance=2e-14,
@@ -34,53 +36,48 @@ def _flat(matrix: object) -> np.ndarray:
     faults=(VOLUME,),
 )
 def closed_forms(run: Run) -> Comparison:
-    """The volume of the regular solids, of boxes and of faceted tori is that of their closed forms."""
+    """Regular solids, boxes and faceted tori have the volumes of closed forms."""
     from references import analytic
 
-    rng = run.fresh_rng()
-    measured, expected, kinds, parameters = [], [], [], []
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(10, 40, 400)):
         radius, minor, size = rng.uniform(0.1, 5.0), rng.uniform(0.1, 0.9), rng.uniform(0.1, 3.0, 3)
         around, across = (int(n) for n in rng.integers(3, 48, 2))
-        for kind, mesh, volume in (
-            ("tetrahedron", softbody.tetrahedron(radius), analytic.regular_solid_volume("tetrahedron", radius)),
-            ("octahedron", softbody.octahedron(radius), analytic.regular_solid_volume("octahedron", radius)),
-            ("icosahedron", softbody.icosahedron(radius), analytic.regular_solid_volume("icosahedron", radius)),
-            ("box", softbody.box(size, 3), analytic.box_volume(size)),
-            (
-                "torus",
-                softbody.torus(1.0, minor, around, across),
-                analytic.faceted_torus_volume(1.0, minor, around, across),
-            ),
-        ):
+        ring = 1.0, minor, around, across
+        shapes: dict[str, tuple[Mesh, Any]] = {
+            kind: (getattr(softbody, kind)(radius), analytic.regular_solid_volume(kind, radius))
+            for kind in ("tetrahedron", "octahedron", "icosahedron")
+        }
+        shapes["box"] = softbody.box(size, 3), analytic.box_volume(size)
+        shapes["torus"] = softbody.torus(*ring), analytic.faceted_torus_volume(*ring)
+        asked = {"radius, size, small radius, around, across": [radius, *size, minor, around, across]}
+        for kind, (mesh, volume) in shapes.items():
             turned = rotated(mesh, rng)
-            measured.append(polyhedron.signed_volume(turned.vertices, turned.triangles))
-            expected.append(volume)
-            kinds.append(kind)
-            parameters.append([radius, *size, minor, around, across])
-    inputs = {"radius, size, small radius, around, across": parameters}
-    return Comparison(measured, expected, expected, kinds, inputs=inputs)
+            answers.add(polyhedron.signed_volume(turned.vertices, turned.triangles), volume, volume, kind, **asked)
+    return answers.comparison()
 
 
-def _against_trimesh(run: Run, measure: object, judge: object, scale: object) -> Comparison:
-    """Compare a measure of random meshes; `scale` makes its error relative."""
-    rng = run.fresh_rng()
-    measured, expected, scales, kinds, sizes = [], [], [], [], []
+def _by_trimesh(
+    run: Run,
+    measure: Callable[[np.ndarray, np.ndarray], Any],
+    judge: Callable[[np.ndarray, np.ndarray], Any],
+    is_length: bool = False,
+) -> Comparison:
+    """Ask for a measure of random meshes, relative to itself or, if it is a length, to the size of the mesh."""
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(4, 20, 200)):
-        for kind in MESH_KINDS:
-            mesh = random_mesh(kind, rng)
-            measured.append(_flat(measure(mesh.vertices, mesh.triangles)))  # type: ignore[operator]
-            expected.append(_flat(judge(mesh.vertices, mesh.triangles)))  # type: ignore[operator]
-            scales.append(scale(expected[-1], mesh))  # type: ignore[operator]
-            kinds.append(kind)
-            sizes.append([len(mesh.vertices), *mesh.vertices.mean(axis=0), *np.ptp(mesh.vertices, axis=0)])
-    inputs = {"vertices, their mean [m], their extent [m]": sizes}
-    return Comparison(np.array(measured), np.array(expected), np.array(scales), kinds, inputs=inputs)
+        for kind, mesh in random_meshes(1, rng):
+            expected = np.ravel(judge(mesh.vertices, mesh.triangles))
+            scale = longest_side(mesh.vertices) if is_length else float(np.linalg.norm(expected))
+            size = [len(mesh.vertices), *mesh.vertices.mean(axis=0), *np.ptp(mesh.vertices, axis=0)]
+            inputs = {"vertices, their mean [m], their extent [m]": size}
+            answers.add(np.ravel(measure(mesh.vertices, mesh.triangles)), expected, scale, kind, **inputs)
+    return answers.comparison()
 
 
 @check(
     section="2.3",
-    piece="softbody.geometry.polyhedron.signed_volume",
+    piece=PIECE,
     reference="trimesh",
     engines=("trimesh",),
     tolerance=2e-14,
@@ -91,7 +88,7 @@ def volume_of_meshes(run: Run) -> Comparison:
     """The volume of random closed meshes, convex or not, is trimesh's."""
     from references import trimesh
 
-    return _against_trimesh(run, polyhedron.signed_volume, trimesh.volume, lambda value, mesh: abs(value[0]))
+    return _by_trimesh(run, polyhedron.signed_volume, trimesh.volume)
 
 
 @check(
@@ -113,7 +110,7 @@ def area_of_meshes(run: Run) -> Comparison:
     """The area of random closed meshes is trimesh's."""
     from references import trimesh
 
-    return _against_trimesh(run, polyhedron.surface_area, trimesh.area, lambda value, mesh: value[0])
+    return _by_trimesh(run, polyhedron.surface_area, trimesh.area)
 
 
 @check(
@@ -130,8 +127,7 @@ def centroid_of_meshes(run: Run) -> Comparison:
     """The centroid of random closed meshes is trimesh's."""
     from references import trimesh
 
-    size = lambda value, mesh: np.ptp(mesh.vertices, axis=0).max()  # noqa: E731
-    return _against_trimesh(run, polyhedron.centroid, trimesh.centroid, size)
+    return _by_trimesh(run, polyhedron.centroid, trimesh.centroid, is_length=True)
 
 
 @check(
@@ -153,14 +149,12 @@ def inertia_of_meshes(run: Run) -> Comparison:
     """The inertia of random closed meshes about their centroid is trimesh's."""
     from references import trimesh
 
-    measure = lambda vertices, triangles: polyhedron.inertia_tensor(vertices, triangles, 3.0)  # noqa: E731
-    judge = lambda vertices, triangles: trimesh.inertia(vertices, triangles, 3.0)  # noqa: E731
-    return _against_trimesh(run, measure, judge, lambda value, mesh: np.linalg.norm(value))
+    return _by_trimesh(run, partial(polyhedron.inertia_tensor, mass=3.0), partial(trimesh.inertia, mass=3.0))
 
 
 @check(
     section="2.3",
-    piece="softbody.geometry.polyhedron.signed_volume",
+    piece=PIECE,
     reference="trimesh, on the same rounded vertices moved back exactly",
     engines=("trimesh",),
     tolerance=2e-14,
@@ -174,21 +168,22 @@ def inertia_of_meshes(run: Run) -> Comparison:
     ),
 )
 def volume_far_away(run: Run) -> Comparison:
-    """Moved up to 1 000 km away, a mesh keeps its volume: nothing is lost beyond the rounding of its vertices."""
+    """A mesh moved up to a thousand kilometres away keeps its volume.
+
+    Nothing is lost beyond the rounding of its vertices.
+    """
     from references import trimesh
 
-    rng = run.fresh_rng()
-    measured, expected, offsets, moves = [], [], [], []
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(3, 10, 100)):
         for distance in (1e2, 1e3, 1e4, 1e5, 1e6):
             mesh = random_mesh("lumpy sphere", rng)
             offset = distance * rng.uniform(0.5, 1.0, 3) * rng.choice([-1.0, 1.0], 3)
             far = mesh.vertices + offset
-            measured.append(polyhedron.signed_volume(far, mesh.triangles))
-            expected.append(trimesh.volume(far - offset, mesh.triangles))
-            offsets.append(f"{distance:.0e} m")
-            moves.append(offset)
-    return Comparison(measured, expected, expected, offsets, inputs={"moved by [m]": moves})
+            volume = trimesh.volume(far - offset, mesh.triangles)
+            found = polyhedron.signed_volume(far, mesh.triangles)
+            answers.add(found, volume, volume, f"{distance:.0e} m", **{"moved by [m]": offset})
+    return answers.comparison()
 
 
 @check(
@@ -212,32 +207,27 @@ def volume_far_away(run: Run) -> Comparison:
     ),
 )
 def inertia_of_boxes(run: Run) -> Comparison:
-    """The inertia of a box is the closed form, and that of its mesh."""
+    """A box has the inertia of its closed form and its mesh."""
     from references import analytic, printed, trimesh
 
-    rng = run.fresh_rng()
-    measured, expected, wrong, judges, boxes = [], [], [], [], []
+    rng, answers, wrong = run.fresh_rng(), Answers(), []
     for _ in range(run.count(10, 100, 1000)):
         size, mass = rng.uniform(0.1, 3.0, 3), rng.uniform(0.1, 10.0)
-        mesh = softbody.box(size)
-        core = np.array(core_box.box_inertia(tuple(size), mass))
+        mesh, inputs = softbody.box(size), {"size [m], mass [kg]": [*size, mass]}
         for judge, answer in (
             ("closed form", analytic.box_inertia(size, mass)),
             ("trimesh", np.diag(trimesh.inertia(mesh.vertices, mesh.triangles, mass))),
         ):
-            measured.append(core)
-            expected.append(answer)
+            answers.add(box.box_inertia(tuple(size), mass), answer, 1.0, judge, **inputs)
             wrong.append(printed.box_inertia_other_order(size, mass))
-            judges.append(judge)
-            boxes.append([*size, mass])
-    scale = np.linalg.norm(expected, axis=1)
-    inputs = {"size [m], mass [kg]": boxes}
-    return Comparison(np.array(measured), np.array(expected), scale, judges, np.array(wrong), inputs=inputs)
+    comparison = answers.comparison(printed=np.array(wrong))
+    comparison.scale = np.linalg.norm(comparison.expected, axis=1)
+    return comparison
 
 
 @check(
     section="2.3, 10.4",
-    piece="softbody.geometry.polyhedron.signed_volume",
+    piece=PIECE,
     reference="closed form of the faceted torus",
     kind="closed form",
     tolerance=2e-14,
@@ -246,7 +236,7 @@ def inertia_of_boxes(run: Run) -> Comparison:
     erratum=Misprint("E6", "signed determinant, then signed again by a·n", "the determinant's own sign, once"),
 )
 def volume_does_not_depend_on_the_origin(run: Run) -> Comparison:
-    """The signed volume of a mesh is the same wherever the origin is."""
+    """The signed volume of a mesh does not depend on the origin."""
     from references import analytic, printed
 
     rng = run.fresh_rng()
@@ -281,11 +271,9 @@ def volume_does_not_depend_on_the_origin(run: Run) -> Comparison:
     ),
 )
 def tetrahedra(run: Run) -> Comparison:
-    """The volume of a tetrahedron is a sixth of the determinant of its edges, with the sign of how it is turned."""
+    """A tetrahedron's volume is a sixth of its edges' determinant, sign included."""
     corners = run.fresh_rng().integers(-100, 101, (run.count(300, 3_000, 30_000), 4, 3))
-    measured = [
-        tetrahedron.tetrahedron_volume(*(tuple(corner) for corner in each)) for each in corners.astype(float).tolist()
-    ]
+    measured = [tetrahedron.tetrahedron_volume(*map(tuple, each)) for each in corners.astype(float).tolist()]
     edges = (corners[:, 1:] - corners[:, :1]).astype(object)
     (a, b, c), (d, e, f), (g, h, i) = edges.transpose(1, 2, 0)
     six = a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g)  # Python's integers
