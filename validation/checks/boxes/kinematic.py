@@ -53,8 +53,7 @@ NO_SPIN = Fault(
     kind="closed form",
     unit="of the belt's speed, the radius, the weight",
     tolerance=1e-6,
-    because="impulses at which sweeps stop: 9.7e-8 at worst of ten seeds at standard and three at full, sliding; what"
-    " friction holds, 6e-11",
+    because="where sweeps stop: 9.7e-8 at worst of ten seeds at standard, three at full, sliding; what is held, 6e-11",
     faults=(
         STAYS,
         FALLS,

@@ -432,8 +432,7 @@ def points_by_bullet(run: Run) -> Comparison:
     engines=("mujoco",),
     unit="of the speed",
     tolerance=3e-14,
-    because="MuJoCo's inertia matrix, solved with masses up to 1 000:1: 1.4e-15 at worst of ten seeds, 3.1e-15 of 10"
-    " 000 impacts",
+    because="MuJoCo's matrix, solved with masses up to 1 000:1: 1.4e-15 at worst of ten seeds, 3.1e-15 of 10 000",
     faults=(RESTITUTION,),
 )
 def one_impact_by_mujoco(run: Run) -> Comparison:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +17,7 @@ from validation.fault import Fault
 FAMILY = "boxes in motion"
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 
+SOLVE_TREES = "softbody.collision.solver.support_trees.solve_trees"
 NO_TREES = Fault(
     "piles left to the sweeps alone",
     sequential_impulses.solve_velocities,
@@ -72,11 +72,9 @@ def piled(boxes: list[tuple[np.ndarray, ...]], friction: float) -> World:
     return world
 
 
-of_trees = partial(check, piece="softbody.collision.solver.support_trees.solve_trees")
-
-
-@of_trees(
+@check(
     section="4.4",
+    piece=SOLVE_TREES,
     reference="bounds",
     unit="of the bound",
     kind="bound",
@@ -121,14 +119,14 @@ def rest_of_piles(run: Run) -> Comparison:
     return answers.comparison(notes=[f"fastest after 8 s: {worst:.1e} m/s"])
 
 
-@of_trees(
+@check(
     section="4.4",
+    piece=SOLVE_TREES,
     reference="bounds",
     unit="m, m/s",
     kind="bound",
     tolerance=6e-9,
-    because="rounding of places 50 m high, 7e-15, doubles from impact to impact: 2.8e-10 aside of twenty boxes, 6.3e-10"
-    " of fifty",
+    because="rounding of places 50 m high, 7e-15, doubles at impacts: 2.8e-10 aside of twenty boxes, 6.3e-10 of fifty",
     faults=(NO_TREES,),
 )
 def tall_pile(run: Run) -> Comparison:
@@ -145,8 +143,9 @@ def tall_pile(run: Run) -> Comparison:
     return answers.comparison()
 
 
-@of_trees(
+@check(
     section="4.4",
+    piece=SOLVE_TREES,
     reference="the same piles in three engines, with their defaults",
     engines=("pybullet", "mujoco", "rapier3d"),
     unit="of the best; of 1 nm",
@@ -183,8 +182,9 @@ def rest_beside_engines(run: Run) -> Comparison:
     return answers.comparison(notes=notes)
 
 
-@of_trees(
+@check(
     section="beyond the paper",
+    piece=SOLVE_TREES,
     reference="they stay",
     unit="m",
     kind="bound",

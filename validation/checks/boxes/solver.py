@@ -121,14 +121,12 @@ def couples_with_neighbours(rng: np.random.Generator) -> Crowd:
 
 def _touching(rng: np.random.Generator, bodies: RigidBodies, pairs: list[tuple[int, int]], most: int) -> Crowd:
     """Return boxes that touch in one to `most` points a pair, along any normal."""
-    pair, point, normal = [], [], []
+    rows = []
     for a, b in pairs:
         middle, across = 0.5 * (bodies.position[a] + bodies.position[b]), rng.normal(size=3)
         for _ in range(rng.integers(1, most + 1)):
-            pair.append((a, b))
-            point.append(middle + rng.uniform(-0.5, 0.5, 3))
-            normal.append(across / np.linalg.norm(across))
-    return Crowd(bodies, np.array(pair), np.array(point), np.array(normal))
+            rows.append(((a, b), middle + rng.uniform(-0.5, 0.5, 3), across / np.linalg.norm(across)))
+    return Crowd(bodies, *(np.array(column) for column in zip(*rows)))
 
 
 def swept(
@@ -300,7 +298,7 @@ def stack_of(rng: np.random.Generator, boxes: int, most: int, sides: bool) -> Cr
 
     Each pair touches in one to `most` places; `sides`: along all sorts of normals, and else from below.
     """
-    bodies, pair, point, normal = boxes_at(rng, rng.uniform(-0.5, 0.5, (boxes, 3))), [], [], []
+    bodies, rows = boxes_at(rng, rng.uniform(-0.5, 0.5, (boxes, 3))), []
     bodies.position[:, 2] += np.arange(boxes)
     for i in range(boxes):
         below = {int(rng.integers(GROUND, i)) if i else GROUND}
@@ -310,10 +308,8 @@ def stack_of(rng: np.random.Generator, boxes: int, most: int, sides: bool) -> Cr
             place = bodies.position[i] - (0.0, 0.0, 0.5)
             for _ in range(rng.integers(1, most + 1)):
                 up = rng.normal(size=3) if sides else rng.normal(0.0, 0.2, 3) + (0.0, 0.0, 1.0)
-                pair.append((i, other))
-                point.append(place + rng.uniform(-0.5, 0.5, 3))
-                normal.append(up / np.linalg.norm(up))
-    return Crowd(bodies, np.array(pair), np.array(point), np.array(normal))
+                rows.append(((i, other), place + rng.uniform(-0.5, 0.5, 3), up / np.linalg.norm(up)))
+    return Crowd(bodies, *(np.array(column) for column in zip(*rows)))
 
 
 def _renumbered(crowd: Crowd, rng: np.random.Generator) -> Crowd:
@@ -476,11 +472,8 @@ def trees(run: Run) -> Comparison:
                     total[other] = total.get(other, 0.0) + push[k, 0]
             stands.append(max(total, key=total.__getitem__))
         found = {int(i): int(b) for i, b in zip(forest.standing, forest.carrier) if i >= 0}
-        answers.extend(
-            _of_six([[found.get(i, -2)] for i in range(count)]),
-            _of_six([[carrier] for carrier in stands]),
-            kind="what a box hangs on",
-        )
+        carriers = [[found.get(i, -2)] for i in range(count)]
+        answers.extend(_of_six(carriers), _of_six([[each] for each in stands]), kind="what a box hangs on")
         # Contacts of these pairs hold, slide or are open; all others are left out.
         does = rng.choice([support_trees.OPEN, support_trees.SLIDES, support_trees.HOLDS], len(push))
         motion = np.concatenate([crowd.motion().reshape(-1, 6), np.zeros((1, 6))])
