@@ -10,7 +10,9 @@ from scipy.spatial.transform import Rotation
 
 from softbody import World
 from softbody.collision.boxes import box_contacts, swept_boxes
+from validation.answers import Answers
 from validation.check import Comparison, Run, check
+from validation.checks.boxes.cases import renamed
 from validation.fault import Fault
 
 FAMILY = "boxes that pass"
@@ -31,15 +33,15 @@ class Placed(NamedTuple):
     friction: float
 
 
-def _yawed(angle: float) -> Rotation:
-    return Rotation.from_rotvec((0.0, 0.0, angle))
-
-
 def _box(
-    size: np.ndarray, mass: float | None, place: tuple[float, ...], yaw: float = 0.0,
-    velocity: tuple[float, ...] = (0.0, 0.0, 0.0), friction: float = 0.5,
-) -> Placed:  # fmt: skip
-    return Placed(size, mass, np.array(place), _yawed(yaw), np.array(velocity), friction)
+    size: np.ndarray,
+    mass: float | None,
+    place: tuple[float, ...],
+    yaw: float = 0.0,
+    velocity: tuple[float, ...] = (0.0, 0.0, 0.0),
+    friction: float = 0.5,
+) -> Placed:
+    return Placed(size, mass, np.array(place), Rotation.from_rotvec((0.0, 0.0, yaw)), np.array(velocity), friction)
 
 
 def let_go(rng: np.random.Generator, h: float) -> list[Placed]:
@@ -74,17 +76,15 @@ def _ends(boxes: list[Placed], down: Rotation, names: list[Rotation], h: float) 
 
     The world is turned by `down`, and the axes of each box are called otherwise: those of `names`, seen from it.
     """
-    world = World(gravity=np.round(down.as_matrix()) @ (0.0, 0.0, -G), iterations=1000)
+    frame, told = np.round(down.as_matrix()), []
+    world = World(gravity=frame @ (0.0, 0.0, -G), iterations=1000)
     for box, name in zip(boxes, names):
-        turn = (down * box.turn * name).as_quat(scalar_first=True)
-        size = np.abs(np.round(name.inv().as_matrix()) @ box.size)
-        place, velocity = (np.round(down.as_matrix()) @ x for x in (box.place, box.velocity))
-        world.add_box(size, box.mass, place, turn, velocity, friction=box.friction)
-    back, told = np.round(down.as_matrix()), []
+        size, turn = renamed(box.size, down * box.turn, name)
+        world.add_box(size, box.mass, frame @ box.place, turn, frame @ box.velocity, friction=box.friction)
     for steps in (1, STEPS - 1):
         world.step(h, steps)
         moving = world.model.box_inverse_mass > 0.0
-        told += [world.state.box_position[moving] @ back, world.state.box_velocity[moving] @ back]
+        told += [world.state.box_position[moving] @ frame, world.state.box_velocity[moving] @ frame]
     return np.hstack(told)
 
 
@@ -113,21 +113,18 @@ def _ends(boxes: list[Placed], down: Rotation, names: list[Rotation], h: float) 
     ),
 )
 def boxes_move_alike(run: Run) -> Comparison:
-    """Whichever of x, y and z is down, and whatever the axes of each box are called, boxes that are let go a little
-    above a plate, or slide over flush tiles, come to the same places, at the same velocities."""
-    rng, group = run.fresh_rng(), Rotation.create_group("O")
-    measured, expected, kinds = [], [], []
-    same = Rotation.identity()
+    """Boxes move alike whichever way is down, whatever their axes' names.
+
+    Down is any of x, y and z, and the axes of each box are called anyhow. Boxes come to the same places, at the same
+    velocities. They are let go a little above a plate, or slide over flush tiles.
+    """
+    rng, answers, same, group = run.fresh_rng(), Answers(), Rotation.identity(), Rotation.create_group("O")
     for _ in range(run.count(3, 10, 100)):
         for kind, make in SCENES.items():
             h = float(rng.choice([1.0 / 60.0, 1.0 / 240.0]))
             boxes = make(rng, h)
             upright = _ends(boxes, same, [same] * len(boxes), h)
             for _ in range(3):
-                down = group[int(rng.integers(24))]
-                names = [group[int(n)] for n in (rng.integers(24, size=len(boxes)))]
-                told = _ends(boxes, down, names, h)
-                measured += [*told]
-                expected += [*upright]
-                kinds += [kind] * len(told)
-    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+                down, names = group[int(rng.integers(24))], [group[int(n)] for n in rng.integers(24, size=len(boxes))]
+                answers.extend(_ends(boxes, down, names, h), upright, kind=kind)
+    return answers.comparison()

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,6 +16,7 @@ from softbody.linalg import quaternion
 from softbody.model import material as law
 from softbody.model.arrays import RigidBodies
 from softbody.model.material import Material
+from validation.answers import Answers
 from validation.arbitration import US, arbitrate
 from validation.cases import BoxPairs, box_separations, random_box_pairs, rotation_matrix
 from validation.check import Comparison, Misprint, Run, check
@@ -53,20 +56,38 @@ class Impacts:
 
     def inputs(self, point: np.ndarray, normal: np.ndarray) -> dict[str, np.ndarray]:
         """Return what each impact is, by name, with the contact (m, 3) that is asked about."""
-        (velocity_a, velocity_b), (spin_a, spin_b) = self.velocity, self.angular_velocity
-        return self.pairs._asdict() | {
-            "mass_a": self.mass_a, "velocity_a": velocity_a, "angular_velocity_a": spin_a,
-            "mass_b": self.mass_b, "velocity_b": velocity_b, "angular_velocity_b": spin_b,
-            "restitution": self.restitution, "point": point, "normal": normal,
-        }  # fmt: skip
+        said = {**self.pairs._asdict(), "restitution": self.restitution, "point": point, "normal": normal}
+        for side, mass, v, w in zip("ab", (self.mass_a, self.mass_b), self.velocity, self.angular_velocity):
+            said |= {f"mass_{side}": mass, f"velocity_{side}": v, f"angular_velocity_{side}": w}
+        return said
 
     def bodies(self) -> tuple[Any, Any, Any, Any, Any, Any, Any, Any, Any, Any, Any, Any]:
         """Return size, mass, position, orientation, velocity and angular velocity of a, then of b."""
-        p = self.pairs
-        return (
-            p.size_a, self.mass_a, p.position_a, p.orientation_a, self.velocity[0], self.angular_velocity[0],
-            p.size_b, self.mass_b, p.position_b, p.orientation_b, self.velocity[1], self.angular_velocity[1],
-        )  # fmt: skip
+        p, v, w = self.pairs, self.velocity, self.angular_velocity
+        a = p.size_a, self.mass_a, p.position_a, p.orientation_a, v[0], w[0]
+        return *a, p.size_b, self.mass_b, p.position_b, p.orientation_b, v[1], w[1]
+
+    def sides(self, i: int) -> Iterator[tuple[np.ndarray, float, np.ndarray, np.ndarray]]:
+        """Yield size, mass, position and orientation of a in impact i, then of b."""
+        for side in (self.bodies()[:4], self.bodies()[6:10]):
+            size, mass, position, orientation = (rows[i] for rows in side)
+            yield size, mass, position, orientation
+
+    def rigid_bodies(self, i: int) -> RigidBodies:
+        """Return the two boxes of impact i as the core sees them."""
+        size, mass, position, orientation = zip(*self.sides(i))
+        inertia = [np.array(box_inertia(tuple(s), m)) for s, m in zip(size, mass)]
+        inverse = [np.zeros(3) if np.isinf(m) else 1.0 / each for each, m in zip(inertia, mass)]
+        motion = self.velocity[:, i].copy(), self.angular_velocity[:, i].copy()
+        return RigidBodies(1.0 / np.array(mass), np.array(inverse), np.array(position), np.array(orientation), *motion)
+
+    def motion(self) -> np.ndarray:
+        """Return the velocities before, (v_a, ω_a, v_b, ω_b) in rows of 12."""
+        return np.concatenate(self.bodies()[4:6] + self.bodies()[10:], axis=1)
+
+    def speeds(self) -> np.ndarray:
+        """Return the size (m,) of all velocities before the impacts together: errors are relative to it."""
+        return np.linalg.norm(np.concatenate([*self.velocity, *self.angular_velocity], axis=1), axis=1)
 
 
 def random_impacts(rng: np.random.Generator, count: int) -> Impacts:
@@ -93,30 +114,25 @@ def core_impact(
     impacts: Impacts, i: int, point: np.ndarray, normal: np.ndarray, friction: float = 0.0
 ) -> tuple[np.ndarray, float]:
     """Return the core's velocities after impact i, (v_a, ω_a, v_b, ω_b) in a row of 12, and the impulse."""
-    p = impacts.pairs
-    mass = np.array([impacts.mass_a[i], impacts.mass_b[i]])
-    size = np.array([p.size_a[i], p.size_b[i]])
-    inverse_inertia = np.array(
-        [np.zeros(3) if np.isinf(m) else 1.0 / np.array(box_inertia(tuple(s), m)) for s, m in zip(size, mass)]
-    )
-    bodies = RigidBodies(
-        1.0 / mass,
-        inverse_inertia,
-        np.array([p.position_a[i], p.position_b[i]]),
-        np.array([p.orientation_a[i], p.orientation_b[i]]),
-        impacts.velocity[:, i].copy(),
-        impacts.angular_velocity[:, i].copy(),
-    )
-    material = Material(float(impacts.restitution[i]), friction)
+    bodies, material = impacts.rigid_bodies(i), Material(float(impacts.restitution[i]), friction)
     j = impulse.resolve_contact(bodies, (0, 1), tuple(point), tuple(normal), material)
-    return np.concatenate(
-        [bodies.velocity[0], bodies.angular_velocity[0], bodies.velocity[1], bodies.angular_velocity[1]]
-    ), j
+    return motion_of(bodies), j
+
+
+def motion_of(bodies: RigidBodies) -> np.ndarray:
+    """Return the velocities of two boxes, (v_a, ω_a, v_b, ω_b) in a row of 12."""
+    return np.hstack([bodies.velocity, bodies.angular_velocity]).ravel()
 
 
 def core_velocities(impacts: Impacts, point: np.ndarray, normal: np.ndarray) -> np.ndarray:
     """Return (m, 12): the core's velocities after each impact."""
     return np.array([core_impact(impacts, i, point[i], normal[i])[0] for i in range(len(point))])
+
+
+def bullet_velocities(judged: Any) -> np.ndarray:
+    """Return (m, 12): what Bullet's boxes do after the impacts."""
+    a, b = (judged.velocity_a, judged.angular_velocity_a), (judged.velocity_b, judged.angular_velocity_b)
+    return np.concatenate([*a, *b], axis=1)
 
 
 def contact_points(impacts: Impacts, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
@@ -130,9 +146,7 @@ def contact_points(impacts: Impacts, rng: np.random.Generator) -> tuple[np.ndarr
 
 def speeds(impacts: Impacts) -> np.ndarray:
     """Return the scale (m,) of the velocities in each impact: errors are relative to it."""
-    return np.linalg.norm(
-        np.concatenate([*impacts.velocity, *impacts.angular_velocity], axis=1) * np.ones(12), axis=1
-    ) * mass_ratio(impacts)
+    return impacts.speeds() * mass_ratio(impacts)
 
 
 def mass_ratio(impacts: Impacts) -> np.ndarray:
@@ -159,28 +173,27 @@ def mass_ratio(impacts: Impacts) -> np.ndarray:
     ),
 )
 def one_impact_by_bullet(run: Run) -> Comparison:
-    """After one impact at a corner or across edges both boxes move and spin as Bullet makes them."""
+    """Boxes move and spin after one impact as Bullet makes them.
+
+    Impacts are at a corner or across edges.
+    """
     from references import analytic, pybullet
 
     impacts = random_impacts(run.fresh_rng(), run.count(400, 4_000, 40_000))
     judged = pybullet.one_impact(*impacts.bodies(), restitution=impacts.restitution)
     single = judged.count == 1
-    expected = np.concatenate(
-        [judged.velocity_a, judged.angular_velocity_a, judged.velocity_b, judged.angular_velocity_b], axis=1
-    )[single]
-    impacts = impacts.select(single)
-    contact = judged.point[single], judged.normal[single]
-    measured, inputs = core_velocities(impacts, *contact), impacts.inputs(*contact)
+    impacts, contact = impacts.select(single), (judged.point[single], judged.normal[single])
+    measured, inputs, scale = core_velocities(impacts, *contact), impacts.inputs(*contact), speeds(impacts)
     truth = np.concatenate(analytic.box_impact(*impacts.bodies(), *contact, impacts.restitution), axis=1)
-    found = {US: measured, "pybullet": expected}
+    found = {US: measured, "pybullet": bullet_velocities(judged)[single]}
     return Comparison(
         measured,
-        expected,
-        speeds(impacts),
+        found["pybullet"],
+        scale,
         impacts.kinds,
         notes=[f"{int((~single).sum())} of {len(single)} trials had no or several contacts: passed over here"],
         inputs=inputs,
-        arbitrations=[arbitrate("closed form", truth, found, tolerance=1e-11, scale=speeds(impacts), inputs=inputs)],
+        arbitrations=[arbitrate("closed form", truth, found, tolerance=1e-11, scale=scale, inputs=inputs)],
     )
 
 
@@ -197,41 +210,41 @@ def _by_closed_form(run: Run, printed_name: str, only_spin: bool = False, slende
             size[:] = rng.permuted(np.tile([0.2, 0.6, 2.0], (len(size), 1)), axis=1)
     point, normal = contact_points(impacts, rng)
     arguments = (*impacts.bodies(), point, normal, impacts.restitution)
-    comparison = Comparison(
+    return Comparison(
         core_velocities(impacts, point, normal),
         np.concatenate(analytic.box_impact(*arguments), axis=1),
         speeds(impacts),
         impacts.kinds,
+        printed=np.concatenate(getattr(printed, printed_name)(*arguments), axis=1),
         inputs=impacts.inputs(point, normal),
     )
-    comparison.printed = np.concatenate(getattr(printed, printed_name)(*arguments), axis=1)
-    return comparison
 
 
-@check(
+by_closed_form = partial(
+    check,
     section="4.4",
-    piece=PIECE,
-    reference="closed form with world-frame inertia matrices",
+    reference="closed form",
     unit="of the speed",
     kind="closed form",
-    tolerance=4e-14,
     because="rounding, with inertias and masses up to 1 000:1",
+)
+
+
+@by_closed_form(
+    piece=PIECE,
+    reference="closed form with world-frame inertia matrices",
+    tolerance=4e-14,
     faults=(RESTITUTION,),
     erratum=Misprint("E1", "v1' = v1 + j n/m1 and ω1' with +", "minus for the second body"),
 )
 def one_impact_by_closed_form(run: Run) -> Comparison:
-    """At any contact point and normal the velocities after are those of the closed form."""
+    """Velocities after an impact at any contact are the closed form's."""
     return _by_closed_form(run, "impact_both_plus")
 
 
-@check(
-    section="4.4",
+@by_closed_form(
     piece="softbody.collision.impulse.velocity_of_point",
-    reference="closed form",
-    unit="of the speed",
-    kind="closed form",
     tolerance=2e-14,
-    because="rounding, with inertias and masses up to 1 000:1",
     faults=(
         Fault(
             "points that touch without their spin",
@@ -242,18 +255,13 @@ def one_impact_by_closed_form(run: Run) -> Comparison:
     erratum=Misprint("E2", "relative velocity from the linear velocities only", "v + ω × r of both"),
 )
 def spinning_boxes(run: Run) -> Comparison:
-    """Boxes that spin and do not fly meet with the velocity of the points that touch, not of their centres."""
+    """Boxes spinning in place meet with their points' velocity, not their centres'."""
     return _by_closed_form(run, "impact_without_spin", only_spin=True)
 
 
-@check(
-    section="4.4",
+@by_closed_form(
     piece="softbody.collision.impulse.inverse_effective_mass",
-    reference="closed form",
-    unit="of the speed",
-    kind="closed form",
     tolerance=4e-14,
-    because="rounding, with inertias and masses up to 1 000:1",
     faults=(
         Fault(
             "another order in the denominator",
@@ -264,18 +272,17 @@ def spinning_boxes(run: Run) -> Comparison:
     erratum=Misprint("E3", "n·I⁻¹·(r×n)×r, which can be read as n·I⁻¹((r×n)×r)", "n·[(I⁻¹(r×n))×r]"),
 )
 def denominator(run: Run) -> Comparison:
-    """The denominator's angular part is n · [(I⁻¹ (r × n)) × r]: boxes of sides 1 : 3 : 10 that spin, not fly."""
+    """The denominator's angular part takes the arm's cross product last.
+
+    It is n · [(I⁻¹ (r × n)) × r]: boxes of sides 1 : 3 : 10 spin and do not fly.
+    """
     return _by_closed_form(run, "impact_inertia_last", only_spin=True, slender=True)
 
 
-@check(
+@by_closed_form(
     section="3, 4.4",
     piece="softbody.linalg.quaternion.rotate_diagonal",
-    reference="closed form",
-    unit="of the speed",
-    kind="closed form",
     tolerance=6e-14,
-    because="rounding, with inertias and masses up to 1 000:1",
     faults=(
         Fault(
             "an inertia that does not turn with the body",
@@ -286,7 +293,10 @@ def denominator(run: Run) -> Comparison:
     erratum=Misprint("E17", "one angle and a constant diagonal I", "R I⁻¹ Rᵀ"),
 )
 def turned_inertia(run: Run) -> Comparison:
-    """The inertia turns with the box: boxes of sides 1 : 3 : 10, turned anyhow, that fly and spin."""
+    """The inertia of a box turns with it.
+
+    Boxes of sides 1 : 3 : 10, turned anyhow, fly and spin.
+    """
     return _by_closed_form(run, "impact_with_body_inertia", slender=True)
 
 
@@ -307,20 +317,16 @@ def turned_inertia(run: Run) -> Comparison:
     ),
 )
 def impact_conserves_momentum(run: Run) -> Comparison:
-    """An impact changes neither the total momentum nor the total angular momentum."""
+    """An impact changes neither the total momentum nor total angular momentum."""
     rng = run.fresh_rng()
     impacts = random_impacts(rng, run.count(500, 5_000, 50_000))
     impacts = impacts.select(np.isfinite(impacts.mass_b))
-    point, normal = contact_points(impacts, rng)
-    measured, expected, scales = [], [], []
-    after = core_velocities(impacts, point, normal)
-    before = np.concatenate([impacts.velocity[0], impacts.angular_velocity[0], impacts.velocity[1], impacts.angular_velocity[1]], axis=1)  # fmt: skip  # noqa: E501
-    for i in range(len(point)):
-        measured.append(_momenta(impacts, i, after[i]))
-        expected.append(_momenta(impacts, i, before[i]))
-        scales.append(_size_of_momenta(impacts, i, after[i]) + _size_of_momenta(impacts, i, before[i]))
-    inputs = impacts.inputs(point, normal)
-    return Comparison(np.array(measured), np.array(expected), np.array(scales), impacts.kinds, inputs=inputs)
+    contact = contact_points(impacts, rng)
+    answers = Answers()
+    for i, (after, before) in enumerate(zip(core_velocities(impacts, *contact), impacts.motion())):
+        size = _size_of_momenta(impacts, i, after) + _size_of_momenta(impacts, i, before)
+        answers.add(_momenta(impacts, i, after), _momenta(impacts, i, before), size, impacts.kinds[i])
+    return answers.comparison(inputs=impacts.inputs(*contact))
 
 
 def _inertia(size: np.ndarray, mass: float, orientation: np.ndarray) -> np.ndarray:
@@ -331,35 +337,25 @@ def _inertia(size: np.ndarray, mass: float, orientation: np.ndarray) -> np.ndarr
 
 def _momenta(impacts: Impacts, i: int, velocities: np.ndarray) -> np.ndarray:
     """Return (6,): total momentum and angular momentum about the origin."""
-    p = impacts.pairs
-    v_a, w_a, v_b, w_b = velocities.reshape(4, 3)
-    linear = impacts.mass_a[i] * v_a + impacts.mass_b[i] * v_b
-    angular = (
-        impacts.mass_a[i] * np.cross(p.position_a[i], v_a)
-        + impacts.mass_b[i] * np.cross(p.position_b[i], v_b)
-        + _inertia(p.size_a[i], impacts.mass_a[i], p.orientation_a[i]) @ w_a
-        + _inertia(p.size_b[i], impacts.mass_b[i], p.orientation_b[i]) @ w_b
-    )
+    boxes = list(zip(impacts.sides(i), velocities.reshape(2, 2, 3)))
+    linear = sum(mass * v for (_, mass, _, _), (v, _) in boxes)
+    about_origin = sum(mass * np.cross(place, v) for (_, mass, place, _), (v, _) in boxes)
+    angular = sum((_inertia(size, mass, q) @ w for (size, mass, _, q), (_, w) in boxes), start=about_origin)
     return np.concatenate([linear, angular])
 
 
 def _size_of_momenta(impacts: Impacts, i: int, velocities: np.ndarray) -> float:
     """Return Σ m |v| + Σ m |size| |ω|: what the momenta would be if nothing cancelled."""
-    p = impacts.pairs
-    v_a, w_a, v_b, w_b = np.linalg.norm(velocities.reshape(4, 3), axis=1)
-    reach_a = np.linalg.norm(p.position_a[i]) + 1.0
-    reach_b = np.linalg.norm(p.position_b[i]) + 1.0
-    return impacts.mass_a[i] * reach_a * (v_a + w_a) + impacts.mass_b[i] * reach_b * (v_b + w_b)
+    boxes = zip(impacts.sides(i), np.linalg.norm(velocities.reshape(2, 2, 3), axis=2))
+    return sum(mass * (np.linalg.norm(place) + 1.0) * (v + w) for (_, mass, place, _), (v, w) in boxes)
 
 
 def _energy(impacts: Impacts, i: int, velocities: np.ndarray) -> float:
-    p = impacts.pairs
-    v_a, w_a, v_b, w_b = velocities.reshape(4, 3)
-    energy = 0.5 * impacts.mass_a[i] * v_a @ v_a
-    energy += 0.5 * w_a @ _inertia(p.size_a[i], impacts.mass_a[i], p.orientation_a[i]) @ w_a
-    if np.isfinite(impacts.mass_b[i]):
-        energy += 0.5 * impacts.mass_b[i] * v_b @ v_b
-        energy += 0.5 * w_b @ _inertia(p.size_b[i], impacts.mass_b[i], p.orientation_b[i]) @ w_b
+    energy = 0.0
+    for (size, mass, _, q), (v, w) in zip(impacts.sides(i), velocities.reshape(2, 2, 3)):
+        if np.isfinite(mass):
+            energy += 0.5 * mass * v @ v
+            energy += 0.5 * w @ _inertia(size, mass, q) @ w
     return energy
 
 
@@ -373,16 +369,17 @@ def _energy(impacts: Impacts, i: int, velocities: np.ndarray) -> float:
     faults=(RESTITUTION,),
 )
 def restitution_and_energy(run: Run) -> Comparison:
-    """The points that touch part with e times their speed of approach, and the energy lost is what that demands."""
+    """Points that touch part with e times their speed of approach.
+
+    The energy lost is what that demands.
+    """
     rng = run.fresh_rng()
     impacts = random_impacts(rng, run.count(500, 5_000, 50_000))
     point, normal = contact_points(impacts, rng)
-    p = impacts.pairs
-    measured, expected, scales, kinds, rows = [], [], [], [], []
-    for i in range(len(point)):
-        before = np.concatenate([impacts.velocity[0, i], impacts.angular_velocity[0, i], impacts.velocity[1, i], impacts.angular_velocity[1, i]])  # fmt: skip  # noqa: E501
+    answers, rows = Answers(), []
+    for i, before in enumerate(impacts.motion()):
         after, j = core_impact(impacts, i, point[i], normal[i])
-        arm_a, arm_b = point[i] - p.position_a[i], point[i] - p.position_b[i]
+        arm_a, arm_b = (point[i] - place for _, _, place, _ in impacts.sides(i))
         approach, parting = (
             (v[0] + np.cross(v[1], arm_a) - v[2] - np.cross(v[3], arm_b)) @ normal[i]
             for v in (before.reshape(4, 3), after.reshape(4, 3))
@@ -390,13 +387,10 @@ def restitution_and_energy(run: Run) -> Comparison:
         if approach >= 0.0:
             continue
         energy = _energy(impacts, i, before)
-        measured += [parting, _energy(impacts, i, after) - energy]
-        expected += [-impacts.restitution[i] * approach, 0.5 * j * (approach + parting)]
-        scales += [np.abs(before).max(), energy]
-        kinds += ["parting speed", "energy lost"]
+        answers.add(parting, -impacts.restitution[i] * approach, np.abs(before).max(), "parting speed")
+        answers.add(_energy(impacts, i, after) - energy, 0.5 * j * (approach + parting), energy, "energy lost")
         rows += [i, i]
-    inputs = impacts.select(np.array(rows)).inputs(point[rows], normal[rows])
-    return Comparison(measured, expected, np.array(scales), kinds, inputs=inputs)
+    return answers.comparison(inputs=impacts.select(np.array(rows)).inputs(point[rows], normal[rows]))
 
 
 @check(
@@ -427,19 +421,22 @@ def restitution_and_energy(run: Run) -> Comparison:
     ),
 )
 def one_impact_with_friction(run: Run) -> Comparison:
-    """An impact with friction stops the sliding of the points that touch, or slows it by an impulse of μ times the
-    normal one, μ from 0 to 2: the velocities after are those of the closed form."""
+    """An impact with friction stops the points' sliding, or slows it.
+
+    What slows it is an impulse of μ times the normal one, μ from 0 to 2. The velocities after are those of the closed
+    form.
+    """
     rng = run.fresh_rng()
     impacts = random_impacts(rng, run.count(500, 5_000, 50_000))
     point, normal = contact_points(impacts, rng)
     friction = np.where(rng.random(len(point)) < 0.1, 0.0, rng.uniform(0.0, 2.0, len(point)))
-    measured, expected, kinds = [], [], []
+    answers, scale = Answers(), speeds(impacts)
     for i in range(len(point)):
         after, stopped = _rubbing_impact(impacts, i, point[i], normal[i], friction[i])
-        measured.append(core_impact(impacts, i, point[i], normal[i], float(friction[i]))[0])
-        expected.append(after)
-        kinds.append(f"{'stopped' if stopped else 'slides on'}{', b static' if np.isinf(impacts.mass_b[i]) else ''}")
-    return Comparison(np.array(measured), np.array(expected), speeds(impacts), kinds)
+        ours, _ = core_impact(impacts, i, point[i], normal[i], float(friction[i]))
+        kind = f"{'stopped' if stopped else 'slides on'}{', b static' if np.isinf(impacts.mass_b[i]) else ''}"
+        answers.add(ours, after, scale[i], kind)
+    return answers.comparison()
 
 
 def _rubbing_impact(
@@ -450,20 +447,15 @@ def _rubbing_impact(
     With J the 3 × 12 matrix of the points' relative velocity, and M⁻¹ that of the inverse masses, an impulse p changes
     velocities by M⁻¹ Jᵀ p, and the relative velocity by K p, K = J M⁻¹ Jᵀ.
     """
-    p = impacts.pairs
     inverse = np.zeros((12, 12))
-    for k, (size, mass, q) in enumerate(
-        [(p.size_a[i], impacts.mass_a[i], p.orientation_a[i]), (p.size_b[i], impacts.mass_b[i], p.orientation_b[i])]
-    ):
+    for k, (size, mass, _, q) in enumerate(impacts.sides(i)):
         if np.isfinite(mass):
             inverse[6 * k : 6 * k + 3, 6 * k : 6 * k + 3] = np.eye(3) / mass
             inverse[6 * k + 3 : 6 * k + 6, 6 * k + 3 : 6 * k + 6] = np.linalg.inv(_inertia(size, mass, q))
-    arm_a, arm_b = point - p.position_a[i], point - p.position_b[i]
+    arm_a, arm_b = (point - place for _, _, place, _ in impacts.sides(i))
     jacobian = np.hstack([np.eye(3), -_cross_matrix(arm_a), -np.eye(3), _cross_matrix(arm_b)])
     answer = jacobian @ inverse @ jacobian.T  # K
-    motion = np.concatenate(
-        [impacts.velocity[0, i], impacts.angular_velocity[0, i], impacts.velocity[1, i], impacts.angular_velocity[1, i]]
-    )
+    motion = motion_of(impacts.rigid_bodies(i))
     approach = -normal @ jacobian @ motion
     if approach <= 0.0:
         return motion, False

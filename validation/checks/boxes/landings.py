@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from softbody import World
 from softbody.collision.boxes import manifold, swept_boxes
+from validation.answers import Answers
 from validation.check import Comparison, Run, check
+from validation.checks.boxes.cases import any_turn, any_yaw, other_axes, renamed, wxyz
 from validation.fault import Fault
 
 FAMILY = "boxes that pass"
@@ -46,11 +47,13 @@ LONG = 8.0  # [m] side of the plate: the box is over it for three steps
     ),
 )
 def strikes_from_aside(run: Run) -> Comparison:
-    """A smooth box that strikes a plate flat parts from it at e times its speed, slides on at its own and gets no spin:
-    if it comes over the rim within the step, and is over the plate when they meet; and if it was over it when they
-    touched, and is past the rim at the end. The plate stands still, or flies evenly; no gravity."""
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    """A smooth box that strikes a plate flat gets no spin.
+
+    It parts from it at e times its speed and slides on at its own. It comes over the rim within the step, and is over
+    the plate when they meet; or it was over it when they touched, and is past the rim at the end. The plate stands
+    still, or flies evenly; no gravity.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for trial in range(run.count(60, 300, 3_000)):
         kind = ("comes over the rim", "leaves over the rim")[trial % 2]
         size, thick, e, speed = rng.uniform(0.3, 0.8, 3), rng.uniform(0.2, 1.0), rng.random(), rng.uniform(1.0, 4.0)
@@ -63,15 +66,12 @@ def strikes_from_aside(run: Run) -> Comparison:
         else:
             way = rng.uniform(1.5, 2.5) * reach / STEP * along
             start = np.array([0.5 * LONG - 1.01 * reach, aside, 0.0])
-        turn, yaw = Rotation.random(random_state=rng), Rotation.from_rotvec((0.0, 0.0, rng.uniform(-3.0, 3.0)))
+        turn, yaw = any_turn(rng), any_yaw(rng)
         place, velocity = start + (0.0, 0.0, 0.5 * (thick + size[2])), way - (0.0, 0.0, speed)
         frame = rng.normal(size=3) * 3.0 * (trial // 2 % 2)
-        named = Rotation.create_group("O")[int(rng.integers(24))]
-        plate = (
-            np.abs(np.round(named.inv().as_matrix()) @ (LONG, LONG, thick)), None, np.zeros(3),
-            (turn * named).as_quat(scalar_first=True), frame,
-        )  # fmt: skip
-        box = size, 1.0, turn.apply(place), (turn * yaw).as_quat(scalar_first=True), frame + turn.apply(velocity)
+        own, lie = renamed(np.array([LONG, LONG, thick]), turn, other_axes(rng))
+        plate = own, None, np.zeros(3), lie, frame
+        box = size, 1.0, turn.apply(place), wxyz(turn * yaw), frame + turn.apply(velocity)
         world = World(gravity=(0.0, 0.0, 0.0))
         for each in (plate, box) if trial // 4 % 2 else (box, plate):
             world.add_box(*each, friction=0.0, restitution=e * (trial // 8 % 2))
@@ -79,10 +79,9 @@ def strikes_from_aside(run: Run) -> Comparison:
         world.step(STEP, 3)
         scale = speed + np.linalg.norm(way) + np.linalg.norm(frame)
         after = way + (0.0, 0.0, e * (trial // 8 % 2) * speed)
-        measured.append(np.hstack([struck.velocity, struck.angular_velocity * reach]) / scale)
-        expected.append(np.hstack([frame + turn.apply(after), np.zeros(3)]) / scale)
-        kinds.append(kind)
-    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+        measured = np.hstack([struck.velocity, struck.angular_velocity * reach]) / scale
+        answers.add(measured, np.hstack([frame + turn.apply(after), np.zeros(3)]) / scale, kind=kind)
+    return answers.comparison()
 
 
 @check(
@@ -103,17 +102,19 @@ def strikes_from_aside(run: Run) -> Comparison:
     ),
 )
 def flat_however_turned(run: Run) -> Comparison:
-    """A box that comes down flat on a fixed one, with weight, both turned anyhow in the world and about their common
-    normal, is on it after two steps, and no deeper."""
-    rng = run.fresh_rng()
-    off = []
+    """A box that comes down flat lies on the other one.
+
+    It comes down on a fixed one, with weight, both turned anyhow in the world and about their common normal. It is on
+    it after two steps, and no deeper.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(150, 600, 6_000)):
-        turn, yaw = Rotation.random(random_state=rng), Rotation.from_rotvec((0.0, 0.0, rng.uniform(-3.0, 3.0)))
+        turn, yaw = any_turn(rng), any_yaw(rng)
         up, speed, sizes = turn.apply((0.0, 0.0, 1.0)), rng.uniform(1.0, 5.0), rng.uniform(0.5, 1.0, (2, 3))
         world, thick = World(gravity=-9.81 * up), 0.5 * sizes[:, 2].sum()
-        world.add_box(sizes[0], None, (0.0, 0.0, 0.0), turn.as_quat(scalar_first=True))
+        world.add_box(sizes[0], None, (0.0, 0.0, 0.0), wxyz(turn))
         height = thick + rng.uniform(0.0, 0.9) * speed * STEP
-        box = world.add_box(sizes[1], 1.0, height * up, (turn * yaw).as_quat(scalar_first=True), -speed * up)
+        box = world.add_box(sizes[1], 1.0, height * up, wxyz(turn * yaw), -speed * up)
         world.step(STEP, 2)
-        off.append((box.position @ up - thick) / (speed * STEP))
-    return Comparison(off, np.zeros(len(off)))
+        answers.add((box.position @ up - thick) / (speed * STEP), 0.0)
+    return answers.comparison()

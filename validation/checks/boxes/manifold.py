@@ -18,6 +18,7 @@ from softbody.geometry.box import box_inertia
 from softbody.model import material
 from softbody.model.arrays import RigidBodies
 from softbody.model.material import Material
+from validation.answers import Answers
 from validation.arbitration import US, arbitrate
 from validation.cases import (
     BoxPairs,
@@ -28,21 +29,30 @@ from validation.cases import (
     rotation_matrix,
 )
 from validation.check import Comparison, Run, check
-from validation.checks.boxes.impulse import OVERLAP, Impacts, contact_points, core_velocities, random_impacts, speeds
+from validation.checks.boxes.cases import about, turned
+from validation.checks.boxes.impulse import (
+    OVERLAP,
+    RESTITUTION,
+    Impacts,
+    bullet_velocities,
+    contact_points,
+    core_velocities,
+    motion_of,
+    random_impacts,
+    speeds,
+)
 from validation.fault import Fault
 
 FAMILY = "contact manifolds"
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 
-RESTITUTION = Fault(
-    "restitution off by 1e-9", material.normal_impulse, "1.0 + restitution_ → 1.000000001 + restitution_"
-)
 RESTITUTION_OF_MANY = Fault(
     "restitution of many contacts off by 1e-8",
     material.speed_after,
     "restitution_ * approach_ → 1.00000001 * restitution_ * approach_",
 )
 SOLVER = "softbody.collision.solver.sequential_impulses.solve_velocities"
+BOX_ON_BOX = "softbody.collision.boxes.manifold.box_box_manifold"
 FAMILIES = ("vertex on face", "edge on edge", "edge on face", "face on face")
 MASSES = ("equal masses", "1000:1", "1:1000", "on a static box")
 SWEEPS = 20_000  # enough for 1e-11 of the speed at eight contacts and masses of 1000:1
@@ -51,19 +61,6 @@ EXACT, BULLETS = 1e-11, 5e-12  # of the speed: how far sweeps may end from the e
 SAME_POINT = 1e-8  # [m] a contact of another feature is much farther off
 SAME_NORMAL = 1e-4  # two axes of one pair are seldom nearer to each other
 INSTANT = 1e-13  # [s]: as long as Bullet's one step, in which nothing moves
-
-
-def turned(q: np.ndarray, p: np.ndarray) -> np.ndarray:
-    """Return the quaternion of turn `p` followed by `q`."""
-    w = q[0] * p[0] - q[1:] @ p[1:]
-    return np.concatenate([[w], q[0] * p[1:] + p[0] * q[1:] + np.cross(q[1:], p[1:])])
-
-
-def about(axis: int, angle: float) -> np.ndarray:
-    """Return the quaternion of a turn about one axis."""
-    q = np.zeros(4)
-    q[0], q[1 + axis] = np.cos(0.5 * angle), np.sin(0.5 * angle)
-    return q
 
 
 def family_pairs(rng: np.random.Generator, family: str, count: int) -> BoxPairs:
@@ -77,7 +74,7 @@ def family_pairs(rng: np.random.Generator, family: str, count: int) -> BoxPairs:
     for i in range(count):
         spin = about(2, rng.uniform(0.0, 2.0 * np.pi))
         if family == "face on face":
-            local, low = spin, 0.5 * size_a[i, 2]
+            local = spin
         elif family == "edge on face":
             local = turned(spin, about(1, rng.uniform(0.2, 1.3)))
         else:
@@ -127,9 +124,16 @@ def family_impacts(rng: np.random.Generator, count: int) -> Impacts:
     return Impacts(pairs, mass[0], mass[1], velocity, spin, np.array([0.0, 0.5, 1.0])[np.arange(total) // 4 % 3], kinds)
 
 
-def before(impacts: Impacts) -> np.ndarray:
-    """Return the size (m,) of all velocities before the impacts together: errors are relative to it."""
-    return np.linalg.norm(np.concatenate([*impacts.velocity, *impacts.angular_velocity], axis=1), axis=1)
+def families(impacts: Impacts) -> np.ndarray:
+    """Return the family of each impact: where they touch."""
+    return np.array([kind.split(",")[0] for kind in impacts.kinds])
+
+
+def exact_velocities(impacts: Impacts, i: int, point: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """Return the velocities (12,) after impact i at given contacts, by the exact solution."""
+    from references import multicontact
+
+    return multicontact.manifold_impact(row_of(impacts, i), point, normal, float(impacts.restitution[i]))
 
 
 def row_of(impacts: Impacts, i: int) -> tuple[Any, ...]:
@@ -137,25 +141,9 @@ def row_of(impacts: Impacts, i: int) -> tuple[Any, ...]:
     return tuple(array[i : i + 1] for array in impacts.bodies())
 
 
-def rigid_bodies(impacts: Impacts, i: int) -> RigidBodies:
-    """Return the two boxes of one impact as the core sees them."""
-    p = impacts.pairs
-    mass = np.array([impacts.mass_a[i], impacts.mass_b[i]])
-    size = np.array([p.size_a[i], p.size_b[i]])
-    inverse = [np.zeros(3) if np.isinf(m) else 1.0 / np.array(box_inertia(tuple(s), m)) for s, m in zip(size, mass)]
-    return RigidBodies(
-        1.0 / mass,
-        np.array(inverse),
-        np.array([p.position_a[i], p.position_b[i]]),
-        np.array([p.orientation_a[i], p.orientation_b[i]]),
-        impacts.velocity[:, i].copy(),
-        impacts.angular_velocity[:, i].copy(),
-    )
-
-
 def solved_at(impacts: Impacts, i: int, point: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the core's velocities (12,) after impact i at given contacts, and its impulses (k,) along the normals."""
-    bodies, contacts, count = rigid_bodies(impacts, i), new_contacts(len(point)), len(point)
+    bodies, contacts, count = impacts.rigid_bodies(i), new_contacts(len(point)), len(point)
     contacts.number[:] = count
     contacts.box[:] = (0, 1)
     contacts.point[:], contacts.normal[:] = point, normal
@@ -163,18 +151,11 @@ def solved_at(impacts: Impacts, i: int, point: np.ndarray, normal: np.ndarray) -
     contacts.impulse[:] = 0.0
     prepare_contacts(contacts, bodies)
     solve_velocities(contacts, bodies, INSTANT, SWEEPS, 0.0)
-    after = np.concatenate([bodies.velocity[0], bodies.angular_velocity[0], bodies.velocity[1], bodies.angular_velocity[1]])  # fmt: skip  # noqa: E501
-    return after, np.sum(contacts.impulse * contacts.normal, axis=1)
-
-
-def bullet_velocities(judged: Any) -> np.ndarray:
-    """Return (m, 12): what Bullet's boxes do after the impacts."""
-    return np.concatenate(
-        [judged.velocity_a, judged.angular_velocity_a, judged.velocity_b, judged.angular_velocity_b], axis=1
-    )
+    return motion_of(bodies), np.sum(contacts.impulse * contacts.normal, axis=1)
 
 
 def _bullets(run: Run) -> tuple[Impacts, Any, np.ndarray]:
+    """Return impacts, what Bullet makes of them, and those in which it finds contacts."""
     from references import pybullet
 
     impacts = family_impacts(run.fresh_rng(), run.count(60, 400, 10_000))
@@ -193,11 +174,11 @@ def _bullets(run: Run) -> tuple[Impacts, Any, np.ndarray]:
     faults=(RESTITUTION_OF_MANY,),
 )
 def impacts_by_bullet(run: Run) -> Comparison:
-    """At the contact points that Bullet finds, the boxes move and spin after the impact as Bullet makes them."""
+    """Boxes move and spin after impacts at Bullet's contacts as in Bullet."""
     impacts, judged, rows = _bullets(run)
     measured = [solved_at(impacts, i, _middle(judged.manifolds[i]), judged.manifolds[i].normal)[0] for i in rows]
     part = impacts.select(rows)
-    return Comparison(np.array(measured), bullet_velocities(judged)[rows], before(part), part.kinds)
+    return Comparison(np.array(measured), bullet_velocities(judged)[rows], part.speeds(), part.kinds)
 
 
 def _middle(contacts: Any) -> np.ndarray:
@@ -216,47 +197,31 @@ def _middle(contacts: Any) -> np.ndarray:
     faults=(RESTITUTION_OF_MANY,),
 )
 def impacts_by_exact_solve(run: Run) -> Comparison:
-    """Where the core finds the contacts itself, the velocities after are those of the exact solution there."""
-    from references import multicontact
-
+    """Velocities after impacts are exact at contacts that the core finds."""
     impacts = family_impacts(run.fresh_rng(), run.count(60, 300, 10_000))
-    scale = before(impacts)
-    measured, expected, slow = [], [], 0
-    for i in range(len(scale)):
-        after, point, normal = end_to_end(impacts, i)
-        exact = multicontact.manifold_impact(row_of(impacts, i), point, normal, float(impacts.restitution[i]))
-        if np.abs(after - exact).max() > EXACT * scale[i]:
+    answers, slow = Answers(), 0
+    for i, scale in enumerate(impacts.speeds()):
+        after, *contacts = end_to_end(impacts, i)
+        exact = exact_velocities(impacts, i, *contacts)
+        if np.abs(after - exact).max() > EXACT * scale:
             slow += 1
-            after, _, _ = end_to_end(impacts, i, MANY_SWEEPS)
-        measured.append(after)
-        expected.append(exact)
-    notes = [f"{slow} of {len(scale)} impacts were given more than {SWEEPS} sweeps"]
-    return Comparison(np.array(measured), np.array(expected), scale, impacts.kinds, notes=notes)
+            after, *_ = end_to_end(impacts, i, MANY_SWEEPS)
+        answers.add(after, exact, scale, impacts.kinds[i])
+    return answers.comparison(notes=[f"{slow} of {len(answers)} impacts were given more than {SWEEPS} sweeps"])
 
 
 def end_to_end(impacts: Impacts, i: int, sweeps: int = SWEEPS) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the velocities (12,) of two boxes after one very short step, and the points and normals (k, 3) met."""
     world = World(gravity=(0.0, 0.0, 0.0), iterations=sweeps)
     e = float(impacts.restitution[i])
-    p = impacts.pairs
-    for k, (size, position, orientation) in enumerate(
-        ((p.size_a, p.position_a, p.orientation_a), (p.size_b, p.position_b, p.orientation_b))
-    ):
-        mass = (impacts.mass_a, impacts.mass_b)[k][i]
-        world.add_box(
-            size[i], None if np.isinf(mass) else mass, position[i], orientation[i],
-            impacts.velocity[k, i], impacts.angular_velocity[k, i], restitution=e, friction=0.0,
-        )  # fmt: skip
+    for k, (size, mass, place, q) in enumerate(impacts.sides(i)):
+        flight = impacts.velocity[k, i], impacts.angular_velocity[k, i]
+        world.add_box(size, None if np.isinf(mass) else mass, place, q, *flight, restitution=e, friction=0.0)
     world.step(INSTANT)
-    v, w = world.state.box_velocity, world.state.box_angular_velocity
-    count = world.store.contacts.number[0]
-    after = np.concatenate([v[0], w[0], v[1], w[1]])
-    return after, world.store.contacts.point[:count], _from_second_to_first(world.store.contacts, count)
-
-
-def _from_second_to_first(contacts: Any, count: int) -> np.ndarray:
-    """Return the normals of two boxes' contacts, from the second box to the first."""
-    return np.where(contacts.box[:count, :1] == 0, 1.0, -1.0) * contacts.normal[:count]
+    motion, contacts = np.hstack([world.state.box_velocity, world.state.box_angular_velocity]), world.store.contacts
+    count = contacts.number[0]
+    from_second = np.where(contacts.box[:count, :1] == 0, 1.0, -1.0)
+    return motion.ravel(), contacts.point[:count], from_second * contacts.normal[:count]
 
 
 @check(
@@ -270,43 +235,34 @@ def _from_second_to_first(contacts: Any, count: int) -> np.ndarray:
     faults=(RESTITUTION_OF_MANY,),
 )
 def end_to_end_by_bullet(run: Run) -> Comparison:
-    """From separating axes to velocities, on its own, the core makes of an impact what Bullet makes of it."""
-    from references import multicontact
-
+    """The core alone, from axes to velocities, makes Bullet's impacts."""
     impacts, judged, _ = _bullets(run)
     count, normal, point, _ = manifold.box_pairs_manifolds(impacts.pairs.a, impacts.pairs.b)
-    rows = []
-    for i in range(len(count)):
+    velocities, scale = bullet_velocities(judged), impacts.speeds()
+    answers, unsettled = Answers(), 0
+    for i in np.flatnonzero(count == judged.count).tolist():
         # The same contacts on both sides: else the question differs, and the claims above answer for each.
-        if count[i] == judged.count[i]:
-            theirs = _middle(judged.manifolds[i])
-            # Along the normal, where it does not matter, Bullet's points on edges are 1e-5 m off.
-            gaps = np.linalg.norm(np.cross(point[i, : count[i], None] - theirs[None], normal[i]), axis=2)
-            if gaps.min(axis=0).max() < SAME_POINT and gaps.min(axis=1).max() < SAME_POINT:
-                rows.append(i)
-    part = impacts.select(np.array(rows))
-    scale, expected = before(part), bullet_velocities(judged)[rows]
-    measured, unsettled = [], 0
-    for row, i in enumerate(rows):
-        after, points, normals = end_to_end(impacts, i)
-        if np.abs(after - expected[row]).max() > BULLETS * scale[row]:
+        theirs = _middle(judged.manifolds[i])
+        # Along the normal, where it does not matter, Bullet's points on edges are 1e-5 m off.
+        gaps = np.linalg.norm(np.cross(point[i, : count[i], None] - theirs[None], normal[i]), axis=2)
+        if not np.maximum(gaps.min(axis=0).max(), gaps.min(axis=1).max()) < SAME_POINT:
+            continue
+        expected = velocities[i]
+        after, *contacts = end_to_end(impacts, i)
+        if np.abs(after - expected).max() > BULLETS * scale[i]:
             # Who has not iterated long enough? The exact solution says.
-            after, _, _ = end_to_end(impacts, i, MANY_SWEEPS)
-            exact = multicontact.manifold_impact(row_of(impacts, i), points, normals, float(impacts.restitution[i]))
-            if np.abs(expected[row] - exact).max() > BULLETS * scale[row]:
+            after, *_ = end_to_end(impacts, i, MANY_SWEEPS)
+            exact = exact_velocities(impacts, i, *contacts)
+            if np.abs(expected - exact).max() > BULLETS * scale[i]:
                 unsettled += 1
-                expected[row] = exact
-        measured.append(after)
-    return Comparison(
-        np.array(measured),
-        expected,
-        scale,
-        part.kinds,
+                expected = exact
+        answers.add(after, expected, scale[i], impacts.kinds[i])
+    return answers.comparison(
         notes=[
-            f"{len(count) - len(rows)} of {len(count)} trials passed over: Bullet keeps four of up to eight points, "
+            f"{len(count) - len(answers)} of {len(count)} trials passed over: Bullet keeps four of up to eight points, "
             "adds some of its own, or takes another axis (its edge axes carry a factor of 1.05)",
             f"{unsettled} times Bullet had not settled after 2 000 iterations: the exact solution took its place",
-        ],
+        ]
     )
 
 
@@ -328,29 +284,25 @@ def end_to_end_by_bullet(run: Run) -> Comparison:
     ),
 )
 def conservation(run: Run) -> Comparison:
-    """An impact at several points keeps the momenta, and its energy changes by ½ Σ λ (u_n + u_n')."""
+    """An impact at several points keeps the momenta.
+
+    Its energy changes by ½ Σ λ (u_n + u_n').
+    """
     from references import multicontact
 
     impacts = family_impacts(run.fresh_rng(), run.count(60, 400, 10_000))
     count, normal, point, _ = manifold.box_pairs_manifolds(impacts.pairs.a, impacts.pairs.b)
-    measured, expected, scales, kinds = [], [], [], []
-    for i, k in enumerate(count):
+    answers, motion = Answers(), impacts.motion()
+    for i, (k, family) in enumerate(zip(count, families(impacts))):
         bodies, normals = row_of(impacts, i), np.tile(normal[i], (k, 1))
         after, push = solved_at(impacts, i, point[i, :k], normals)
         change, work, energy = multicontact.energy_change(bodies, point[i, :k], normals, push, after)
-        family = impacts.kinds[i].split(",")[0]
-        measured.append(np.array([change, 0, 0, 0, 0, 0]))
-        expected.append(np.array([work, 0, 0, 0, 0, 0]))
-        scales.append(energy)
-        kinds.append(f"energy, {family}")
+        answers.add([change, 0, 0, 0, 0, 0], [work, 0, 0, 0, 0, 0], energy, f"energy, {family}")
         if np.isfinite(impacts.mass_b[i]):
-            start = np.concatenate([np.asarray(bodies[c])[0] for c in (4, 5, 10, 11)])
-            measured.append(multicontact.momenta(bodies, after))
-            expected.append(multicontact.momenta(bodies, start))
-            heavy = max(impacts.mass_a[i], impacts.mass_b[i])
-            scales.append(heavy * np.abs(start).max() * 2.0)
-            kinds.append(f"momenta, {family}")
-    return Comparison(np.array(measured), np.array(expected), np.array(scales), kinds)
+            ours, theirs = (multicontact.momenta(bodies, each) for each in (after, motion[i]))
+            scale = max(impacts.mass_a[i], impacts.mass_b[i]) * np.abs(motion[i]).max() * 2.0
+            answers.add(ours, theirs, scale, f"momenta, {family}")
+    return answers.comparison()
 
 
 @check(
@@ -374,7 +326,7 @@ def conservation(run: Run) -> Comparison:
     ),
 )
 def depth_and_normal_by_bullet(run: Run) -> Comparison:
-    """The depth of two overlapping boxes and the direction that undoes it are Bullet's."""
+    """The depth of overlapping boxes, and the way out, are Bullet's."""
     from references import exact, pybullet_world
 
     pairs = random_box_pairs(run.fresh_rng(), run.count(300, 3_000, 30_000))
@@ -384,18 +336,17 @@ def depth_and_normal_by_bullet(run: Run) -> Comparison:
     pairs, normal, depth = pairs.select(rows), normal[rows], depth[rows]
     distance, theirs = pybullet_world.closest(*pairs)
     truth, said = -depth, {US: -depth, "pybullet": distance.copy()}
-    differ = np.linalg.norm(normal - theirs, axis=1) > 1e-9
     # A tie is one only if the core's own normal undoes the overlap by as little, or is a face's, which the core prefers
     # to edges whose axis is within 1e-3 rad of it: the points of faces are what meets there.
-    alike = np.linalg.norm(normal - theirs, axis=1) < 1.001e-3
-    honest = alike | (np.abs(gap_along(pairs, normal) + depth) < 1e-9 * pairs.extent)
-    tie = differ & honest & (np.abs(distance + depth) < 1e-9 * pairs.extent)
+    apart, least = np.linalg.norm(normal - theirs, axis=1), 1e-9 * pairs.extent
+    honest = (apart < 1.001e-3) | (np.abs(gap_along(pairs, normal) + depth) < least)
+    tie = (apart > 1e-9) & honest & (np.abs(distance + depth) < least)
     # Where the depths differ, or Bullet finds none (NaN), exact arithmetic says who errs, and judges in Bullet's stead.
-    wrong = np.flatnonzero(~(np.abs(distance + depth) < 1e-9 * pairs.extent))
+    wrong = np.flatnonzero(~(np.abs(distance + depth) < least))
     if len(wrong):
         exactly = exact.box_separation(*pairs.select(wrong))
         truth[wrong] = exactly
-        errs = ~(np.abs(distance[wrong] - exactly) < 1e-9 * pairs.extent[wrong])
+        errs = ~(np.abs(distance[wrong] - exactly) < least[wrong])
         wrong, exactly = wrong[errs], exactly[errs]
         distance[wrong], theirs[wrong] = exactly, np.where(honest[wrong, None], normal[wrong], np.nan)
     measured = np.column_stack([depth / pairs.extent, normal])[~tie]
@@ -405,14 +356,14 @@ def depth_and_normal_by_bullet(run: Run) -> Comparison:
         f"{int(tie.sum())} ties of two axes passed over",
         f"{len(wrong)} times exact arithmetic says that Bullet errs: its depth is used there, and no normal judged",
     ]
-    by, scale = "exact arithmetic where they differ", pairs.extent
-    found = arbitrate(by, truth, said, tolerance=1e-9, scale=scale, inputs=pairs._asdict())
+    by, inputs = "exact arithmetic where they differ", pairs._asdict()
+    found = arbitrate(by, truth, said, tolerance=1e-9, scale=pairs.extent, inputs=inputs)
     return Comparison(measured, expected, 1.0, kinds, notes=notes, arbitrations=[found])
 
 
 @check(
     section="4.4",
-    piece="softbody.collision.boxes.manifold.box_box_manifold",
+    piece=BOX_ON_BOX,
     reference="geometry: the point ± half the depth lies on the boundary of a and of b",
     unit="of the size",
     kind="closed form",
@@ -427,28 +378,22 @@ def depth_and_normal_by_bullet(run: Run) -> Comparison:
     ),
 )
 def points_on_surfaces(run: Run) -> Comparison:
-    """Every contact point lies half-way between the surfaces: half its depth along the normal from either."""
-    impacts = family_impacts(run.fresh_rng(), run.count(100, 1_000, 10_000))
-    p = impacts.pairs
-    count, normal, point, depth = manifold.box_pairs_manifolds(p.a, p.b)
-    extent = p.extent
-    measured, kinds, scales = [], [], []
+    """Contact points lie half their depth from both surfaces, along the normal."""
+    impacts, answers = family_impacts(run.fresh_rng(), run.count(100, 1_000, 10_000)), Answers()
+    count, normal, point, depth = manifold.box_pairs_manifolds(impacts.pairs.a, impacts.pairs.b)
+    extent, names = impacts.pairs.extent, families(impacts)
     for i, k in enumerate(count):
         for c in range(k):
-            for sign, size, position, q in (
-                (-0.5, p.size_a[i], p.position_a[i], p.orientation_a[i]),
-                (0.5, p.size_b[i], p.position_b[i], p.orientation_b[i]),
-            ):
+            for sign, (size, _, position, q) in zip((-0.5, 0.5), impacts.sides(i)):
                 at = point[i, c] + sign * depth[i, c] * normal[i]
-                measured.append(np.max(np.abs(rotation_matrix(q).T @ (at - position)) - 0.5 * size))
-                kinds.append(impacts.kinds[i].split(",")[0])
-                scales.append(extent[i])
-    return Comparison(np.array(measured), np.zeros(len(measured)), np.array(scales), kinds)
+                off = np.max(np.abs(rotation_matrix(q).T @ (at - position)) - 0.5 * size)
+                answers.add(off, 0.0, extent[i], names[i])
+    return answers.comparison()
 
 
 @check(
     section="4.4",
-    piece="softbody.collision.boxes.manifold.box_box_manifold",
+    piece=BOX_ON_BOX,
     reference="pybullet's contact point in one step",
     engines=("pybullet",),
     unit="of the size",
@@ -463,10 +408,13 @@ def points_on_surfaces(run: Run) -> Comparison:
     ),
 )
 def points_by_bullet(run: Run) -> Comparison:
-    """A vertex on a face, and edges that cross, touch where Bullet says, seen along the normal."""
+    """A vertex on a face, and crossing edges, touch where Bullet says.
+
+    Points are seen along the normal.
+    """
     impacts, judged, _ = _bullets(run)
     count, ours, point, _ = manifold.box_pairs_manifolds(impacts.pairs.a, impacts.pairs.b)
-    names = np.array([kind.split(",")[0] for kind in impacts.kinds])
+    names = families(impacts)
     single = (count == 1) & (judged.count == 1) & ((names == FAMILIES[0]) | (names == FAMILIES[1]))
     other = single & (np.linalg.norm(ours - judged.normal, axis=1) > SAME_NORMAL)
     single &= ~other
@@ -484,12 +432,11 @@ def points_by_bullet(run: Run) -> Comparison:
     engines=("mujoco",),
     unit="of the speed",
     tolerance=3e-14,
-    because="MuJoCo's inertia matrix, solved with masses up to 1 000:1: 1.4e-15 at worst of ten seeds, 3.1e-15 of 10"
-    " 000 impacts",
+    because="MuJoCo's matrix, solved with masses up to 1 000:1: 1.4e-15 at worst of ten seeds, 3.1e-15 of 10 000",
     faults=(RESTITUTION,),
 )
 def one_impact_by_mujoco(run: Run) -> Comparison:
-    """After an impact both boxes move as MuJoCo's mass matrix and Jacobian say."""
+    """Boxes move after an impact as MuJoCo's mass matrix and Jacobian say."""
     from references import mujoco
 
     rng = run.fresh_rng()
@@ -514,7 +461,10 @@ def one_impact_by_mujoco(run: Run) -> Comparison:
     faults=(RESTITUTION,),
 )
 def particle_on_box(run: Run) -> Comparison:
-    """A particle that strikes a box meets its mass and its inertia, and turns it by r × impulse."""
+    """A particle that strikes a box meets its mass and inertia.
+
+    It turns the box by r × impulse.
+    """
     from references import analytic
 
     rng = run.fresh_rng()
@@ -562,21 +512,22 @@ def particle_on_box(run: Run) -> Comparison:
     ),
 )
 def shapes_of_the_answer(run: Run) -> Comparison:
-    """Where boxes touch is answered for m pairs by m counts, m normals, m rows of eight points and m of eight depths,
-    for any m, also none; of boxes that meet anyhow."""
-    rng = run.fresh_rng()
-    measured, expected = [], []
+    """Where boxes touch is answered in arrays of the documented shapes.
+
+    For m pairs they are m counts, m normals, m rows of eight points and m of eight depths. There are any m, also none,
+    of boxes that meet anyhow.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for m in [0, 1, *rng.integers(2, 200, run.count(6, 20, 100)).tolist()]:
         pairs = random_box_pairs(rng, 200).select(np.arange(m))
-        answers = manifold.box_pairs_manifolds(pairs.a, pairs.b)
-        measured.append([length for array in answers for length in array.shape])
-        expected.append([m, m, 3, m, 8, 3, m, 8])
-    return Comparison(np.array(measured), np.array(expected))
+        arrays = manifold.box_pairs_manifolds(pairs.a, pairs.b)
+        answers.add([length for array in arrays for length in array.shape], [m, m, 3, m, 8, 3, m, 8])
+    return answers.comparison()
 
 
 @check(
     section="4.5",
-    piece="softbody.collision.boxes.manifold.box_box_manifold",
+    piece=BOX_ON_BOX,
     reference="nearest points of two segments: the best of those within both and from each of the four ends, by NumPy",
     kind="closed form",
     unit="of the size",
@@ -594,17 +545,18 @@ def shapes_of_the_answer(run: Run) -> Comparison:
     ),
 )
 def edges_that_are_nearest(run: Run) -> Comparison:
-    """Of boxes that overlap, however deep, or are less than a margin apart, and part most along an edge of each, the
-    contact is half-way between the two edges that reach farthest to the other box, where they come nearest: within
-    both, or at the end of one."""
-    rng = run.fresh_rng()
+    """Edges that part boxes touch half-way between their nearest points.
+
+    Boxes overlap, however deep, or are less than a margin apart, and part most along an edge of each. The edges are the
+    two that reach farthest to the other box. They come nearest within both, or at the end of one.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     m = run.count(4_000, 20_000, 200_000)
     size = rng.uniform(0.2, 1.0, (2, m, 3))
     place = np.stack([rng.uniform(0.2, 0.8, (m, 1)) * rng.normal(size=(m, 3)), np.zeros((m, 3))])
     turns = np.stack([random_orientations(rng, m), random_orientations(rng, m)])
     a, b = (sat_boxes.PlacedBoxes(size[k], place[k], turns[k]) for k in range(2))
     count, normal, point, _ = manifold.box_pairs_manifolds(a, b, 0.5)
-    measured, expected, kinds = [], [], []
     for row in np.flatnonzero(count == 1):
         axes = [rotation_matrix(turns[k, row]).T for k in range(2)]
         across = np.cross(axes[0][:, None], axes[1][None])
@@ -616,18 +568,14 @@ def edges_that_are_nearest(run: Run) -> Comparison:
             continue
         ends = []
         for k, (own, sign) in enumerate(((i, -1.0), (j, 1.0))):
-            corners = place[k, row] + 0.0
-            for axis in range(3):
-                if axis != own:
-                    corners = (
-                        corners + sign * np.sign(axes[k][axis] @ normal[row]) * 0.5 * size[k, row, axis] * axes[k][axis]
-                    )
-            ends.append(corners + np.array([[-0.5], [0.5]]) * size[k, row, own] * axes[k][own])
+            middle = place[k, row]
+            for axis in np.delete(np.arange(3), own):
+                side = sign * np.sign(axes[k][axis] @ normal[row])
+                middle = middle + side * 0.5 * size[k, row, axis] * axes[k][axis]
+            ends.append(middle + np.array([[-0.5], [0.5]]) * size[k, row, own] * axes[k][own])
         where, kind = nearest_of_segments(*ends)
-        measured.append(point[row, 0])
-        expected.append(where)
-        kinds.append(kind)
-    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+        answers.add(point[row, 0], where, kind=kind)
+    return answers.comparison()
 
 
 def nearest_of_segments(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, str]:

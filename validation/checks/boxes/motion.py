@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from functools import partial
+from typing import Any
+
 import numpy as np
 
 from softbody import World
@@ -11,8 +14,10 @@ from softbody.dynamics import rigid_boxes
 from softbody.geometry.box import box_corners
 from softbody.model import material
 from validation import accounts
+from validation.answers import Answers
 from validation.cases import depths_of_boxes, random_orientations, rotation_matrix
 from validation.check import Comparison, Misprint, Run, check
+from validation.checks.boxes.cases import about
 from validation.fault import Fault
 
 FAMILY = "boxes in motion"
@@ -28,74 +33,75 @@ FRICTION = Fault(
     sequential_impulses._sweep,
     "load_lanes(row_[FRICTION], 0) * normal_ → 1.01 * load_lanes(row_[FRICTION], 0) * normal_",
 )
-G = 9.81
+G = 9.81  # [m/s²]
+ADVANCE = "softbody.dynamics.rigid_boxes.advance_boxes"
+MOVE = "softbody.stepping.move_boxes.move_boxes"
+SOLVER = "softbody.collision.solver.sequential_impulses.solve_velocities"
 
 
-def spun(size: np.ndarray, q: np.ndarray, spin: np.ndarray, seconds: float, h: float) -> np.ndarray:
-    """Return the rotation matrix (9,) of a free box of the core, with its gyroscopic torque, after `seconds`."""
-    world = World(gravity=(0.0, 0.0, 0.0), gyroscopic=True)
-    box = world.add_box(size, 1.0, orientation=q, angular_velocity=spin)
-    world.step(h, round(seconds / h))
-    return np.asarray(rotation_matrix(box.orientation)).ravel()
+def tumbled(size: np.ndarray, q: np.ndarray, spin: np.ndarray) -> np.ndarray:
+    """Return the rotation matrix (9,) of a free box of the core after 2 s, with its gyroscopic torque.
+
+    It is extrapolated from steps of 1 ms and ½ ms as for an order of 2.
+    """
+    turns = []
+    for h in (1e-3, 5e-4):
+        world = World(gravity=(0.0, 0.0, 0.0), gyroscopic=True)
+        box = world.add_box(size, 1.0, orientation=q, angular_velocity=spin)
+        world.step(h, round(2.0 / h))
+        turns.append(rotation_matrix(box.orientation).ravel())
+    return (4.0 * turns[1] - turns[0]) / 3.0
 
 
-def spins(run: Run, count: int) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Return sizes, orientations and spins of boxes with three different inertias."""
+def spins(run: Run) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Return sizes [m], orientations and angular velocities [rad/s] of boxes with three different inertias."""
     rng = run.fresh_rng()
-    return [(np.array([1.0, 0.6, 0.3]) * rng.uniform(0.8, 1.2, 3), q, 2.0 * rng.normal(size=3)) for q in random_orientations(rng, count)]  # fmt: skip  # noqa: E501
+    turns = random_orientations(rng, run.count(4, 20, 100))
+    return [(np.array([1.0, 0.6, 0.3]) * rng.uniform(0.8, 1.2, 3), q, 2.0 * rng.normal(size=3)) for q in turns]
 
 
-@check(
-    section="5.2",
-    piece="softbody.dynamics.rigid_boxes.advance_boxes",
+tumbling = partial(check, section="5.2", piece=ADVANCE, unit="of the rotation matrix", least=4)
+
+
+@tumbling(
     reference="SciPy DOP853 on Euler's equations, extrapolating our steps h and h/2 as for an order of 2",
     engines=("scipy",),
-    unit="of the rotation matrix",
-    least=4,
     tolerance=4e-7,
     because="after 2 s the rest beyond the order h², which is of order h³, with h = 0.5 ms and |ω| of up to 8 rad/s",
     faults=(FIRST_ORDER_TORQUE,),
     erratum=Misprint("E19", "no gyroscopic term: ω stays", "ω × I ω: I ω stays"),
 )
 def free_rotation(run: Run) -> Comparison:
-    """With the gyroscopic torque, a free asymmetric box tumbles as Euler's equations say."""
+    """A free asymmetric box tumbles by gyroscopic torque as Euler's equations say."""
     from references import printed, rotation
 
-    measured, expected, wrong = [], [], []
-    for size, q, spin in spins(run, run.count(4, 20, 100)):
-        coarse, fine = (spun(size, q, spin, 2.0, h) for h in (1e-3, 5e-4))
-        measured.append((4.0 * fine - coarse) / 3.0)
-        expected.append(rotation.free_rotation(size, q, spin, 2.0)[0].ravel())
+    answers, wrong = Answers(), []
+    for size, q, spin in spins(run):
+        answers.add(tumbled(size, q, spin), rotation.free_rotation(size, q, spin, 2.0)[0].ravel())
         wrong.append(printed.turn_without_gyroscopic_torque(q, spin, 2.0)[0].ravel())
-    return Comparison(np.array(measured), np.array(expected), printed=np.array(wrong))
+    return answers.comparison(printed=np.array(wrong))
 
 
-@check(
-    section="5.2",
-    piece="softbody.dynamics.rigid_boxes.advance_boxes",
+@tumbling(
     reference="MuJoCo, RK4, steps of 1 ms",
     engines=("mujoco",),
-    unit="of the rotation matrix",
-    least=4,
     tolerance=2e-6,
-    because="as above; MuJoCo itself is within 1e-8",
+    because="as by Euler's equations; MuJoCo itself is within 1e-8",
     faults=(FIRST_ORDER_TORQUE,),
 )
 def free_rotation_by_mujoco(run: Run) -> Comparison:
-    """… and as MuJoCo's RK4 makes it tumble."""
+    """A free asymmetric box tumbles as MuJoCo's RK4 makes it tumble."""
     from references import mujoco
 
-    measured, expected = [], []
-    for size, q, spin in spins(run, run.count(4, 20, 100)):
-        coarse, fine = (spun(size, q, spin, 2.0, h) for h in (1e-3, 5e-4))
-        measured.append((4.0 * fine - coarse) / 3.0)
-        expected.append(mujoco.free_rotation(size, 1.0, q, spin, 2.0, 1e-3).ravel())
-    return Comparison(np.array(measured), np.array(expected))
+    answers = Answers()
+    for size, q, spin in spins(run):
+        answers.add(tumbled(size, q, spin), mujoco.free_rotation(size, 1.0, q, spin, 2.0, 1e-3).ravel())
+    return answers.comparison()
 
 
 @check(
     section="5.2",
-    piece="softbody.dynamics.rigid_boxes.advance_boxes",
+    piece=ADVANCE,
     reference="invariants",
     kind="invariant",
     tolerance=1e-11,
@@ -110,24 +116,26 @@ def free_rotation_by_mujoco(run: Run) -> Comparison:
     ),
 )
 def free_rotation_keeps(run: Run) -> Comparison:
-    """A free box with the gyroscopic torque keeps its angular momentum; without it, its angular velocity."""
-    measured, expected, kinds = [], [], []
-    for size, q, spin in spins(run, run.count(4, 20, 100)):
+    """A free box keeps its angular momentum by the gyroscopic torque.
+
+    Without that torque it keeps its angular velocity.
+    """
+    answers = Answers()
+    for size, q, spin in spins(run):
         for gyroscopic in (False, True):
             world = World(gravity=(0.0, 0.0, 0.0), gyroscopic=gyroscopic)
             box = world.add_box(size, 1.0, orientation=q, angular_velocity=spin)
             start = accounts.angular_momentum(world) if gyroscopic else spin
             world.step(1e-2, 1000)
             end = accounts.angular_momentum(world) if gyroscopic else box.angular_velocity
-            measured.append(end / np.linalg.norm(start))
-            expected.append(start / np.linalg.norm(start))
-            kinds.append("angular momentum" if gyroscopic else "angular velocity")
-    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+            kind, first = "angular momentum" if gyroscopic else "angular velocity", np.linalg.norm(start)
+            answers.add(end / first, start / first, kind=kind)
+    return answers.comparison()
 
 
 @check(
     section="4.4, 5.2",
-    piece="softbody.stepping.move_boxes.move_boxes",
+    piece=MOVE,
     reference="closed form e²ⁿ h",
     unit="of the first height",
     kind="closed form",
@@ -143,33 +151,28 @@ def free_rotation_keeps(run: Run) -> Comparison:
 )
 def bounce_heights(run: Run) -> Comparison:
     """A box dropped flat bounces to e², e⁴, … of its height."""
-    measured, expected, kinds = [], [], []
+    answers = Answers()
     for e in (0.5, 0.8, 1.0):
         for size in ((1.0, 1.0, 1.0), (1.0, 0.6, 0.4))[: run.count(1, 2, 2)]:
             world = World()
             world.add_ground(restitution=e)
             box = world.add_box(size, 1.0, (0.0, 0.0, 1.0 + 0.5 * size[2]))
             tops: list[float] = []
-            top = 0.0
-            falling = True
+            top, falling = 0.0, True
             while len(tops) < 3:
                 world.step(2.5e-4)
-                height = box.position[2] - 0.5 * size[2]
-                rises = box.velocity[2] > 0.0
-                if rises:
-                    top, falling = np.maximum(top, height), False
+                if box.velocity[2] > 0.0:
+                    top, falling = np.maximum(top, box.position[2] - 0.5 * size[2]), False
                 elif not falling:
                     tops.append(top)
                     top, falling = 0.0, True
-            measured += tops
-            expected += [e ** (2 * n) for n in (1, 2, 3)]
-            kinds += [f"e = {e}"] * 3
-    return Comparison(measured, expected, groups=kinds)
+            answers.extend(tops, [e ** (2 * n) for n in (1, 2, 3)], kind=f"e = {e}")
+    return answers.comparison()
 
 
 @check(
     section="beyond the paper",
-    piece="softbody.collision.solver.sequential_impulses.solve_velocities",
+    piece=SOLVER,
     reference="closed form",
     unit="of the way",
     kind="closed form",
@@ -180,8 +183,7 @@ def bounce_heights(run: Run) -> Comparison:
 )
 def sliding_distance(run: Run) -> Comparison:
     """A box that slides stops after v²/2μg."""
-    rng = run.fresh_rng()
-    measured, expected = [], []
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(4, 20, 200)):
         friction, speed, angle = rng.uniform(0.2, 0.8), rng.uniform(1.0, 3.0), rng.uniform(0.0, 2.0 * np.pi)
         world = World()
@@ -191,14 +193,14 @@ def sliding_distance(run: Run) -> Comparison:
         v = speed * np.array([np.cos(angle), np.sin(angle), 0.0])
         box = world.add_box(size, rng.uniform(0.1, 10.0), (0.0, 0.0, 0.5 * size[2]), velocity=v, friction=friction)
         world.run(1.2 * speed / (friction * G), 5e-4)
-        measured.append(np.linalg.norm(box.position[:2]))
-        expected.append(speed**2 / (2.0 * friction * G))
-    return Comparison(measured, expected, np.array(expected))
+        way = speed**2 / (2.0 * friction * G)
+        answers.add(np.linalg.norm(box.position[:2]), way, way)
+    return answers.comparison()
 
 
 @check(
     section="beyond the paper",
-    piece="softbody.collision.solver.sequential_impulses.solve_velocities",
+    piece=SOLVER,
     reference="closed form",
     unit="of g t²/2",
     kind="closed form",
@@ -207,55 +209,51 @@ def sliding_distance(run: Run) -> Comparison:
     faults=(FRICTION,),
 )
 def incline(run: Run) -> Comparison:
-    """A box on an incline holds if and only if tan θ < μ; else it slides down by g (sin θ − μ cos θ) t²/2."""
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    """A box on an incline holds exactly if tan θ < μ.
+
+    Else it slides down by g (sin θ − μ cos θ) t²/2.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for i in range(run.count(6, 20, 200)):
         friction = rng.uniform(0.2, 0.8)
         part = 1.0 + rng.uniform(0.01, 0.3) * (1.0 if i % 2 else -1.0)
         slope = np.arctan(part * friction)
-        world = World()
-        tilt = (np.cos(0.5 * slope), 0.0, np.sin(0.5 * slope), 0.0)
-        up = np.array([np.sin(slope), 0.0, np.cos(slope)])
+        world, tilt, up = World(), about(1, slope), np.array([np.sin(slope), 0.0, np.cos(slope)])
         world.add_box((50.0, 50.0, 1.0), None, orientation=tilt, friction=friction)
         box = world.add_box((1.0, 1.0, 0.2), 1.0, 0.6 * up, tilt, friction=friction)
         world.step(1e-3, 1000)
-        measured.append(np.linalg.norm(box.position - 0.6 * up) / (0.5 * G))
-        expected.append(np.maximum(0.0, np.sin(slope) - friction * np.cos(slope)))
-        kinds.append("slides" if i % 2 else "holds")
-    return Comparison(measured, expected, groups=kinds)
+        expected = np.maximum(0.0, np.sin(slope) - friction * np.cos(slope))
+        answers.add(np.linalg.norm(box.position - 0.6 * up) / (0.5 * G), expected, kind="slides" if i % 2 else "holds")
+    return answers.comparison()
 
 
 @check(
     section="5.2",
-    piece="softbody.stepping.move_boxes.move_boxes",
+    piece=MOVE,
     reference="closed form: the edge is under the centre at tan θ = width / height",
     kind="closed form",
     because="a yes-or-no answer, 1 % or more of the angle off the threshold",
     faults=(Fault("a corner that the ground does not see", box_contacts._add_ground_contacts, "range(8) → range(7)"),),
 )
 def toppling(run: Run) -> Comparison:
-    """A tower leaning on its edge falls back or topples as its centre is inside or outside that edge."""
-    rng = run.fresh_rng()
-    measured, expected = [], []
+    """A leaning tower topples exactly if its centre is beyond its edge."""
+    rng, answers = run.fresh_rng(), Answers()
     for i in range(run.count(6, 30, 200)):
         width, height = rng.uniform(0.4, 1.0), rng.uniform(0.8, 1.5)
         balance = np.arctan(width / height)
-        angle = balance * (1.0 + rng.uniform(0.01, 0.2) * (1.0 if i % 2 else -1.0))
+        q = about(1, balance * (1.0 + rng.uniform(0.01, 0.2) * (1.0 if i % 2 else -1.0)))
         world = World()
         world.add_ground(friction=1.0)
-        q = (np.cos(0.5 * angle), 0.0, np.sin(0.5 * angle), 0.0)
-        low = box_corners((width, 0.7, height), (0.0, 0.0, 0.0), q)[:, 2].min()
+        low = box_corners((width, 0.7, height), (0.0, 0.0, 0.0), tuple(q))[:, 2].min()
         box = world.add_box((width, 0.7, height), 1.0, (0.0, 0.0, -low), q, friction=1.0)
         world.run(3.0, 2e-3)
-        measured.append(bool(abs(rotation_matrix(box.orientation)[2, 2]) < 0.5))
-        expected.append(bool(i % 2))
-    return Comparison(np.array(measured), np.array(expected))
+        answers.add(bool(abs(rotation_matrix(box.orientation)[2, 2]) < 0.5), bool(i % 2))
+    return answers.comparison()
 
 
 @check(
     section="4.4",
-    piece="softbody.collision.solver.sequential_impulses.solve_velocities",
+    piece=SOLVER,
     reference="bounds; pybullet's stack is in the note",
     engines=("pybullet",),
     unit="of the bound",
@@ -274,16 +272,9 @@ def toppling(run: Run) -> Comparison:
     ),
 )
 def stack(run: Run) -> Comparison:
-    """A stack of ten boxes stands for 20 s: it hardly sinks, drifts or moves."""
-    from references.pybullet_world import BulletWorld
-
+    """Ten stacked boxes hardly sink, drift or move in 20 s."""
     h, seconds = 1.0 / 240.0, 20.0
-    world, bullet = World(), BulletWorld(h, world_iterations())
-    world.add_ground()
-    bullet.add_ground()
-    for i in range(10):
-        world.add_box((1.0, 1.0, 1.0), 1.0, (0.0, 0.0, 0.5 + i))
-        bullet.add_box((1.0, 1.0, 1.0), 1.0, (0.0, 0.0, 0.5 + i))
+    world, bullet = beside_bullet(h, [(np.ones(3), 1.0, (0.0, 0.0, 0.5 + i)) for i in range(10)])
     world.run(seconds, h)
     bullet.step(round(seconds / h))
     ours = _rest(world.state.box_position, np.hstack([world.state.box_velocity, world.state.box_angular_velocity]))
@@ -291,19 +282,22 @@ def stack(run: Run) -> Comparison:
     bullet.close()
     # Each step rounds heights of up to 9.5 m twice; the lowest contacts give ten weights a step, rounded a few times.
     bounds = np.array([2.0 * round(seconds / h) * 2.0**-50, 1e-13, 1e-15 * 10.0 * G * h])
-    return Comparison(
-        ours,
-        np.zeros(3),
-        bounds,
-        ["sinking", "drift", "speed"],
-        notes=["after 20 s: sunk {:.1e} m, drifted {:.1e} m, still moving at {:.1e} m/s; ".format(*ours)
-               + "Bullet's stack {:.1e} m, {:.1e} m, {:.1e} m/s".format(*theirs)],
-    )  # fmt: skip
+    told = "after 20 s: sunk {:.1e} m, drifted {:.1e} m, still moving at {:.1e} m/s; ".format(*ours)
+    told += "Bullet's stack {:.1e} m, {:.1e} m, {:.1e} m/s".format(*theirs)
+    return Comparison(ours, np.zeros(3), bounds, ["sinking", "drift", "speed"], notes=[told])
 
 
-def world_iterations() -> int:
-    """Return the sweeps of the contact solver in a world by default, for Bullet to have as many."""
-    return World().store.settings.iterations
+def beside_bullet(h: float, boxes: list[tuple[Any, ...]], gyroscopic: bool = False) -> tuple[World, Any]:
+    """Return a world with these boxes (size, mass, place and so on) on its ground, and Bullet's, of as many sweeps."""
+    from references.pybullet_world import BulletWorld
+
+    world = World(gyroscopic=gyroscopic)
+    bullet = BulletWorld(h, world.store.settings.iterations)
+    for each in (world, bullet):
+        each.add_ground()
+        for box in boxes:
+            each.add_box(*box)
+    return world, bullet
 
 
 def _rest(position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
@@ -314,7 +308,7 @@ def _rest(position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
 
 @check(
     section="4.4",
-    piece="softbody.stepping.move_boxes.move_boxes",
+    piece=MOVE,
     reference="pybullet's pile of the same boxes; depths of ours by FCL; bounds on energy and speed",
     engines=("pybullet", "fcl"),
     unit="of the bound",
@@ -333,23 +327,18 @@ def _rest(position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
     ),
 )
 def pile(run: Run) -> Comparison:
-    """Boxes that fall into a pile stay above the ground and out of each other, and come to rest."""
-    from references.pybullet_world import BulletWorld
-
+    """Falling boxes pile up above ground, not inside each other, and rest."""
     rng = run.fresh_rng()
     count, h = run.count(30, 120, 1000), 1.0 / 240.0
-    # Without its gyroscopic torque even a free box would not keep its energy.
-    world, bullet = World(gyroscopic=True), BulletWorld(h, world_iterations())
-    world.add_ground()
-    bullet.add_ground()
     side = max(2, round((count / 3.0) ** (1.0 / 3.0)))
+    boxes = []
     for i in range(count):
         x, y, z = i % side, i // side % side, i // side**2
         size = rng.uniform(0.5, 1.0, 3)
         place = np.array([1.8 * x, 1.8 * y, 1.0 + 1.8 * z]) + rng.uniform(-0.03, 0.03, 3)
-        q = random_orientations(rng, 1)[0]
-        world.add_box(size, float(np.prod(size)), place, q)
-        bullet.add_box(size, float(np.prod(size)), place, q)
+        boxes.append((size, float(np.prod(size)), place, random_orientations(rng, 1)[0]))
+    # Without its gyroscopic torque even a free box would not keep its energy.
+    world, bullet = beside_bullet(h, boxes, gyroscopic=True)
     energy = start = accounts.energy(world)
     rise = below = inside = 0.0
     deepest = np.zeros(2)
@@ -366,9 +355,8 @@ def pile(run: Run) -> Comparison:
     )
     ours_top, their_top = world.state.box_position[:, 2].max(), bullet.positions()[:, 2].max()
     bullet.close()
-    measured = np.array([below, inside, rise, speed])
     return Comparison(
-        measured,
+        [below, inside, rise, speed],
         np.zeros(4),
         np.array([deepest[1], 2.0 * deepest[0], 1e-3 * start, 1.0]),
         ["below the ground", "inside each other", "energy gained in a step", "speed at the end"],
@@ -399,9 +387,8 @@ def pile(run: Run) -> Comparison:
     ),
 )
 def deep_start(run: Run) -> Comparison:
-    """Boxes that start inside each other part, and no speed comes of it."""
-    rng = run.fresh_rng()
-    measured, kinds = [], []
+    """Boxes that start inside each other part, and gain no speed."""
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(5, 30, 300)):
         world = World(gravity=(0.0, 0.0, 0.0))
         for _ in range(4):
@@ -409,6 +396,5 @@ def deep_start(run: Run) -> Comparison:
             world.add_box(rng.uniform(0.5, 1.0, 3), rng.uniform(0.1, 10.0), rng.uniform(-0.2, 0.2, 3), q)
         world.step(1e-2, 1_500)
         speed = np.maximum(np.abs(world.state.box_velocity).max(), np.abs(world.state.box_angular_velocity).max())
-        measured += [speed, depths_of_boxes(world)[0]]
-        kinds += ["speed", "depth left"]
-    return Comparison(measured, np.zeros(len(measured)), groups=kinds)
+        answers.extend([speed, depths_of_boxes(world)[0]], np.zeros(2), kind=["speed", "depth left"])
+    return answers.comparison()

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from functools import partial
 from itertools import groupby
 from operator import itemgetter
 from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from softbody import World
 from softbody.collision.boxes import box_contacts, manifold, sat_boxes, swept_boxes
 from softbody.geometry.box import box_corners
+from validation.answers import Answers
 from validation.arbitration import US, arbitrate
 from validation.cases import corners_of, random_orientations
 from validation.check import Comparison, Run, check
+from validation.checks.boxes.cases import about, rotation, wxyz
 from validation.fault import Fault
 
 FAMILY = "boxes that pass"
@@ -45,27 +49,10 @@ THROUGH = Fault(
     swept_boxes._fly_past,
     "enter_, leave_ = 0.0, 1.0 → enter, leave = 1.0, 1.0",
 )
-STOPPED = Fault(
-    "boxes that fly held up as if something stopped one of them",
-    manifold.stopped_manifold,
-    "a_ > b_ and left_ <= end_ or left_ + dot(gain_, normal_) > end_ → left + dot(gain, normal) > open_at",
-)
-GHOST = Fault(
-    "boxes that turn struck where only corners that go straight would meet",
-    manifold.stopped_manifold,
-    "0 if _some_close(boxes_, pair_, flight_, found_, manifold_) else found_ → found",
-)
-BEFORE = Fault(
-    "boxes that turn, and come from far, held along the axis that parts them before",
-    manifold._points_of_turning,
-    "overlap_[0] > sweep_.turn → False",
-)
-IMPATIENT = Fault(
-    "boxes that turn past each other not followed to the end", swept_boxes.come_near, "ADVANCES → ADVANCES // 20"
-)
 NO_EDGES = Fault("edges that never meet", manifold._points_of_meeting, "1 if gap_ <= most_ else 0 → 0")
 FINE = 2e-3  # [m] that a box goes in a step of an engine, and [s], for it goes at 1 m/s
 CLEAR = 1e-3  # [m] of overlap below which such a step may jump over it; single precision is good for 1e-5 m
+SWEPT = "softbody.collision.boxes.manifold.swept_manifold"
 
 
 class Pace(NamedTuple):
@@ -84,9 +71,7 @@ class Passing(NamedTuple):
     offset: np.ndarray  # (3,) [m] from b to a, at the start
     way: np.ndarray  # (3,) unit: a's, seen from b
     spin: np.ndarray  # (3,) [rad/s] of a
-    hull: tuple[
-        np.ndarray, np.ndarray
-    ]  # size and orientation of a box that holds a however it turns; a, if it does not
+    hull: tuple[np.ndarray, np.ndarray]  # size and orientation of a, or of a box that holds it however it turns
 
 
 def corners(size: np.ndarray, orientation: np.ndarray) -> np.ndarray:
@@ -109,12 +94,10 @@ def passing(rng: np.random.Generator, air: float | None, turns: bool = False, of
     a, b = (corners(size[k], orientation[k]) for k in range(2))
     spin, hull = np.zeros(3), (size[0], orientation[0])
     if turns:
-        from scipy.spatial.transform import Rotation
-
         # A ball holds it, and a cube holds that, one axis of it across the way.
         spin = rng.uniform(0.0, 20.0) * rng.normal(size=3)
         frame = np.stack([across, way, np.cross(across, way)], axis=1)
-        hull = np.full(3, np.linalg.norm(size[0])), Rotation.from_matrix(frame).as_quat()[[3, 0, 1, 2]]
+        hull = np.full(3, np.linalg.norm(size[0])), wxyz(Rotation.from_matrix(frame))
         a = corners(*hull)
     apart = (b @ across).max() - (a @ across).min()
     offset = across * (apart + air if air is not None else apart * rng.uniform(-1.0, 1.0))
@@ -143,10 +126,8 @@ def margin(count: int) -> np.ndarray:
 
 def earlier(case: Passing, to_go: float, speed: float) -> tuple[np.ndarray, np.ndarray]:
     """Return where a was [m], seen from b, and how it lay, when it had so many metres to go until it is beside b."""
-    from scipy.spatial.transform import Rotation
-
-    turn = Rotation.from_rotvec(-case.spin * to_go / speed) * Rotation.from_quat(np.roll(case.orientation[0], -1))
-    return case.offset - to_go * case.way, np.roll(turn.as_quat(), 1)
+    turn = Rotation.from_rotvec(-case.spin * to_go / speed) * rotation(case.orientation[0])
+    return case.offset - to_go * case.way, wxyz(turn)
 
 
 def add_pair(world: World, case: Passing, middle: np.ndarray, pace: Pace, rng: np.random.Generator) -> None:
@@ -155,14 +136,12 @@ def add_pair(world: World, case: Passing, middle: np.ndarray, pace: Pace, rng: n
     frame = np.zeros(3) if held else 0.3 * pace.speed * rng.normal(size=3)  # in which b rests
     offset, orientation = earlier(case, rng.uniform(0.5, 3.0) * pace.speed * pace.step, pace.speed)
     bounce, rub = rng.random(2) * (rng.random() < 0.5), rng.uniform(0.0, 1.0, 2)
-    world.add_box(
-        case.size[0], np.exp(rng.uniform(-2.0, 2.0)), middle + offset, orientation, frame + pace.speed * case.way,
-        case.spin, restitution=bounce[0], friction=rub[0],
-    )  # fmt: skip
-    world.add_box(
-        case.size[1], None if held else np.exp(rng.uniform(-2.0, 2.0)), middle, case.orientation[1], frame,
-        restitution=bounce[1], friction=rub[1],
-    )  # fmt: skip
+    boxes: list[tuple[Any, ...]] = [
+        (np.exp(rng.uniform(-2.0, 2.0)), middle + offset, orientation, frame + pace.speed * case.way, case.spin),
+        (None if held else np.exp(rng.uniform(-2.0, 2.0)), middle, case.orientation[1], frame),
+    ]
+    for k, box in enumerate(boxes):
+        world.add_box(case.size[k], *box, restitution=bounce[k], friction=rub[k])
 
 
 def flown(cases: list[Passing], rng: np.random.Generator) -> np.ndarray:
@@ -208,38 +187,26 @@ def beside_engines(cases: list[Passing], rng: np.random.Generator, clear: np.nda
     from references import pybullet_world, rapier
 
     ours, overlap = flown(cases, rng)[clear], overlap_of(cases)[clear]
+    theirs = {"pybullet": touched(pybullet_world, cases)[clear], "rapier3d": touched(rapier, cases)[clear]}
+    answers = Answers()
+    for name, struck in zip(("Bullet", "Rapier"), theirs.values()):
+        answers.extend(ours, struck, kind=name)
+    bullets, rapiers = (struck.sum() for struck in theirs.values())
+    notes = [f"{ours.sum()} of {len(ours)} pairs are struck; Bullet {bullets}, Rapier {rapiers}"]
+    asked = {
+        name: np.array([getattr(case, name) for case in cases])[clear]
+        for name in ("size", "orientation", "offset", "way", "spin")
+    }
     # (Outlines are those of what holds a box that turns: whether that hits, they do not tell, only that it passes.)
-    turns = np.array([case.spin.any() for case in cases])[clear]
-    is_told = not (turns & (overlap > 0.0)).any()
-    engines = {"Bullet": pybullet_world, "Rapier": rapier}
-    theirs = {name: touched(engine, cases)[clear] for name, engine in engines.items()}
-    counts = ", ".join(f"{name} {struck.sum()}" for name, struck in theirs.items())
-    return Comparison(
-        np.tile(ours, len(theirs)),
-        np.concatenate(list(theirs.values())),
-        groups=np.repeat(list(theirs), len(ours)),
-        notes=[f"{ours.sum()} of {len(ours)} pairs are struck; {counts}"],
-        arbitrations=[
-            arbitrate(
-                "closed form",
-                overlap > 0.0,
-                {US: ours, "pybullet": theirs["Bullet"], "rapier3d": theirs["Rapier"]},
-                inputs={
-                    name: np.array([getattr(case, name) for case in cases])[clear]
-                    for name in ("size", "orientation", "offset", "way", "spin")
-                },
-            )
-        ]
-        if is_told
-        else [],
-    )
+    if (asked["spin"].any(axis=1) & (overlap > 0.0)).any():
+        return answers.comparison(notes=notes)
+    found = arbitrate("closed form", overlap > 0.0, {US: ours, **theirs}, inputs=asked)
+    return answers.comparison(notes=notes, arbitrations=[found])
 
 
 def turning(case: Passing, pace: Pace, rng: np.random.Generator) -> Passing:
     """Return the case with a spin about an axis of a's own, which every engine keeps, of 1 to 100 mrad a step."""
-    from scipy.spatial.transform import Rotation
-
-    axis = Rotation.from_quat(np.roll(case.orientation[0], -1)).apply(np.eye(3)[rng.integers(3)])
+    axis = rotation(case.orientation[0]).apply(np.eye(3)[rng.integers(3)])
     return case._replace(spin=10.0 ** rng.uniform(-3.0, -1.0) / pace.step * axis)
 
 
@@ -249,9 +216,9 @@ def spinning(case: Passing, pace: Pace, rng: np.random.Generator) -> Passing:
     return case._replace(spin=10.0 ** rng.uniform(-1.0, 0.0) / pace.step * axis / np.linalg.norm(axis))
 
 
-def swollen(case: Passing, by: float) -> Passing:
-    """Return the case with an a that reaches so much [m] farther to all sides."""
-    return case._replace(size=case.size + [[2.0 * by], [0.0]])
+def swollen(cases: list[Passing], by: np.ndarray) -> list[Passing]:
+    """Return the cases with an a that reaches so much (n,) [m] farther to all sides."""
+    return [case._replace(size=case.size + [[2.0 * more], [0.0]]) for case, more in zip(cases, by)]
 
 
 def touched(engine: ModuleType, cases: list[Passing]) -> np.ndarray:
@@ -279,12 +246,9 @@ def _way_past(case: Passing) -> float:
 
 def _in_frame(case: Passing, speed: float, place: int) -> list[tuple[Any, ...]]:
     """Return size, mass, place, orientation, velocity and spin of a and b where a flies along x, 1 cm before b."""
-    from scipy.spatial.transform import Rotation
-
     frame = Rotation.align_vectors([(1.0, 0.0, 0.0)], [case.way])[0]
     offset, orientation = earlier(case, 0.01, speed)
-    turned = frame * Rotation.from_quat(np.roll([orientation, case.orientation[1]], -1, axis=1))
-    a, b = np.roll(turned.as_quat(), 1, axis=1)
+    a, b = wxyz(frame * rotation(np.array([orientation, case.orientation[1]])))
     middle = 20.0 * np.array([0.0, place % 10 - 4.5, place // 10 - 4.5])
     return [
         (case.size[0], 1.0, middle + frame.apply(offset), a, (1.0, 0.0, 0.0), frame.apply(case.spin / speed)),
@@ -292,18 +256,39 @@ def _in_frame(case: Passing, speed: float, place: int) -> list[tuple[Any, ...]]:
     ]
 
 
-@check(
+by_outlines = partial(check, section="4.5", piece=SWEPT, engines=("scipy",), kind="closed form")
+by_engines = partial(
+    check,
     section="4.5",
-    piece="softbody.collision.boxes.manifold.swept_manifold",
+    reference="the same boxes in Bullet and in Rapier, in steps of 2 mm",
+    engines=("pybullet", "rapier3d", "scipy"),
+)
+
+
+@by_outlines(
     reference="closed form: the outlines of two boxes, seen along their relative motion, are apart",
-    engines=("scipy",),
-    kind="closed form",
     because="what is not touched is not struck",
-    faults=(NEAREST, BALLS, OTHER_AXIS, STOPPED, IMPATIENT),
+    faults=(
+        NEAREST,
+        BALLS,
+        OTHER_AXIS,
+        Fault(
+            "boxes that fly held up as if something stopped one of them",
+            manifold.stopped_manifold,
+            "a_ > b_ and left_ <= end_ or left_ + dot(gain_, normal_) > end_ → left + dot(gain, normal) > open_at",
+        ),
+        Fault(
+            "boxes that turn past each other not followed to the end",
+            swept_boxes.come_near,
+            "ADVANCES → ADVANCES // 20",
+        ),
+    ),
 )
 def near_misses(run: Run) -> Comparison:
-    """Boxes that pass each other with 1 mm to 10 cm of air, turning by up to 1 rad a step or not, falling or not, at 1
-    to 100 m/s and in steps of 1 ms to 1/30 s, fly on as if each were alone: to the bit, or to rounding where they fall.
+    """Boxes that pass each other fly on as if each were alone.
+
+    They have 1 mm to 10 cm of air, at 1 to 100 m/s and in steps of 1 ms to 1/30 s. They turn by up to 1 rad a step or
+    not, and fall or not. Their velocities stay to the bit, or to rounding where they fall.
     """
     rng = run.fresh_rng()
     count = run.count(1600, 10_000, 40_000)
@@ -317,51 +302,46 @@ def near_misses(run: Run) -> Comparison:
     return beside_outlines(cases, rng)
 
 
-@check(
-    section="4.5",
-    piece="softbody.collision.boxes.manifold.swept_manifold",
+@by_outlines(
     reference="closed form: the outlines of two boxes, seen along their relative motion, overlap or are apart",
-    engines=("scipy",),
-    kind="closed form",
     because="a hit changes a velocity by far more than rounding",
     faults=(THROUGH, NO_EDGES),
 )
 def hits(run: Run) -> Comparison:
-    """Boxes that do not turn fly on as if each were alone if, and only if, they do not meet, at 1 to 100 m/s and in
-    steps of 1 ms to 1/30 s: without gravity however little they would overlap, else by 2 g h² or more."""
+    """Boxes that do not turn are struck exactly if they meet.
+
+    Else they fly on as if each were alone: at 1 to 100 m/s and in steps of 1 ms to 1/30 s. Without gravity it does not
+    matter how little they would overlap; where they fall it is by 2 g h² or more.
+    """
     rng = run.fresh_rng()
-    cases = [passing(rng, None) for _ in range(run.count(600, 4000, 20_000))]
-    return beside_outlines(cases, rng)
+    return beside_outlines([passing(rng, None) for _ in range(run.count(600, 4000, 20_000))], rng)
 
 
-@check(
-    section="4.5",
-    piece="softbody.collision.boxes.manifold.swept_manifold",
-    reference="the same boxes in Bullet and in Rapier, in steps of 2 mm",
-    engines=("pybullet", "rapier3d", "scipy"),
-    because="what is not touched is not struck, here or there",
-    faults=(NEAREST, BALLS, OTHER_AXIS),
+@by_engines(
+    piece=SWEPT, because="what is not touched is not struck, here or there", faults=(NEAREST, BALLS, OTHER_AXIS)
 )
 def near_misses_by_engines(run: Run) -> Comparison:
-    """Boxes that pass each other with 1 mm to 10 cm of air, turning or not, falling or not, fly on as if each were
-    alone, as they do in Bullet and in Rapier."""
+    """Boxes that pass fly on alone, as in Bullet and Rapier.
+
+    They have 1 mm to 10 cm of air, turn or not, and fall or not.
+    """
     rng = run.fresh_rng()
     air = [float(10.0 ** rng.uniform(-3.0, -1.0)) for _ in range(run.count(170, 800, 4000))]
     cases = [passing(rng, gap, turns=k % 4 == 3) for k, gap in enumerate(air)]
     return beside_engines(cases, rng, np.ones(len(cases), bool))
 
 
-@check(
-    section="4.5",
-    piece="softbody.collision.boxes.manifold.swept_manifold",
-    reference="the same boxes in Bullet and in Rapier, in steps of 2 mm",
-    engines=("pybullet", "rapier3d", "scipy"),
+@by_engines(
+    piece=SWEPT,
     because="below 1 mm a step of 2 mm may jump over an overlap; beyond, both engines were right in 3 700 of 3 700",
     faults=(THROUGH, NO_EDGES),
 )
 def hits_by_engines(run: Run) -> Comparison:
-    """Boxes that do not turn are struck on their way if, and only if, Bullet and Rapier let them meet; but those that
-    overlap by less than 1 mm, or in their fall by less than 2 g h², or pass with less than 1 mm of air."""
+    """Boxes without spin are struck exactly if engines let them meet.
+
+    The engines are Bullet and Rapier. Left out are boxes that overlap by less than 1 mm, or in their fall by less than
+    2 g h². So are those that pass with less than 1 mm of air.
+    """
     rng = run.fresh_rng()
     count = run.count(170, 600, 4000)
     grazes = [passing(rng, -float(10.0 ** rng.uniform(-3.0, -1.0))) for _ in range(count // 2)]
@@ -370,27 +350,23 @@ def hits_by_engines(run: Run) -> Comparison:
     return beside_engines(cases, rng, (overlap < -CLEAR) | (overlap > margin(len(cases))))
 
 
-@check(
-    section="4.5",
+@by_engines(
     piece="softbody.collision.boxes.swept_boxes.come_near",
-    reference="the same boxes in Bullet and in Rapier, in steps of 2 mm",
-    engines=("pybullet", "rapier3d", "scipy"),
     because="no disagreement in 1 900 pairs; of 1 200 with 0.1 to 1 rad a step one is missed",
     faults=(BALLS, NO_EDGES),
 )
 def turning_hits_by_engines(run: Run) -> Comparison:
-    """Boxes that turn about an axis of their own, by up to 0.1 rad a step, are struck on their way if, and only if,
-    Bullet and Rapier let them meet; but those for whom 1 mm more or less of one box (2 g h² where they fall) would
-    decide."""
+    """Turning boxes are struck exactly if engines let them meet.
+
+    They turn about an axis of their own, by up to 0.1 rad a step; the engines are Bullet and Rapier. Left out are those
+    for whom 1 mm more or less of one box (2 g h² where they fall) would decide.
+    """
     from references import rapier
 
     rng = run.fresh_rng()
     count = run.count(68, 340, 2000)
     cases = [turning(passing(rng, None, turns=True), pace, rng) for pace in paces(count)]
-    room = margin(count)
-    smaller, bigger = (
-        touched(rapier, [swollen(case, sign * air) for case, air in zip(cases, room)]) for sign in (-1.0, 1.0)
-    )
+    smaller, bigger = (touched(rapier, swollen(cases, sign * margin(count))) for sign in (-1.0, 1.0))
     return beside_engines(cases, rng, smaller == bigger)
 
 
@@ -429,15 +405,20 @@ ONCE_WRONG = {
 IN_STEPS = 10  # they are past each other, or have met
 
 
-@check(
-    section="4.5",
-    piece="softbody.collision.boxes.manifold.swept_manifold",
-    reference="the same boxes in Bullet and in Rapier, in steps of 2 mm",
-    engines=("pybullet", "rapier3d", "scipy"),
+@by_engines(
+    piece=SWEPT,
     because="the pairs meet, or pass, by more than a centimetre",
     faults=(
-        GHOST,
-        BEFORE,
+        Fault(
+            "boxes that turn struck where only corners that go straight would meet",
+            manifold.stopped_manifold,
+            "0 if _some_close(boxes_, pair_, flight_, found_, manifold_) else found_ → found",
+        ),
+        Fault(
+            "boxes that turn, and come from far, held along the axis that parts them before",
+            manifold._points_of_turning,
+            "overlap_[0] > sweep_.turn → False",
+        ),
         Fault(
             "corners of the second box that turn the other way",
             manifold._some_close,
@@ -446,38 +427,35 @@ IN_STEPS = 10  # they are past each other, or have met
     ),
 )
 def once_wrong_by_engines(run: Run) -> Comparison:
-    """Two pairs of boxes that were not judged rightly once, one that meets after 10 m in three steps and one that
-    passes by 14 mm, meet or pass as in Bullet and in Rapier, from wherever they are looked at, and whichever of the two
-    is the first."""
-    from scipy.spatial.transform import Rotation
+    """Two pairs of boxes once misjudged meet or pass as in engines.
 
+    One meets after 10 m in three steps, one passes by 14 mm, in Bullet and in Rapier. So it is from wherever they are
+    looked at, and whichever of the two is the first.
+    """
     from references import pybullet_world, rapier
 
-    rng = run.fresh_rng()
-    ours, theirs, kinds = [], [], []
+    rng, answers = run.fresh_rng(), Answers()
     for kind, pair in ONCE_WRONG.items():
         speed = float(np.linalg.norm(pair.velocity[0] - pair.velocity[1]))
         for k in range(run.count(3, 10, 30)):
-            turn = Rotation.from_quat(np.roll(random_orientations(rng, 1)[0], -1)) if k else Rotation.identity()
+            turn = rotation(random_orientations(rng, 1)[0]) if k else Rotation.identity()
             place, velocity = turn.apply([pair.offset, np.zeros(3)]), turn.apply(pair.velocity)
-            lie = (turn * Rotation.from_quat(np.roll(pair.orientation, -1, axis=1))).as_quat()[:, [3, 0, 1, 2]]
-            spin = turn.apply([pair.spin, np.zeros(3)])
-            said = []
+            lie, spin = wxyz(turn * rotation(pair.orientation)), turn.apply([pair.spin, np.zeros(3)])
+            ours = []
             for order in (slice(None), slice(None, None, -1)):  # whichever is the first
                 world = World(gravity=turn.apply((0.0, 0.0, -9.81)))
                 for box in list(zip(pair.size, pair.mass, place, lie, velocity, spin))[order]:
                     world.add_box(*box)
                 world.step(pair.step, IN_STEPS)
-                said.append(_is_struck(velocity, world.state.box_velocity[order], 1e-9))
-            ours.append(said)
+                ours.append(_is_struck(velocity, world.state.box_velocity[order], 1e-9))
             # They need not fall: both do alike.
-            flight = place, lie, velocity - velocity[1], spin
+            flight, theirs = (place, lie, velocity - velocity[1], spin), []
             for engine in (pybullet_world, rapier):
                 steps = round(IN_STEPS * pair.step * speed / FINE)
                 after = engine.velocities_after(pair.size, pair.mass, *flight, FINE / speed, steps)
                 theirs.append(_is_struck(flight[2], after[:, :3], 1e-2))  # Rapier is of single precision
-            kinds.append(kind)
-    return Comparison(np.repeat(ours, 2, axis=0).ravel(), np.repeat(theirs, 2), groups=np.repeat(kinds, 4))
+            answers.extend(np.tile(ours, 2), np.repeat(theirs, 2), kind=kind)
+    return answers.comparison()
 
 
 def _is_struck(before: np.ndarray, after: np.ndarray, rounding: float) -> bool:
@@ -503,38 +481,29 @@ def _is_struck(before: np.ndarray, after: np.ndarray, rounding: float) -> bool:
     ),
 )
 def resting_by_projections(run: Run) -> Comparison:
-    """Of two boxes anyhow, a travel is seen from both, and they rest on a face exactly if they overlap by more than
-    some length along the normals of all others, but for those all but parallel to it: asked as plain Python, which
-    allows no index beside an array."""
-    from scipy.spatial.transform import Rotation
+    """Two boxes rest on a face if they overlap along all others.
 
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
-    project = getattr(swept_boxes.project_travel, "py_func", swept_boxes.project_travel)
-    rests = getattr(swept_boxes.rests_on_face, "py_func", swept_boxes.rests_on_face)
-    turns = [axis.as_quat(scalar_first=True) for axis in Rotation.create_group("O")]
+    Of two boxes anyhow, a travel is seen from both. They rest exactly if they overlap by more than some length along
+    all other faces' normals, but for those all but parallel to it. Asked as plain Python, which allows no index beside
+    an array.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    turns = Rotation.create_group("O")
     for trial in range(run.count(120, 600, 6_000)):
         size, travel = rng.uniform(0.3, 2.0, (2, 3)), rng.normal(size=3)
         orientation = random_orientations(rng, 2)
         if trial % 2:  # nearly as the other lies, any way up
             lean = Rotation.from_rotvec(10.0 ** rng.uniform(-3.0, -0.5) * rng.normal(size=3))
-            turn = Rotation.from_quat(orientation[0], scalar_first=True) * lean
-            turn = turn * Rotation.from_quat(turns[rng.integers(24)], scalar_first=True)
-            orientation[1] = turn.as_quat(scalar_first=True)
+            orientation[1] = wxyz(rotation(orientation[0]) * lean * turns[int(rng.integers(24))])
         place = np.zeros((2, 3))
         place[1] = rng.uniform(0.0, 0.8) * rng.normal(size=3)
         boxes = sat_boxes.frames_of(sat_boxes.PlacedBoxes(size, place, orientation))
         memory = sat_boxes.SatMemory(np.zeros((3, 3)), np.zeros((2, 3)), np.zeros((2, 3)), np.zeros(3))
         sat_boxes.least_overlap(boxes, 0, 1, sat_boxes.Limits(np.inf, 0.0, True), memory)
-        frames = [Rotation.from_quat(each, scalar_first=True).as_matrix() for each in orientation]
+        frames = [rotation(each).as_matrix() for each in orientation]
         axes = np.concatenate([frame.T for frame in frames])
-        try:
-            project(boxes, (0, 1), tuple(travel), memory)
-            measured += [*memory.travel.ravel()]
-        except IndexError:
-            measured += [np.nan] * 6
-        expected += [*(axes @ travel)]
-        kinds += ["travel"] * 6
+        seen = _in_python(swept_boxes.project_travel, boxes, (0, 1), tuple(travel), memory)
+        answers.extend(memory.travel.ravel() if seen is None else np.full(6, seen), axes @ travel, kind="travel")
         points = [x + corners_of(each) @ frame.T for x, each, frame in zip(place, size, frames)]
         one, other = (rows @ axes.T for rows in points)
         overlap = np.minimum(one.max(axis=0) - other.min(axis=0), other.max(axis=0) - one.min(axis=0))
@@ -546,13 +515,18 @@ def resting_by_projections(run: Run) -> Comparison:
             others[3:] |= (axis >= 3) & (np.arange(3, 6) != axis)
             if np.abs(overlap[others] - least).min() < 1e-9 or (np.abs(alike[axis] - 0.99) < 0.00995).any():
                 continue
-            try:
-                measured.append(float(rests(boxes, (0, 1), axis, least, memory)))
-            except IndexError:
-                measured.append(np.nan)
-            expected.append(float((overlap[others] > least).all()))
-            kinds.append("rests" if expected[-1] else "does not rest")
-    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+            rests = (overlap[others] > least).all()
+            said = _in_python(swept_boxes.rests_on_face, boxes, (0, 1), axis, least, memory)
+            answers.add(float(said), float(rests), kind="rests" if rests else "does not rest")
+    return answers.comparison()
+
+
+def _in_python(kernel: Any, *asked: Any) -> Any:
+    """Return what a kernel answers as plain Python, or NaN where it goes beside an array."""
+    try:
+        return getattr(kernel, "py_func", kernel)(*asked)
+    except IndexError:
+        return np.nan
 
 
 @check(
@@ -578,30 +552,25 @@ def resting_by_projections(run: Run) -> Comparison:
     ),
 )
 def flush_tiles(run: Run) -> Comparison:
-    """A smooth box slides over flush tiles, with and without weight, as over one plate: straight on, at its speed."""
-    rng = run.fresh_rng()
-    measured, expected = [], []
+    """A smooth box slides over flush tiles as over one plate.
+
+    It goes straight on, at its speed, with and without weight.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for k in range(run.count(8, 40, 200)):
         world = World(gravity=(0.0, 0.0, -9.81 if k % 2 else 0.0))
         tile = np.array([*rng.uniform(0.4, 1.5, 2), 0.5])
-        for i in range(-2, 12):
-            for j in range(-2, 3):
-                world.add_box(tile, None, (i * tile[0], j * tile[1], -0.25), friction=0.0)
-        size, speed, yaw = (
-            rng.uniform(0.2, 0.8, 3),
-            rng.uniform(1.0, 5.0),
-            (0.0, 0.0, rng.uniform(0.0, 2.0 * np.pi), rng.uniform(0.02, 0.2))[k % 4],
-        )
-        velocity = np.array([speed, 0.0, 0.0])
-        box = world.add_box(
-            size, 1.0, (0.0, rng.uniform(-0.2, 0.2), 0.5 * size[2]), (np.cos(0.5 * yaw), 0.0, 0.0, np.sin(0.5 * yaw)),
-            velocity, friction=0.0,
-        )  # fmt: skip
+        for i, j in np.ndindex(14, 5):
+            world.add_box(tile, None, ((i - 2) * tile[0], (j - 2) * tile[1], -0.25), friction=0.0)
+        size, speed = rng.uniform(0.2, 0.8, 3), rng.uniform(1.0, 5.0)
+        yaw = (0.0, 0.0, rng.uniform(0.0, 2.0 * np.pi), rng.uniform(0.02, 0.2))[k % 4]
+        place = 0.0, rng.uniform(-0.2, 0.2), 0.5 * size[2]
+        box = world.add_box(size, 1.0, place, about(2, yaw), (speed, 0.0, 0.0), friction=0.0)
         world.run(8.0 * tile[0] / speed, float(rng.choice([1.0 / 60.0, 1.0 / 240.0, 1e-3])))
         # The solver is judged where it works: at the corners that stand on the tiles.
-        measured.append([*box.velocity / speed, *box.angular_velocity * 0.5 * size[:2].min() / speed])
-        expected.append([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-    return Comparison(measured, expected)
+        spin = box.angular_velocity * 0.5 * size[:2].min()
+        answers.add([*box.velocity / speed, *spin / speed], [1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    return answers.comparison()
 
 
 @check(
@@ -616,26 +585,27 @@ def flush_tiles(run: Run) -> Comparison:
     faults=(Fault("one point for a face", manifold._clip_faces, "kept < MOST_POINTS → kept < 1"),),
 )
 def flat_landings(run: Run) -> Comparison:
-    """A box that comes down flat on another, but for a tilt of 1e-12 to 1e-5 rad, turned and anywhere on it, with
-    weight and without, is stopped in a step: it gets no kick sideways, and no spin."""
-    rng = run.fresh_rng()
-    off, kinds = [], []
+    """A box that lands flat gets no kick sideways and no spin.
+
+    It comes down on another, turned and anywhere on it, but for a tilt of 1e-12 to 1e-5 rad. With weight and without,
+    it is stopped in a step.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for k in range(run.count(200, 400, 4_000)):
         heavy, tilt = k % 2 == 0, 10.0 ** rng.uniform(-12.0, -5.0)
         world = World() if heavy else World(gravity=(0.0, 0.0, 0.0))
         yaws = rng.uniform(-np.pi, np.pi, 2) if k % 3 else rng.uniform(-1e-9, 1e-9, 2)
         h, speed = float(rng.choice([1.0 / 60.0, 1.0 / 240.0, 1e-3])), rng.uniform(1.0, 5.0)
         sizes = rng.uniform(0.5, 1.5, (2, 3))
-        below = (np.cos(0.5 * yaws[0]), 0.0, 0.0, np.sin(0.5 * yaws[0]))
-        world.add_box(sizes[0], None, (0.0, 0.0, -0.5 * sizes[0][2]), below)
+        world.add_box(sizes[0], None, (0.0, 0.0, -0.5 * sizes[0][2]), about(2, yaws[0]))
         lean = rng.normal(size=2)
         lean *= 0.5 * tilt / np.linalg.norm(lean)
-        turn = np.array([np.cos(0.5 * yaws[1]), *lean, np.sin(0.5 * yaws[1])])
+        turn = about(2, yaws[1]) + (0.0, *lean, 0.0)
         place = (*rng.uniform(-0.15, 0.15, 2), 0.5 * sizes[1][2] + rng.uniform(0.05, 0.95) * speed * h)
         box = world.add_box(sizes[1], 1.0, place, turn / np.linalg.norm(turn), (0.0, 0.0, -speed))
         world.step(h, 2)
         aside = [*box.velocity[:2], np.maximum(0.0, -box.velocity[2]), *(box.angular_velocity * sizes[1].max())]
-        off.append(np.array(aside) / speed)
-        kinds.append("with weight" if heavy else "without")
-    scale = [1.0 if kind == "with weight" else 0.01 for kind in kinds]  # weight presses on what is solved by sweeps
-    return Comparison(off, np.zeros((len(off), 6)), scale, kinds)
+        # Weight presses on what is solved by sweeps.
+        scale, kind = (1.0, "with weight") if heavy else (0.01, "without")
+        answers.add(np.array(aside) / speed, np.zeros(6), scale, kind)
+    return answers.comparison()

@@ -9,12 +9,15 @@ import numpy as np
 from softbody import World
 from softbody.collision.boxes import box_contacts
 from softbody.collision.solver import sequential_impulses, support_trees
+from validation.answers import Answers
 from validation.check import Comparison, Run, check
+from validation.checks.boxes.cases import about
 from validation.fault import Fault
 
 FAMILY = "boxes in motion"
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 
+SOLVE_TREES = "softbody.collision.solver.support_trees.solve_trees"
 NO_TREES = Fault(
     "piles left to the sweeps alone",
     sequential_impulses.solve_velocities,
@@ -53,10 +56,9 @@ def boxes_of_pile(count: int, gap: float, mixed: bool, rng: np.random.Generator)
     height = 0.0
     for i in range(count):
         size = rng.uniform(0.7, 1.2, 3) if mixed else np.ones(3)
-        half = 0.15 * np.sin(5.0 * i)
         aside = rng.uniform(-0.03, 0.03, 2) if mixed else np.zeros(2)
         place = np.array([*aside, height + 0.5 * size[2]])
-        boxes.append((size, place, np.array([np.cos(half), 0.0, 0.0, np.sin(half)])))
+        boxes.append((size, place, about(2, 0.3 * np.sin(5.0 * i))))
         height += size[2] + gap
     return boxes
 
@@ -72,7 +74,7 @@ def piled(boxes: list[tuple[np.ndarray, ...]], friction: float) -> World:
 
 @check(
     section="4.4",
-    piece="softbody.collision.solver.support_trees.solve_trees",
+    piece=SOLVE_TREES,
     reference="bounds",
     unit="of the bound",
     kind="bound",
@@ -97,11 +99,13 @@ def piled(boxes: list[tuple[np.ndarray, ...]], friction: float) -> World:
     ),
 )
 def rest_of_piles(run: Run) -> Comparison:
-    """Piles of 5 to 50 twisted boxes, placed or dropped by 0.05 to 1 m each, equal or (dropped by 0.1 m at most) of
-    mixed sizes and a little aside, with friction of 0.2 to 1, stand after 8 s, at 240 to 30 steps a second, where they
-    were put, are at rest, and stay so for 2 s."""
-    rng = run.fresh_rng()
-    measured, kinds, worst = [], [], 0.0
+    """Piles of twisted boxes stand where they were put, at rest.
+
+    They are 5 to 50 boxes, placed or dropped by 0.05 to 1 m each, with friction of 0.2 to 1. Boxes are equal or
+    (dropped by 0.1 m at most) of mixed sizes and a little aside. So piles stand after 8 s, at 240 to 30 steps a second,
+    and stay so for 2 s.
+    """
+    rng, answers, worst = run.fresh_rng(), Answers(), 0.0
     for pile in PILES[: run.count(3, len(PILES), len(PILES))]:
         world = piled(boxes_of_pile(pile.boxes, pile.gap, pile.mixed, rng), pile.friction)
         start = world.state.box_position.copy()
@@ -109,37 +113,39 @@ def rest_of_piles(run: Run) -> Comparison:
         speed, places = np.abs(world.state.box_velocity).max(), world.state.box_position.copy()
         world.run(2.0, pile.step)
         aside, creep = (np.abs((world.state.box_position - then)[:, :2]).max() for then in (start, places))
-        measured += [aside / (2e-5 if pile.mixed else 8e-9), speed / 1e-14, creep / 2e-14]
-        kinds += [f"{what}, {round(1.0 / pile.step)} steps a second" for what in ("aside", "speed", "creep")]
+        kinds = [f"{what}, {round(1.0 / pile.step)} steps a second" for what in ("aside", "speed", "creep")]
+        answers.extend([aside / (2e-5 if pile.mixed else 8e-9), speed / 1e-14, creep / 2e-14], np.zeros(3), kind=kinds)
         worst = np.maximum(worst, speed)
-    return Comparison(measured, np.zeros(len(measured)), groups=kinds, notes=[f"fastest after 8 s: {worst:.1e} m/s"])
+    return answers.comparison(notes=[f"fastest after 8 s: {worst:.1e} m/s"])
 
 
 @check(
     section="4.4",
-    piece="softbody.collision.solver.support_trees.solve_trees",
+    piece=SOLVE_TREES,
     reference="bounds",
     unit="m, m/s",
     kind="bound",
     tolerance=6e-9,
-    because="rounding of places 50 m high, 7e-15, doubles from impact to impact: 2.8e-10 aside of twenty boxes, 6.3e-10"
-    " of fifty",
+    because="rounding of places 50 m high, 7e-15, doubles at impacts: 2.8e-10 aside of twenty boxes, 6.3e-10 of fifty",
     faults=(NO_TREES,),
 )
 def tall_pile(run: Run) -> Comparison:
-    """Fifty twisted boxes on top of each other (quick: twenty), placed or dropped by 0.1 m each, stand upright after 8
-    s (full: 40 s)."""
-    count, measured = run.count(20, 50, 50), []
+    """Fifty twisted boxes on top of each other stay upright.
+
+    They are placed or dropped by 0.1 m each, and stand after 8 s (quick: twenty boxes; full: 40 s).
+    """
+    count, answers = run.count(20, 50, 50), Answers()
     for gap, friction, h in ((0.0, 0.5, 1.0 / 240.0), (0.1, 0.5, 1.0 / 240.0), (0.1, 1.0, 1.0 / 60.0)):
         world = piled(boxes_of_pile(count, gap, False, run.fresh_rng()), friction)
         world.run(run.count(8, 8, 40), h)
-        measured += [np.abs(world.state.box_position[:, :2]).max(), np.abs(world.state.box_velocity).max()]
-    return Comparison(measured, np.zeros(6), groups=["aside", "speed"] * 3)
+        answers.add(np.abs(world.state.box_position[:, :2]).max(), 0.0, kind="aside")
+        answers.add(np.abs(world.state.box_velocity).max(), 0.0, kind="speed")
+    return answers.comparison()
 
 
 @check(
     section="4.4",
-    piece="softbody.collision.solver.support_trees.solve_trees",
+    piece=SOLVE_TREES,
     reference="the same piles in three engines, with their defaults",
     engines=("pybullet", "mujoco", "rapier3d"),
     unit="of the best; of 1 nm",
@@ -150,11 +156,14 @@ def tall_pile(run: Run) -> Comparison:
     faults=(NO_TREES,),
 )
 def rest_beside_engines(run: Run) -> Comparison:
-    """After 10 s piles of 10 to 50 twisted boxes, placed or dropped, are no faster than in the best of Bullet, MuJoCo
-    and Rapier, and lie no farther aside than there by 1 nm."""
+    """Piles of boxes lie as still as in the best engine.
+
+    After 10 s, 10 to 50 twisted boxes, placed or dropped, are no faster than in the best of Bullet, MuJoCo and Rapier.
+    They lie no farther aside than there by 1 nm.
+    """
     from references.piles import ENGINES
 
-    measured, kinds, notes = [], [], []
+    answers, notes = Answers(), []
     piles = [Pile(10, 0.0, 0.5, 1.0 / 240.0), Pile(20, 0.1, 0.5, 1.0 / 60.0), Pile(50, 0.1, 0.5, 1.0 / 240.0)]
     for pile in piles[: run.count(2, 3, 3)]:
         boxes, steps = boxes_of_pile(pile.boxes, pile.gap, pile.mixed, run.fresh_rng()), round(10.0 / pile.step)
@@ -164,21 +173,18 @@ def rest_beside_engines(run: Run) -> Comparison:
         ended |= {name: judge(boxes, pile.friction, pile.step, steps) for name, judge in ENGINES.items()}
         aside = {name: float(np.abs(places[:, :2]).max()) for name, (places, _) in ended.items()}
         speed = {name: float(np.abs(velocities).max()) for name, (_, velocities) in ended.items()}
-        measured += [
-            speed["ours"] / min(speed[name] for name in ENGINES),
-            (aside["ours"] - min(aside[name] for name in ENGINES)) / 1e-9,
-        ]
-        kinds += ["speed", "aside"]
+        best_speed, best_aside = (min(rows[name] for name in ENGINES) for rows in (speed, aside))
+        answers.add(np.maximum(speed["ours"] / best_speed, 0.0), 0.0, kind="speed")
+        answers.add(np.maximum((aside["ours"] - best_aside) / 1e-9, 0.0), 0.0, kind="aside")
         told = ", ".join(f"{name} {speed[name]:.1e} m/s, {aside[name]:.1e} m aside" for name in ended)
-        notes.append(
-            f"{pile.boxes} boxes, dropped by {pile.gap} m each, {round(1.0 / pile.step)} steps a second: {told}"
-        )
-    return Comparison(np.maximum(measured, 0.0), np.zeros(len(measured)), groups=kinds, notes=notes)
+        how = f"dropped by {pile.gap} m each, {round(1.0 / pile.step)} steps a second"
+        notes.append(f"{pile.boxes} boxes, {how}: {told}")
+    return answers.comparison(notes=notes)
 
 
 @check(
     section="beyond the paper",
-    piece="softbody.collision.solver.support_trees.solve_trees",
+    piece=SOLVE_TREES,
     reference="they stay",
     unit="m",
     kind="bound",
@@ -195,20 +201,19 @@ def rest_beside_engines(run: Run) -> Comparison:
     ),
 )
 def incline_of_piles(run: Run) -> Comparison:
-    """One box and three on an incline of 0.1 or 0.3 rad with μ = 0.5 do not creep within 10 s."""
-    measured = []
+    """Boxes on an incline do not creep.
+
+    One box and three stand at 0.1 or 0.3 rad with μ = 0.5, for 10 s.
+    """
+    answers = Answers()
     for count in (1, 3)[: run.count(1, 2, 2)]:
         for slope in (0.1, 0.3):
-            tilt, up = (
-                (np.cos(0.5 * slope), 0.0, np.sin(0.5 * slope), 0.0),
-                np.array([np.sin(slope), 0.0, np.cos(slope)]),
-            )
-            world = World()
+            world, tilt, up = World(), about(1, slope), np.array([np.sin(slope), 0.0, np.cos(slope)])
             world.add_box((50.0, 50.0, 1.0), None, orientation=tilt, friction=0.5)
             for i in range(count):
                 world.add_box((1.0, 1.0, 0.4), 1.0, (0.7 + 0.4 * i) * up, tilt, friction=0.5)
             world.run(1.0, 1.0 / 240.0)
             places = world.state.box_position.copy()
             world.run(10.0, 1.0 / 240.0)
-            measured.append(np.linalg.norm(world.state.box_position - places, axis=1).max())
-    return Comparison(measured, np.zeros(len(measured)))
+            answers.add(np.linalg.norm(world.state.box_position - places, axis=1).max(), 0.0)
+    return answers.comparison()

@@ -7,6 +7,7 @@ import numpy as np
 from softbody import World
 from softbody.dynamics import rigid_boxes
 from softbody.linalg import quaternion
+from validation.answers import Answers
 from validation.cases import random_orientations, rotation_matrix
 from validation.check import Comparison, Misprint, Run, check
 from validation.fault import Fault
@@ -36,11 +37,13 @@ PIECE = "softbody.dynamics.rigid_boxes.advance_boxes"
     erratum=Misprint("E10", "x' = x + a t", "x' = x + v' t"),
 )
 def thrown_box(run: Run) -> Comparison:
-    """A thrown box flies the parabola of Euler–Cromer: farther along g than the exact one by g h t / 2."""
+    """A thrown box flies the parabola of Euler–Cromer.
+
+    That is farther along g than the exact one by g h t / 2.
+    """
     from references import printed
 
-    rng = run.fresh_rng()
-    measured, expected, ways, misprinted = [], [], [], []
+    rng, answers, misprinted = run.fresh_rng(), Answers(), []
     for _ in range(run.count(5, 30, 300)):
         gravity, start, speed = rng.normal(size=3), rng.normal(size=3), rng.normal(size=3)
         h, steps = rng.uniform(1e-3, 1e-2), int(rng.integers(1, 1000))
@@ -48,14 +51,13 @@ def thrown_box(run: Run) -> Comparison:
         box = world.add_box((1.0, 0.6, 0.3), 2.0, start, velocity=speed)
         world.step(h, steps)
         t = h * steps
-        measured.append(box.position.copy())
-        expected.append(start + speed * t + 0.5 * gravity * t * (t + h))
-        ways.append(np.linalg.norm(start) + np.linalg.norm(speed) * t + 0.5 * np.linalg.norm(gravity) * t * t)
+        way = np.linalg.norm(start) + np.linalg.norm(speed) * t + 0.5 * np.linalg.norm(gravity) * t * t
+        answers.add(box.position.copy(), start + speed * t + 0.5 * gravity * t * (t + h), float(way))
         position, velocity = start, speed
         for _ in range(steps):
             position, velocity = printed.moved_by_acceleration(position, velocity, gravity, h)
         misprinted.append(position)
-    return Comparison(np.array(measured), np.array(expected), np.array(ways), printed=np.array(misprinted))
+    return answers.comparison(printed=np.array(misprinted))
 
 
 @check(
@@ -76,18 +78,17 @@ def thrown_box(run: Run) -> Comparison:
     ),
 )
 def spinning_box(run: Run) -> Comparison:
-    """A box that spins with a constant angular velocity turns by the angle |ω| t about it, in whatever steps."""
-    rng = run.fresh_rng()
-    measured, expected = [], []
+    """A box spinning at ω turns by |ω| t, whatever the steps."""
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(5, 50, 500)):
         start, spin = random_orientations(rng, 1)[0], 2.0 * rng.normal(size=3)
         h, steps = rng.uniform(1e-3, 1e-2), int(rng.integers(1, 1000))
         world = World(gravity=(0.0, 0.0, 0.0))
         box = world.add_box((1.0, 0.6, 0.3), 2.0, orientation=start, angular_velocity=spin)
         world.step(h, steps)
-        measured.append(rotation_matrix(box.orientation).ravel())
-        expected.append((turned_by(spin * h * steps) @ rotation_matrix(start)).ravel())
-    return Comparison(np.array(measured), np.array(expected))
+        wanted = turned_by(spin * h * steps) @ rotation_matrix(start)
+        answers.add(rotation_matrix(box.orientation).ravel(), wanted.ravel())
+    return answers.comparison()
 
 
 def turned_by(rotation: np.ndarray) -> np.ndarray:

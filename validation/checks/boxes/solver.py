@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from softbody.collision.contact import Contacts, new_contacts
 from softbody.collision.solver import batches, held_boxes, sequential_impulses, solver_row, support_trees, warm_start
@@ -12,6 +14,7 @@ from softbody.collision.solver.solver_row import NORMAL_IMPULSE, TARGET, prepare
 from softbody.collision.solver.sweep_order import sweep_order
 from softbody.geometry.box import box_inertia
 from softbody.model.arrays import RigidBodies
+from validation.answers import Answers
 from validation.cases import random_orientations, rotation_matrix
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
@@ -67,12 +70,26 @@ class Crowd(NamedTuple):
                     rows[k, first + 3 : first + 6] = sign * np.cross(arm, way[k])
         return rows
 
-    def tangents(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return two unit vectors (c, 3) across each normal; the first across the axis that is least along it, too."""
+    def ways(self) -> np.ndarray:
+        """Return (3, c, 3): the normals and two unit vectors across; the first across the axis least along it, too."""
         axis = np.eye(3)[np.argmin(np.abs(self.normal), axis=1)]
         first = np.cross(self.normal, axis)
         first /= np.linalg.norm(first, axis=1, keepdims=True)
-        return first, np.cross(self.normal, first)
+        return np.stack([self.normal, first, np.cross(self.normal, first)])
+
+    def rows(self) -> np.ndarray:
+        """Return (c, 3, 6 m): how fast a goes from b at each contact, along the normal and both tangents."""
+        return np.stack([self.jacobian(way) for way in self.ways()], axis=1)
+
+    def along(self, impulse: np.ndarray) -> np.ndarray:
+        """Return impulses (c, 3) as they are along the normals and both tangents."""
+        return np.einsum("dkc,kc->kd", self.ways(), impulse)
+
+    def neighbours(self, box: int) -> Iterator[tuple[int, int, float]]:
+        """Yield the contacts of a box, with the other one there, and the side that the box is: 1 of a, −1 of b."""
+        for k, (a, b) in enumerate(self.pair):
+            if box in (a, b):
+                yield k, int(b if a == box else a), 1.0 if a == box else -1.0
 
 
 def boxes_at(rng: np.random.Generator, place: np.ndarray) -> RigidBodies:
@@ -104,14 +121,12 @@ def couples_with_neighbours(rng: np.random.Generator) -> Crowd:
 
 def _touching(rng: np.random.Generator, bodies: RigidBodies, pairs: list[tuple[int, int]], most: int) -> Crowd:
     """Return boxes that touch in one to `most` points a pair, along any normal."""
-    pair, point, normal = [], [], []
+    rows = []
     for a, b in pairs:
         middle, across = 0.5 * (bodies.position[a] + bodies.position[b]), rng.normal(size=3)
         for _ in range(rng.integers(1, most + 1)):
-            pair.append((a, b))
-            point.append(middle + rng.uniform(-0.5, 0.5, 3))
-            normal.append(across / np.linalg.norm(across))
-    return Crowd(bodies, np.array(pair), np.array(point), np.array(normal))
+            rows.append(((a, b), middle + rng.uniform(-0.5, 0.5, 3), across / np.linalg.norm(across)))
+    return Crowd(bodies, *(np.array(column) for column in zip(*rows)))
 
 
 def swept(
@@ -122,12 +137,10 @@ def swept(
     One contact after the other, up and down by turns. After `iterations` sweeps the next that goes down is the last, if
     it corrects more than three quarters of what the one before did; in any case the one of four times as many.
     """
-    inverse, motion, count = crowd.inverse_mass(), crowd.motion(), len(crowd.pair)
-    ways = np.stack([crowd.normal, *crowd.tangents()])
-    rows = np.stack([crowd.jacobian(way) for way in ways], axis=1)  # (c, 3, 6 m)
+    inverse, motion, rows, count = crowd.inverse_mass(), crowd.motion(), crowd.rows(), len(crowd.pair)
     yielding = np.einsum("kdi,ij,kej->kde", rows, inverse, rows)
     mass, across = 1.0 / yielding[:, 0, 0], 1.0 / np.linalg.eigvalsh(yielding[:, 1:, 1:])[:, 1]
-    impulse = np.einsum("dkc,kc->kd", ways, warm)
+    impulse = crowd.along(warm)
     impulse[impulse[:, 0] <= 0.0] = 0.0
     impulse[friction == 0.0, 1:] = 0.0
     motion = motion + inverse @ np.einsum("kdi,kd->i", rows, impulse)
@@ -183,12 +196,13 @@ def swept(
     ),
 )
 def sweeps(run: Run) -> Comparison:
-    """After 1 to 12 sweeps over the contacts of three to six boxes, or of dozens, that strike each other, with and
-    without restitution, friction and impulses of the step before, every box moves, and every contact pushes, as if
-    contact after contact had been corrected, up the list and down by turns, and on for as long as that converges fast.
+    """Sweeps correct contact after contact, up and down by turns.
+
+    Three to six boxes strike each other, or dozens: with and without restitution, friction and impulses of the step
+    before. After 1 to 12 sweeps over the contacts every box moves, and every contact pushes, as if one contact after
+    the other had been corrected. Sweeps go on for as long as that converges fast.
     """
-    rng = run.fresh_rng()
-    measured, expected, scales, kinds = [], [], [], []
+    rng, answers = run.fresh_rng(), Answers()
     for case in range(run.count(40, 250, 2_500)):
         crowd, iterations = crowd_of(rng, int(rng.integers(3, 7))), int(rng.integers(1, 13))
         if case % 20 == 7:
@@ -200,24 +214,24 @@ def sweeps(run: Run) -> Comparison:
         contacts.restitution[:], contacts.friction[:], contacts.impulse[:] = restitution, friction, warm
         start = crowd.motion()
         closing = -crowd.jacobian(crowd.normal) @ start
-        wanted = swept(crowd, restitution * np.maximum(0.0, closing), friction, warm, iterations)
+        motion, impulse = swept(crowd, restitution * np.maximum(0.0, closing), friction, warm, iterations)
         prepare_contacts(contacts, crowd.bodies)
         sequential_impulses.solve_velocities(contacts, crowd.bodies, INSTANT, iterations, 0.0)
-        found = np.einsum("dkc,kc->kd", np.stack([crowd.normal, *crowd.tangents()]), contacts.impulse)
-        speed = np.linalg.norm(start)
-        measured += [*crowd.motion().reshape(-1, 6), *np.pad(found, ((0, 0), (0, 3)))]
-        expected += [*wanted[0].reshape(-1, 6), *np.pad(wanted[1], ((0, 0), (0, 3)))]
-        rows = len(crowd.bodies.inverse_mass) + count
-        scales += [speed] * rows
-        kinds += ["with friction" if friction.any() else "without friction"] * rows
-    return Comparison(np.array(measured), np.array(expected), np.array(scales), kinds)
+        speed, kind = np.linalg.norm(start), "with friction" if friction.any() else "without friction"
+        answers.extend(crowd.motion().reshape(-1, 6), motion.reshape(-1, 6), speed, kind)
+        answers.extend(_of_six(crowd.along(contacts.impulse)), _of_six(impulse), speed, kind)
+    return answers.comparison()
+
+
+def _of_six(rows: ArrayLike) -> np.ndarray:
+    """Return rows with zeros to their right, six in all."""
+    return np.pad(rows, ((0, 0), (0, 6 - np.shape(rows)[1])))
 
 
 @check(
     section="4.4",
     piece="softbody.collision.solver.sequential_impulses.solve_positions",
     reference="a quadratic programme: non-negative least squares, by SciPy",
-    kind="third-party library",
     engines=("scipy",),
     unit="of the depth",
     tolerance=5e-11,
@@ -237,12 +251,14 @@ def sweeps(run: Run) -> Comparison:
     ),
 )
 def positions(run: Run) -> Comparison:
-    """Boxes inside each other are moved apart by a fifth of every depth beyond what is allowed, by the least
-    displacement that does so, weighed with their masses and inertias; whatever was asked before of the same rows."""
+    """Boxes inside each other part by the least displacement.
+
+    It undoes a fifth of every depth beyond what is allowed, weighed with their masses and inertias. It does so whatever
+    was asked before of the same rows.
+    """
     from scipy.optimize import nnls
 
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    rng, answers = run.fresh_rng(), Answers()
     crowds = [(_inside_by_ten_metres(rng), "two boxes of 1 kg")]
     crowds += [(crowd_of(rng, int(rng.integers(2, 5))), "random") for _ in range(run.count(15, 100, 1_000))]
     for crowd, kind in crowds:
@@ -263,13 +279,11 @@ def positions(run: Run) -> Comparison:
                 block, wanted = rows[deep] @ root, 0.2 * (depth[deep] - slop)
                 aim = np.append(np.zeros(rows.shape[1]), 1.0)
                 scale = np.linalg.norm(wanted)
-                pushes, _ = nnls(np.vstack([block.T, wanted / scale]), aim, maxiter=10_000)
-                rest = np.vstack([block.T, wanted / scale]) @ pushes - aim
+                both = np.vstack([block.T, wanted / scale])
+                rest = both @ nnls(both, aim, maxiter=10_000)[0] - aim
                 least = root @ (-rest[:-1] / rest[-1]) * scale
-            measured += list(shift[:-1])
-            expected += list(least.reshape(-1, 6))
-            kinds += [kind] * len(shift[:-1])
-    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+            answers.extend(shift[:-1], least.reshape(-1, 6), kind=kind)
+    return answers.comparison()
 
 
 def _inside_by_ten_metres(rng: np.random.Generator) -> Crowd:
@@ -284,7 +298,7 @@ def stack_of(rng: np.random.Generator, boxes: int, most: int, sides: bool) -> Cr
 
     Each pair touches in one to `most` places; `sides`: along all sorts of normals, and else from below.
     """
-    bodies, pair, point, normal = boxes_at(rng, rng.uniform(-0.5, 0.5, (boxes, 3))), [], [], []
+    bodies, rows = boxes_at(rng, rng.uniform(-0.5, 0.5, (boxes, 3))), []
     bodies.position[:, 2] += np.arange(boxes)
     for i in range(boxes):
         below = {int(rng.integers(GROUND, i)) if i else GROUND}
@@ -294,10 +308,8 @@ def stack_of(rng: np.random.Generator, boxes: int, most: int, sides: bool) -> Cr
             place = bodies.position[i] - (0.0, 0.0, 0.5)
             for _ in range(rng.integers(1, most + 1)):
                 up = rng.normal(size=3) if sides else rng.normal(0.0, 0.2, 3) + (0.0, 0.0, 1.0)
-                pair.append((i, other))
-                point.append(place + rng.uniform(-0.5, 0.5, 3))
-                normal.append(up / np.linalg.norm(up))
-    return Crowd(bodies, np.array(pair), np.array(point), np.array(normal))
+                rows.append(((i, other), place + rng.uniform(-0.5, 0.5, 3), up / np.linalg.norm(up)))
+    return Crowd(bodies, *(np.array(column) for column in zip(*rows)))
 
 
 def _renumbered(crowd: Crowd, rng: np.random.Generator) -> Crowd:
@@ -312,25 +324,19 @@ def _renumbered(crowd: Crowd, rng: np.random.Generator) -> Crowd:
 
 
 def levels_of(crowd: Crowd) -> np.ndarray:
-    """Return how many contacts are between each box (m,) and the ground, which a box stands on in the end."""
-    level = np.full(len(crowd.bodies.inverse_mass), len(crowd.pair))
+    """Return how many contacts are between each box and the ground, which it stands on in the end: (m + 1,), 0 last."""
+    level = np.append(np.full(len(crowd.bodies.inverse_mass), len(crowd.pair)), 0)  # the last one is the ground's
     for _ in crowd.pair:
         for a, b in crowd.pair:
-            level[a] = np.minimum(level[a], 1 + (level[b] if b != GROUND else 0))
-            if b != GROUND:
-                level[b] = np.minimum(level[b], 1 + level[a])
+            level[a] = np.minimum(level[a], 1 + level[b])
+            level[b] = np.minimum(level[b], 1 + level[a])
     return level
 
 
 def _supports_of(crowd: Crowd, level: np.ndarray, box: int, closed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the contacts by which a box stands, and by how much (s, 6) a motion of the box opens each."""
-    stands, rows = [], crowd.jacobian(crowd.normal)[:, 6 * box : 6 * box + 6]
-    for k, (a, b) in enumerate(crowd.pair):
-        other = b if a == box else a
-        lower = 0 if other == GROUND else level[other]
-        if box in (a, b) and lower < level[box] and closed[k]:
-            stands.append(k)
-    return np.array(stands, int), rows[stands]
+    stands = [k for k, other, _ in crowd.neighbours(box) if level[other] < level[box] and closed[k]]
+    return np.array(stands, int), crowd.jacobian(crowd.normal)[stands, 6 * box : 6 * box + 6]
 
 
 def _held(root: np.ndarray, push: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -353,7 +359,6 @@ def _rate(rows: np.ndarray, inverse: np.ndarray) -> float:
     section="beyond the paper",
     piece="softbody.collision.solver.held_boxes",
     reference="for each box a quadratic programme: non-negative least squares, by SciPy",
-    kind="third-party library",
     engines=("scipy",),
     unit="of the part, of the motion, of the impulse",
     tolerance=1e-9,
@@ -382,11 +387,12 @@ def _rate(rows: np.ndarray, inverse: np.ndarray) -> float:
     ),
 )
 def held(run: Run) -> Comparison:
-    """Boxes that stand on others are as loose as the work of a push on them, held by what they stand on, is of that on
-    them alone; and what holds them is pushed itself, from support to support, down to the ground."""
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
-    tried = 0
+    """Boxes that stand are as loose as their supports leave them.
+
+    So loose is the work of a push on them, held by what they stand on, of that on them alone. What holds them is pushed
+    itself, from support to support, down to the ground.
+    """
+    rng, answers, tried = run.fresh_rng(), Answers(), 0
     while tried < run.count(40, 200, 2_000):
         crowd = _renumbered(stack_of(rng, int(rng.integers(1, 5)), 3, bool(rng.random() < 0.5)), rng)
         count, contacts, level = len(crowd.bodies.inverse_mass), crowd.contacts(), levels_of(crowd)
@@ -401,30 +407,26 @@ def held(run: Run) -> Comparison:
         tried += 1
         push = rng.normal(size=(count, 6)) * (rng.random((count, 1)) < 0.7)
         roots = [np.linalg.cholesky(block) for block in blocks]
-        parts = np.ones(count)
-        for i in range(count):
+        parts, motion, impulse, given = np.ones(count), np.zeros((count, 6)), before.copy(), push.copy()
+        for i in np.argsort(-level[:-1], kind="stable"):
+            supports, rows = stand[i]
             if push[i].any():
-                alone = push[i] @ blocks[i] @ push[i]
-                parts[i] = push[i] @ _held(roots[i], push[i], stand[i][1])[0] / alone
-        motion, impulse, given = np.zeros((count + 1, 6)), before.copy(), push.copy()
-        for i in np.argsort(-level, kind="stable"):
+                parts[i] = push[i] @ _held(roots[i], push[i], rows)[0] / (push[i] @ blocks[i] @ push[i])
             if given[i].any():
-                motion[i], added = _held(roots[i], given[i], stand[i][1])
-                impulse[stand[i][0]] += added
-                for k, size in zip(stand[i][0], added):
-                    a, b = crowd.pair[k]
-                    other = b if a == i else a
-                    if other != GROUND:
-                        way = -size * (1.0 if a == i else -1.0) * crowd.normal[k]
-                        arm = crowd.point[k] - crowd.bodies.position[other]
+                motion[i], added = _held(roots[i], given[i], rows)
+                impulse[supports] += added
+                pushed = dict(zip(supports, added))
+                for k, other, side in crowd.neighbours(i):
+                    if k in pushed and other != GROUND:
+                        way, arm = -pushed[k] * side * crowd.normal[k], crowd.point[k] - crowd.bodies.position[other]
                         given[other] += np.concatenate([way, np.cross(arm, way)])
         loose = held_boxes.support_compliance(contacts, crowd.bodies, push)
         moved = np.zeros((count + 1, 6))
         held_boxes.pass_down(contacts, crowd.bodies, push, moved)
-        measured += [*loose, *moved[:-1].ravel(), *contacts.row[:, NORMAL_IMPULSE]]
-        expected += [*parts, *motion[:-1].ravel(), *impulse]
-        kinds += ["part"] * count + ["motion"] * (6 * count) + ["impulse"] * len(impulse)
-    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+        answers.extend(loose, parts, kind="part")
+        answers.extend(moved[:-1].ravel(), motion.ravel(), kind="motion")
+        answers.extend(contacts.row[:, NORMAL_IMPULSE], impulse, kind="impulse")
+    return answers.comparison()
 
 
 @check(
@@ -447,10 +449,12 @@ def held(run: Run) -> Comparison:
     ),
 )
 def trees(run: Run) -> Comparison:
-    """Of several things that a box stands on, it hangs on the one that pushed it most in the last step, and on what
-    that hangs; and the equations of such trees, of contacts that hold, slide or are open, are solved."""
-    rng = run.fresh_rng()
-    measured, expected, scales, kinds = [], [], [], []
+    """A box hangs on the support that pushed it most.
+
+    Of several things that it stands on, that is the one that pushed most in the last step; and it hangs on what that
+    hangs. The equations of such trees, of contacts that hold, slide or are open, are solved.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(40, 200, 2_000)):
         crowd = stack_of(rng, int(rng.integers(1, 6)), 3, bool(rng.random() < 0.5))
         count, contacts, level = len(crowd.bodies.inverse_mass), crowd.contacts(), levels_of(crowd)
@@ -458,50 +462,41 @@ def trees(run: Run) -> Comparison:
         push = rng.random((len(crowd.pair), 3))
         contacts.row[:, NORMAL_IMPULSE : NORMAL_IMPULSE + 3] = push
         contacts.row[:, TARGET] = target = rng.normal(size=len(push))
-        order = sweep_order(contacts, crowd.bodies)
-        forest = support_trees.plant(contacts, crowd.bodies, order)
+        forest = support_trees.plant(contacts, crowd.bodies, sweep_order(contacts, crowd.bodies))
         # The pair by which each box stands, of those to boxes that are nearer to the ground.
-        stands: dict[int, int] = {}
+        stands = []
         for i in range(count):
             total: dict[int, float] = {}
-            for k, (a, b) in enumerate(crowd.pair):
-                other = b if a == i else a
-                if i in (a, b) and (0 if other == GROUND else level[other]) < level[i]:
-                    total[int(other)] = total.get(int(other), 0.0) + push[k, 0]
-            stands[i] = max(total, key=total.__getitem__)
+            for k, other, _ in crowd.neighbours(i):
+                if level[other] < level[i]:
+                    total[other] = total.get(other, 0.0) + push[k, 0]
+            stands.append(max(total, key=total.__getitem__))
         found = {int(i): int(b) for i, b in zip(forest.standing, forest.carrier) if i >= 0}
-        measured += [[found.get(i, -2), 0, 0, 0, 0, 0] for i in range(count)]
-        expected += [[stands[i], 0, 0, 0, 0, 0] for i in range(count)]
-        kinds += ["what a box hangs on"] * count
+        carriers = [[found.get(i, -2)] for i in range(count)]
+        answers.extend(_of_six(carriers), _of_six([[each] for each in stands]), kind="what a box hangs on")
         # Contacts of these pairs hold, slide or are open; all others are left out.
         does = rng.choice([support_trees.OPEN, support_trees.SLIDES, support_trees.HOLDS], len(push))
         motion = np.concatenate([crowd.motion().reshape(-1, 6), np.zeros((1, 6))])
-        whole = np.zeros(count + 1, np.int64)
-        unsolved = np.ones(count + 1, bool)
-        trial = support_trees.Trial(does, push.copy(), motion.copy(), unsolved, whole, whole.copy())
+        whole, unsolved = np.zeros((2, count + 1), np.int64), np.ones(count + 1, bool)
+        trial = support_trees.Trial(does, push.copy(), motion, unsolved, *whole)
         shape = (count, 6, 6)
         equations = support_trees.Equations(*np.full((2, *shape), np.nan), *np.full((2, *shape[:2]), np.nan))
         support_trees.assemble(contacts, crowd.bodies, forest, trial, equations)
         support_trees.eliminate(crowd.bodies, forest, trial, equations)
-        ways = np.stack([crowd.normal, *crowd.tangents()])
-        rows = np.stack([crowd.jacobian(way) for way in ways], axis=1)
-        inverse, start = crowd.inverse_mass(), crowd.motion()
+        rows, inverse, start = crowd.rows(), crowd.inverse_mass(), crowd.motion()
         system, right = np.linalg.inv(inverse), np.zeros(6 * count)
         for k, pair in enumerate(crowd.pair):
-            upper, lower = pair if pair[1] == GROUND or level[pair[0]] > level[pair[1]] else pair[::-1]
+            upper, lower = pair if level[pair[0]] > level[pair[1]] else pair[::-1]
             yielding = rows[k] @ inverse @ rows[k].T
             mass = 1.0 / np.array([yielding[0, 0], *[np.linalg.eigvalsh(yielding[1:, 1:])[1]] * 2])
-            if stands[int(upper)] == lower:
-                for d in range(does[k]):
-                    lack = (target[k] if d == 0 else 0.0) - rows[k, d] @ start
-                    system += 1e6 * mass[d] * np.outer(rows[k, d], rows[k, d])
-                    right += 1e6 * mass[d] * lack * rows[k, d]
+            for d in range(does[k] if stands[upper] == lower else 0):
+                lack = (target[k] if d == 0 else 0.0) - rows[k, d] @ start
+                system += 1e6 * mass[d] * np.outer(rows[k, d], rows[k, d])
+                right += 1e6 * mass[d] * lack * rows[k, d]
         change = np.linalg.solve(system, right)
-        measured += list(equations.unknown)
-        expected += list(change.reshape(-1, 6))
-        kinds += ["change of motion"] * count
-        scales += [1.0] * count + [np.maximum(1.0, np.abs(change).max())] * count
-    return Comparison(np.array(measured, float), np.array(expected, float), np.array(scales), kinds)
+        scale = np.maximum(1.0, np.abs(change).max())
+        answers.extend(equations.unknown, change.reshape(-1, 6), scale, "change of motion")
+    return answers.comparison()
 
 
 @check(
@@ -524,29 +519,23 @@ def trees(run: Run) -> Comparison:
     ),
 )
 def impulses_of_a_step_ago(run: Run) -> Comparison:
-    """Each contact of boxes starts from the impulse that it had a step ago, known by its two boxes and its feature;
-    where a feature is gone its impulse goes to the nearest contact of that pair, between a nanometre and a thousand
-    kilometres away, and where the pair is gone, to none."""
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    """Each contact of boxes starts from its impulse a step ago.
+
+    It is known by its two boxes and its feature. Where a feature is gone its impulse goes to the nearest contact of
+    that pair, between a nanometre and a thousand kilometres away; where the pair is gone, to none.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for trial in range(run.count(40, 200, 2_000)):
         scale = 10.0 ** (-9.0, -7.0, -3.0, 0.0, 3.0, 6.0)[trial % 6]
-        lists = []
-        for _ in range(2):
-            pairs = sorted(rng.permutation([(1, 0), (2, 0), (2, 1), (3, 0), (4, 2)])[: rng.integers(1, 5)].tolist())
-            numbers = np.sort(rng.integers(0, len(pairs), int(rng.integers(1, 16))))
-            features = np.zeros(len(numbers), np.int64)
-            for pair in range(len(pairs)):
-                features[numbers == pair] = rng.permutation(20)[: (numbers == pair).sum()]
-            lists.append((np.array(pairs)[numbers], features, scale * rng.normal(size=(len(numbers), 3))))
-        (old_pairs, old_features, old_points), (pairs_now, features, points) = lists
+        old_pairs, old_features, old_points = _listed(rng, scale)
+        pairs_now, features, points = _listed(rng, scale)
         contacts, impulses = new_contacts(16), rng.normal(size=(len(old_pairs), 3))
-        contacts.number[:], contacts.cache.number[0] = len(pairs_now), len(old_pairs)
-        rows = contacts.box, contacts.feature, contacts.point
-        kept = contacts.cache.box, contacts.cache.feature, contacts.cache.point, contacts.cache.impulse
-        for to, what in zip(
-            (*rows, *kept), (pairs_now, features, points, old_pairs, old_features, old_points, impulses)
-        ):
+        cache = contacts.cache
+        contacts.number[:], cache.number[0] = len(pairs_now), len(old_pairs)
+        kept = cache.box, cache.feature, cache.point, cache.impulse
+        for to, what in zip(kept, (old_pairs, old_features, old_points, impulses)):
+            to[: len(what)] = what
+        for to, what in zip((contacts.box, contacts.feature, contacts.point), (pairs_now, features, points)):
             to[: len(what)] = what
         warm_start.warm_start(contacts)
         truth = np.zeros((len(pairs_now), 3))
@@ -556,10 +545,19 @@ def impulses_of_a_step_ago(run: Run) -> Comparison:
             if len(there):
                 nearest = np.linalg.norm(points[there] - point, axis=1).argmin()
                 truth[same[0] if len(same) else there[nearest]] += impulse
-        measured.append(np.pad(contacts.impulse[: len(truth)].ravel(), (0, 48 - truth.size)))
-        expected.append(np.pad(truth.ravel(), (0, 48 - truth.size)))
-        kinds.append(f"metres apart: {scale:g}")
-    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+        found, wanted = (np.pad(rows.ravel(), (0, 48 - truth.size)) for rows in (contacts.impulse[: len(truth)], truth))
+        answers.add(found, wanted, kind=f"metres apart: {scale:g}")
+    return answers.comparison()
+
+
+def _listed(rng: np.random.Generator, scale: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return pairs (c, 2), features (c,) and points (c, 3) [m] of up to fifteen contacts, in order of pairs."""
+    pairs = sorted(rng.permutation([(1, 0), (2, 0), (2, 1), (3, 0), (4, 2)])[: rng.integers(1, 5)].tolist())
+    numbers = np.sort(rng.integers(0, len(pairs), int(rng.integers(1, 16))))
+    features = np.zeros(len(numbers), np.int64)
+    for pair in range(len(pairs)):
+        features[numbers == pair] = rng.permutation(20)[: (numbers == pair).sum()]
+    return np.array(pairs)[numbers], features, scale * rng.normal(size=(len(numbers), 3))
 
 
 @check(
@@ -577,11 +575,12 @@ def impulses_of_a_step_ago(run: Run) -> Comparison:
     ),
 )
 def two_hundred_sweeps(run: Run) -> Comparison:
-    """What two hundred sweeps over the supports of a box do not end, as where they are close together, counts as it is
-    then: the part of a push that is left."""
-    rng, expected = run.fresh_rng(), []
-    measured: list[float] = []
-    while len(measured) < run.count(30, 150, 1_500):
+    """An unfinished solve of supports counts as two hundred sweeps leave it.
+
+    So it is where the supports of a box are close together: what is compared is the part of a push that is left.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    while len(answers) < run.count(30, 150, 1_500):
         bodies, number = boxes_at(rng, rng.normal(size=(1, 3))), int(rng.integers(3, 8))
         place = bodies.position[0] + rng.normal(0.0, 0.5, 3)
         points = place + 10.0 ** rng.uniform(-2.0, -0.5) * rng.normal(size=(number, 3))
@@ -602,6 +601,5 @@ def two_hundred_sweeps(run: Run) -> Comparison:
             continue
         contacts = crowd.contacts()
         contacts.row[:, NORMAL_IMPULSE] = 1.0
-        measured.append(held_boxes.support_compliance(contacts, bodies, push[None])[0])
-        expected.append(part)
-    return Comparison(np.array(measured), np.array(expected))
+        answers.add(held_boxes.support_compliance(contacts, bodies, push[None])[0], part)
+    return answers.comparison()

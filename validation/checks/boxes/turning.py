@@ -7,8 +7,10 @@ from scipy.spatial.transform import Rotation
 
 from softbody import World
 from softbody.collision.boxes import manifold, sat_boxes, swept_boxes
+from validation.answers import Answers
 from validation.cases import depths_of_boxes
 from validation.check import Comparison, Run, check
+from validation.checks.boxes.cases import any_turn, any_yaw, other_axes, renamed, wxyz
 from validation.checks.boxes.passing import BALLS
 from validation.fault import Fault
 
@@ -47,11 +49,13 @@ def rise(angle: float, size: np.ndarray) -> float:
     ),
 )
 def ends_that_rise(run: Run) -> Comparison:
-    """The end of a box that turns about its middle, by its spin, by a torque from rest, or by both, strikes a box above
-    it within the step if, and only if, it rises as far as that is away, to a hundredth where nothing twists it: boxes
-    of any shape, the other one fixed or very heavy, as the first or the second."""
-    rng = run.fresh_rng()
-    struck, meets, kinds = [], [], []
+    """The end of a turning box strikes what it rises to.
+
+    It turns about its middle, by its spin, by a torque from rest, or by both. Its end strikes a box above it within the
+    step exactly if it rises as far as that is away; to a hundredth, where nothing twists it. Boxes are of any shape,
+    the other one fixed or very heavy, as the first or the second.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for trial in range(run.count(80, 400, 4_000)):
         kind = CASES[trial % 4]
         # It turns about y. (A torque is taken to act about the axis that is turned most easily: here that is y.)
@@ -67,16 +71,15 @@ def ends_that_rise(run: Run) -> Comparison:
         block = np.array([0.4 * length, 2.0 * size[1], rng.uniform(0.1, 0.5) * length])
         above = np.array([0.5 * length, 0.0, 0.5 * (size[2] + block[2]) + gap])
         # All of it anyhow in the world, and the boxes' axes in any order.
-        turn, names = Rotation.random(random_state=rng), Rotation.create_group("O")
-        boxes = []
-        for extent, place in ((size, np.zeros(3)), (block, above)):
-            named = names[int(rng.integers(24))]
-            own = np.abs(np.round(named.inv().as_matrix()) @ extent)
-            boxes.append((own, turn.apply(place), (turn * named).as_quat(scalar_first=True)))
+        turn = any_turn(rng)
+        boxes = [
+            (*renamed(extent, turn, other_axes(rng)), turn.apply(place))
+            for extent, place in ((size, np.zeros(3)), (block, above))
+        ]
         world, is_fixed, is_second = World(gravity=(0.0, 0.0, 0.0)), trial // 4 % 2 == 0, trial // 8 % 2 == 1
         axis = turn.apply((0.0, -1.0, 0.0))
         for number in (1, 0) if is_second else (0, 1):
-            own, place, q = boxes[number]
+            own, q, place = boxes[number]
             if number:
                 world.add_box(own, None if is_fixed else 1e6 * mass, place, q, restitution=0.5)
             else:
@@ -84,10 +87,8 @@ def ends_that_rise(run: Run) -> Comparison:
                 ours.apply_torque(twists / STEP**2 * inertia * axis)
         world.step(STEP)
         slower = (spins + twists) / STEP - ours.angular_velocity @ axis
-        struck.append(bool(slower > 1e-6 * (spins + twists) / STEP))
-        meets.append("past" not in kind)
-        kinds.append(kind)
-    return Comparison(np.array(struck), np.array(meets), groups=kinds)
+        answers.add(bool(slower > 1e-6 * (spins + twists) / STEP), "past" not in kind, kind=kind)
+    return answers.comparison()
 
 
 def axes_of(turns: np.ndarray) -> np.ndarray:
@@ -128,17 +129,20 @@ def gaps_along(axes: np.ndarray, sizes: np.ndarray, turns: np.ndarray, apart: np
     ),
 )
 def axes_that_are_taken(run: Run) -> Comparison:
-    """Boxes that lie in each other part along the face that parts them most, of the one that is fixed, or else of the
-    later one; of the other one if that parts them by more than gravity moves a body in a step besides, and along an
-    edge of each if that does: in a World as it comes, with steps in which that is a centimetre."""
-    rng = run.fresh_rng()
-    slop, measured, expected, kinds = 0.01, [], [], []
+    """Boxes in each other part along the face that parts most.
+
+    It is a face of the one that is fixed, or else of the later one. The other box's takes its place if that parts them
+    by more than gravity moves a body in a step besides; and so does an edge of each. A World as it comes has steps in
+    which that is a centimetre.
+    """
+    rng, slop, answers = run.fresh_rng(), 0.01, Answers()
     for _ in range(run.count(3, 12, 120)):
-        world = World(gravity=slop / STEP**2 * Rotation.random(random_state=rng).apply((0.0, 0.0, 1.0)))
+        world = World(gravity=slop / STEP**2 * any_turn(rng).apply((0.0, 0.0, 1.0)))
         rules: list[np.ndarray] = []
+        kinds = []
         while len(rules) < 100:
             sizes, turns = rng.uniform(0.3, 1.2, (2, 3)), Rotation.random(2, random_state=rng)
-            apart = rng.uniform(0.3, 0.8) * Rotation.random(random_state=rng).apply((0.0, 0.0, 1.0))
+            apart = rng.uniform(0.3, 0.8) * any_turn(rng).apply((0.0, 0.0, 1.0))
             fixed = (None, 0, 1)[int(rng.integers(3))]  # of the two, in the order in which they are added
             first = 1 if fixed is None else fixed
             order = [first, 1 - first]
@@ -155,8 +159,8 @@ def axes_that_are_taken(run: Run) -> Comparison:
                 continue
             middle = np.array([20.0 * (len(rules) % 10), 20.0 * (len(rules) // 10), 0.0])
             for k in range(2):
-                place, q = middle + (0.0 if k else 1.0) * apart, turns[k].as_quat(scalar_first=True)
-                world.add_box(sizes[k], None if fixed == k else 1.0, place, q)
+                place = middle + (0.0 if k else 1.0) * apart
+                world.add_box(sizes[k], None if fixed == k else 1.0, place, wxyz(turns[k]))
             rules.append(axes[taken])
             kinds.append("an edge of each" if taken >= 6 else "a face of the first" if taken < 3 else "of the second")
         world.step(STEP)
@@ -164,9 +168,21 @@ def axes_that_are_taken(run: Run) -> Comparison:
         normals = np.zeros((100, 3))
         for row in range(contacts.number[0]):
             normals[contacts.box[row].max() // 2] = contacts.normal[row]
-        measured.append(np.abs((normals * np.array(rules)).sum(axis=1)))
-        expected.append(np.ones(100))
-    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+        answers.extend(np.abs((normals * np.array(rules)).sum(axis=1)), np.ones(100), kind=kinds)
+    return answers.comparison()
+
+
+def over(rng: np.random.Generator, sizes: np.ndarray, tilt: float, most: float) -> tuple[float, np.ndarray]:
+    """Return the speed [m/s] of a box that comes down on another, and where it is [m], `most` of a step's way above."""
+    speed = rng.uniform(1.0, 5.0)
+    aside = rng.uniform(-0.7, 0.7, 2) * (sizes[0, :2] + sizes[1, :2]) / 2.0
+    above = 0.5 * sizes[:, 2].sum() + tilt * sizes[1].sum() + rng.uniform(0.1, most) * speed * STEP
+    return speed, np.array([*aside, above])
+
+
+def leaning(tilt: float, way: float) -> Rotation:
+    """Return a turn by a small angle about the horizontal axis that points some way."""
+    return Rotation.from_rotvec(tilt * np.array([np.cos(way), np.sin(way), 0.0]))
 
 
 @check(
@@ -187,20 +203,18 @@ def axes_that_are_taken(run: Run) -> Comparison:
     ),
 )
 def as_good_as_flat(run: Run) -> Comparison:
-    """A box that comes down on a fixed one as good as flat, its edges within a thousandth of a radian of that and
-    beside the other's, though they meet a little later than the faces, touches it along a face of one of the two:
-    turned anyhow about their common normal, and in the world."""
-    rng = run.fresh_rng()
-    measured: list[float] = []
-    kinds = []
-    while len(measured) < run.count(60, 300, 3_000):
+    """A box as good as flat touches another along a face.
+
+    It comes down on a fixed one, its edges within a thousandth of a radian of flat and beside the other's. Though they
+    meet a little later than the faces, it touches it along a face of one of the two. They are turned anyhow about their
+    common normal, and in the world.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    while len(answers) < run.count(60, 300, 3_000):
         sizes, tilt = rng.uniform(0.3, 1.0, (2, 3)), rng.uniform(1e-4, 9e-4)
-        yaw, way = Rotation.from_rotvec((0.0, 0.0, rng.uniform(-3.0, 3.0))), rng.uniform(-np.pi, np.pi)
-        turns = [Rotation.identity(), Rotation.from_rotvec(tilt * np.array([np.cos(way), np.sin(way), 0.0])) * yaw]
-        speed = rng.uniform(1.0, 5.0)
-        aside = rng.uniform(-0.7, 0.7, 2) * (sizes[0, :2] + sizes[1, :2]) / 2.0
-        above = 0.5 * sizes[:, 2].sum() + tilt * sizes[1].sum() + rng.uniform(0.1, 0.9) * speed * STEP
-        apart = np.array([*aside, above])
+        yaw, way = any_yaw(rng), rng.uniform(-np.pi, np.pi)
+        turns = [Rotation.identity(), leaning(tilt, way) * yaw]
+        speed, apart = over(rng, sizes, tilt, 0.9)
         matrices = np.array([turn.as_matrix() for turn in turns])
         axes = axes_of(matrices)
         gaps, closing = gaps_along(axes, sizes, matrices, apart), np.abs(axes[:, 2]) * speed * STEP
@@ -210,21 +224,18 @@ def as_good_as_flat(run: Run) -> Comparison:
         beside = (gaps[np.abs(axes[:, 2]) < 0.5] < -1e-3).all()  # and it does not pass it
         if not (beside and faces_meet + 1e-7 < edges_meet < 0.95 and flat[enter[6:] > faces_meet].all()):
             continue
-        turn, names = Rotation.random(random_state=rng), Rotation.create_group("O")
-        world, is_second, boxes = World(gravity=(0.0, 0.0, 0.0)), rng.random() < 0.5, []
+        turn, world, is_second, boxes = any_turn(rng), World(gravity=(0.0, 0.0, 0.0)), rng.random() < 0.5, []
         for k in range(2):
-            named = names[int(rng.integers(24))]
-            own = np.abs(np.round(named.inv().as_matrix()) @ sizes[k])
-            q = (turn * turns[k] * named).as_quat(scalar_first=True)
+            own, q = renamed(sizes[k], turn * turns[k], other_axes(rng))
             boxes.append((own, 1.0 if k else None, turn.apply(k * apart), q, turn.apply((0.0, 0.0, -speed * k))))
         for each in boxes[::-1] if is_second else boxes:
             world.add_box(*each)
         world.step(STEP)
         normal = world.store.contacts.normal[0] if world.store.contacts.number[0] else np.zeros(3)
         faces = turn.apply(np.concatenate([matrices[0].T, matrices[1].T]))
-        measured.append(np.abs(faces @ normal).max())
-        kinds.append("the fixed one first" if not is_second else "the fixed one second")
-    return Comparison(np.array(measured), np.ones(len(measured)), groups=kinds)
+        kind = "the fixed one second" if is_second else "the fixed one first"
+        answers.add(np.abs(faces @ normal).max(), 1.0, kind=kind)
+    return answers.comparison()
 
 
 @check(
@@ -243,22 +254,19 @@ def as_good_as_flat(run: Run) -> Comparison:
     ),
 )
 def however_tilted(run: Run) -> Comparison:
-    """A box that comes down on a fixed one, tilted by a thousandth of a degree to 2°, over its face or its rim, is not
-    inside it after the step in which they meet, by FCL."""
-    rng = run.fresh_rng()
-    depths: list[float] = []
-    while len(depths) < run.count(150, 600, 6_000):
+    """A tilted box that comes down is not inside the other.
+
+    It comes down on a fixed one, tilted by a thousandth of a degree to 2°, over its face or its rim. FCL looks after
+    the step in which they meet.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    for _ in range(run.count(150, 600, 6_000)):
         sizes, tilt = rng.uniform(0.3, 1.0, (2, 3)), 10.0 ** rng.uniform(-4.7, -1.5)
-        way = rng.uniform(-np.pi, np.pi)
-        yaw = Rotation.from_rotvec((0.0, 0.0, rng.uniform(-3.0, 3.0)))
-        turn = Rotation.from_rotvec(tilt * np.array([np.cos(way), np.sin(way), 0.0])) * yaw
-        speed = rng.uniform(1.0, 5.0)
-        aside = rng.uniform(-0.7, 0.7, 2) * (sizes[0, :2] + sizes[1, :2]) / 2.0
-        above = 0.5 * sizes[:, 2].sum() + tilt * sizes[1].sum() + rng.uniform(0.1, 0.6) * speed * STEP
+        turn = leaning(tilt, rng.uniform(-np.pi, np.pi)) * any_yaw(rng)
+        speed, place = over(rng, sizes, tilt, 0.6)
         world = World(gravity=(0.0, 0.0, 0.0))
         world.add_box(sizes[0], None)
-        q = turn.as_quat(scalar_first=True)
-        world.add_box(sizes[1], 1.0, (*aside, above), q, (0.0, 0.0, -speed))
+        world.add_box(sizes[1], 1.0, place, wxyz(turn), (0.0, 0.0, -speed))
         world.step(STEP)
-        depths.append(depths_of_boxes(world)[0] / (speed * STEP))
-    return Comparison(np.array(depths), np.zeros(len(depths)))
+        answers.add(depths_of_boxes(world)[0] / (speed * STEP), 0.0)
+    return answers.comparison()
