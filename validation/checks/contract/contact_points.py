@@ -61,7 +61,7 @@ Solid = tuple[np.ndarray, np.ndarray]  # vertices (n, 3) [m] and triangles
 def loads_of_a_beam(run: Run) -> Comparison:
     """A loaded beam presses on its supports as hard as in Bullet.
 
-    It lies on two edges, with a load somewhere on it, which presses as hard, too: after a second by default settings.
+    It lies on two edges; the load is anywhere on it, and presses as hard, too. After a second by default settings.
     """
     from references.pybullet_world import BulletWorld
 

@@ -143,7 +143,7 @@ def springs_that_are_set(run: Run) -> Comparison:
     ),
 )
 def substeps_are_steps(run: Run) -> Comparison:
-    """Sub-steps of a damped body with gas are steps of MuJoCo."""
+    """Sub-steps of a damped, gas-filled body are as many steps of MuJoCo."""
     from references import mujoco_flex
 
     rng, answers = run.fresh_rng(), Answers()
@@ -354,7 +354,7 @@ def _diverges(world: World, h: float) -> bool:
     ),
 )
 def longest_by_the_rule(run: Run) -> Comparison:
-    """A soft body has diverged where it is a thousandfold too long.
+    """A soft body diverges exactly where it is a thousandfold too long.
 
     Without gas or weight, its limit along an axis is 1 000 times the root of the sum of its squared rest lengths. It is
     tried at 0.997 and 1.003 times that, at that in powers of two, and a rounding beyond.
@@ -400,7 +400,7 @@ def longest_by_the_rule(run: Run) -> Comparison:
 def a_step_before_the_end(run: Run) -> Comparison:
     """Soft bodies told to stop before they set out make one step.
 
-    Of however many parts, all of them alike, or none in haste, if it has several; and they fall as long as that.
+    They make one, of however many parts, all alike; in haste, if it has several, none; and they fall as long as that.
     """
     rng, answers = run.fresh_rng(), Answers()
     for trial in range(run.count(6, 20, 100)):
@@ -509,7 +509,10 @@ def forces_on_boxes(run: Run) -> Comparison:
     ),
 )
 def queries_follow_the_mesh(run: Run) -> Comparison:
-    """A MeshQuery that moves tells inside and distance as they are now."""
+    """A MeshQuery that moves answers for the mesh as it is now.
+
+    It says of every point if it is inside the mesh and how far from it, asked now for this and now for that.
+    """
     from references import igl
 
     rng, answers = run.fresh_rng(), Answers()
@@ -591,8 +594,7 @@ def near_pairs_are_all(run: Run) -> Comparison:
 def all_pairs_are_tried(run: Run) -> Comparison:
     """Trying all pairs lists all spheres that meet, in order.
 
-    By the higher number, then the lower one, if one can move: of two to ten, also if all meet; of more at higher
-    levels.
+    By the higher number, then the lower one, if one can move: of two to ten, also if all meet; more at higher levels.
     """
     rng, answers = run.fresh_rng(), Answers()
     for case in range(run.count(40, 150, 1_500)):
@@ -694,7 +696,7 @@ def worlds_go_on_from_snapshots(run: Run) -> Comparison:
             for name, one in ways.items():
                 one.step(step, steps)
                 end = state_of(one)
-                same = end == (truth if end.shape == truth.shape else ~end)
+                same = end == (truth if end.shape == truth.shape else ~end)  # of other bodies no bit is the same
                 answers.extend(same, np.ones(len(same), bool), kind=f"{name}, {precision}")
     return answers.comparison()
 
@@ -733,16 +735,8 @@ def hashes_are_of_every_bit(run: Run) -> Comparison:
 
 
 NAN = float("nan")
-SOFT_NEVER: dict[str, tuple[Any, ...]] = {
-    "mass": (0.0, -1.0, NAN),
-    "gas": (-1.0, NAN),
-    "stiffness": (-1.0, NAN),
-    "friction": (-0.1,),
-    "restitution": (1.5,),
-    "damping": (-1.0,),
-    "drag": (NAN,),
-    "deflated_below": (2.0,),
-}
+SOFT_NEVER: dict[str, tuple[float, ...]] = {"mass": (0.0, -1.0, NAN), "gas": (-1.0, NAN), "stiffness": (-1.0, NAN)}
+SOFT_NEVER |= {"friction": (-0.1,), "restitution": (1.5,), "damping": (-1.0,), "drag": (NAN,), "deflated_below": (2.0,)}
 BOX_NEVER = {"size": (1.0, 0.0, 1.0), "mass": -1.0, "position": (NAN, 0.0, 0.0), "friction": -1.0}
 
 Refusal = tuple[str, Callable[[], object], type[Exception], str]  # in words, the call, its error, and what that names
@@ -757,8 +751,8 @@ def refusals() -> Iterator[Refusal]:
     yield "fixed vertex", partial(soft, fixed=(99,)), ParameterError, "fixed"
     yield "rest length", partial(soft, rest_length=-1.0), ParameterError, "rest_length"
     yield "as many springs", partial(soft, stiffness=np.ones(7)), ParameterError, "stiffness"
-    for name, value in BOX_NEVER.items():
-        yield f"box {name}", partial(rigid, **{name: value}), ParameterError, name
+    for name, given in BOX_NEVER.items():
+        yield f"box {name}", partial(rigid, **{name: given}), ParameterError, name
     yield "orientation", partial(rigid, orientation=(2.0, 0.0, 0.0, 0.0)), ParameterError, "orientation"
     wrong: Mapping[str, Any] = {"threads": 0, "integrator": "euler", "colour": 1}
     for words, name in zip(("threads", "integrator", "a choice"), wrong):
@@ -775,10 +769,13 @@ def refusals() -> Iterator[Refusal]:
     squeezed, filled = partial(_step_after, 2, 0.9, positions=0.1), partial(_step_after, 2, 0.9, gas=1e3)
     yield "a step too long for what was moved", squeezed, ParameterError, "time_step"
     yield "a step too long for more gas", filled, ParameterError, "time_step"
-    yield "no stable step, flat", _flattened, ParameterError, "soft body 0 is flat"
-    too_light = soft(mass=1e-300, stiffness=1e100)
+    flat, too_light, torn = soft(), soft(mass=1e-300, stiffness=1e100), soft()
+    flat.add_soft_body(BALL, 1.0, 100.0, 10.0, (5.0, 0.0, 0.0))
+    flat.soft_bodies[0].positions[:, 2] = 0.0
+    torn.soft_bodies[0].positions *= 1e120
+    yield "no stable step, flat", flat.stable_time_step, ParameterError, "soft body 0 is flat"
     yield "no stable step, light", too_light.stable_time_step, ParameterError, "soft body 0 is too light"
-    yield "no stable step, torn", _torn, ParameterError, "soft body 0 are not finite, or too far apart"
+    yield "no stable step, torn", torn.stable_time_step, ParameterError, "soft body 0 are not finite, or too far apart"
     diverging = partial(soft(stiffness=1e4).step, 0.1, 1_000, allow_unstable=True)
     yield "divergence", diverging, SimulationError, "soft body 0"
     yield "no snapshot", partial(World().restore, {}), SnapshotError, "missing"
@@ -805,19 +802,6 @@ def _step_after(steps: int, times: float, **factors: float) -> None:
     for name, factor in factors.items():
         setattr(world.soft_bodies[0], name, factor * getattr(world.soft_bodies[0], name))
     world.step(times * longest)
-
-
-def _torn() -> float:
-    world = soft()
-    world.soft_bodies[0].positions *= 1e120
-    return world.stable_time_step()
-
-
-def _flattened() -> float:
-    world = soft()
-    world.add_soft_body(BALL, 1.0, 100.0, 10.0, (5.0, 0.0, 0.0))
-    world.soft_bodies[0].positions[:, 2] = 0.0
-    return world.stable_time_step()
 
 
 def _film_of_nothing() -> None:

@@ -314,15 +314,14 @@ def handles_follow_their_bodies(run: Run) -> Comparison:
             kind = str(rng.choice(["box", "soft body"]))
             there = lists[kind]
             if rng.random() < 0.6 or not there:
-                mass = float(turn + 1)
-                place = places[mass] = 5.0 * rng.normal(size=3)
-                made: Body = (
-                    world.add_box((0.1, 0.1, 0.1), mass, place)
-                    if kind == "box"
-                    else world.add_soft_body(ball, mass, 10.0, 1.0, place, fixed=range(turn % 3))
-                )
+                mass, place = float(turn + 1), 5.0 * rng.normal(size=3)
+                if kind == "box":
+                    made: Body = world.add_box((0.1, 0.1, 0.1), mass, place)
+                else:
+                    made = world.add_soft_body(ball, mass, 10.0, 1.0, place, fixed=range(turn % 3))
                 handles.append((made, mass))
                 there.append(mass)
+                places[mass] = place
             else:
                 gone = int(rng.integers(len(there)))
                 there.pop(gone)
@@ -330,11 +329,9 @@ def handles_follow_their_bodies(run: Run) -> Comparison:
                     world.remove((world.boxes if kind == "box" else world.soft_bodies)[gone])
                 except Exception:
                     break  # that the lists are of another length is seen below
-            if turn % 3 == 0:  # another handle of a body that has one
-                number = int(rng.integers(len(there))) if there else -1
-                if number >= 0:
-                    again = (Box if kind == "box" else SoftBody)(world, number)
-                    handles.append((again, there[number]))
+            if turn % 3 == 0 and there:  # another handle of a body that has one
+                number = int(rng.integers(len(there)))
+                handles.append(((Box if kind == "box" else SoftBody)(world, number), there[number]))
         for handle, mass in handles:
             alive = lists[handle.kind]
             number = alive.index(mass) if mass in alive else -1
