@@ -4,20 +4,28 @@ from __future__ import annotations
 
 import re
 import warnings
+from itertools import product
 from typing import Any
 
 import numpy as np
 
 import softbody
-from softbody import MassRatioWarning, Mesh, ParameterError, SimulationError, World
-from softbody.dynamics import rigid_boxes
+from softbody import Box, MassRatioWarning, Mesh, ParameterError, SimulationError, World
+from softbody.dynamics.rigid_boxes import diverged_box
+from softbody.errors import SoftbodyError
 from softbody.stepping import checks, step
+from softbody.stepping.checks import check_box_motion
+from validation.answers import Answers
 from validation.cases import random_orientations, rotation_matrix
 from validation.check import Comparison, Run, check
+from validation.checks.contract.cases import error_of
 from validation.fault import Fault
 
 FAMILY = "what users set and ask"
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process
+
+WHAT = "position", "velocity", "angular_velocity", "orientation"  # of a box may be astray
+FARTHEST, MOST_TURN, UNIT = 2.0**46, 1e6, 1e-6  # times the least size; [rad] a step; of a turn's squared length
 
 
 @check(
@@ -37,11 +45,12 @@ LANE = "worlds"  # claims that share the kernels of a whole world, and a process
     ),
 )
 def steps_that_help(run: Run) -> Comparison:
-    """Where a soft body has collapsed, the step that is advised is the longest in which no particle of any crosses half
-    of its body, as seen from the body's mean motion, and no box goes farther than its least size or turns by more than
-    a radian, by its speed, or by what pushes and twists it: of several bodies, all unlike."""
-    rng = run.fresh_rng()
-    told, rule, kinds = [], [], []
+    """The step advised after a collapse is the longest that helps.
+
+    No particle crosses half of its body, as seen from the body's mean motion. No box goes farther than its least size,
+    or turns by over a radian, by its speed or by what pushes and twists it. Several bodies, all unlike.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(40, 200, 2_000)):
         gravity = 10.0 ** rng.uniform(-2.0, 3.0) * rng.normal(size=3)
         world = World(gravity=gravity)
@@ -69,15 +78,11 @@ def steps_that_help(run: Run) -> Comparison:
             limits[f"spin of box {k}"] = 1.0 / np.abs(spin).max()
             limits[f"push on box {k}"] = float(np.sqrt(size.min() / np.abs(gravity + force / mass).max()))
             limits[f"twist of box {k}"] = float(np.sqrt(inertia.min() / np.abs(torque).max()))
-        try:
-            world.step(1e-9)
-            told.append(np.inf)
-        except SimulationError as error:
-            told.append(error.stable_time_step if error.step == 0 else np.inf)
+        error = error_of(SimulationError, world.step, 1e-9)
+        told = error.stable_time_step if error and error.step == 0 else np.inf
         least = min(limits, key=lambda what: limits[what])
-        rule.append(limits[least])
-        kinds.append(least.rstrip("0123456789 "))
-    return Comparison(np.array(told) / np.array(rule), np.ones(len(rule)), groups=kinds)
+        answers.add(told / limits[least], 1.0, kind=least.rstrip("0123456789 "))
+    return answers.comparison()
 
 
 @check(
@@ -91,28 +96,29 @@ def steps_that_help(run: Run) -> Comparison:
             step.run,
             "fault, body = DIVERGED, n_ → fault, body, done = DIVERGED, n_, 1",
         ),
-        Fault("the first box alone", rigid_boxes.diverged_box, "range(n_) → range(1)"),
+        Fault("the first box alone", diverged_box, "range(n_) → range(1)"),
         Fault(
             "turns in a second",
-            rigid_boxes.diverged_box,
+            diverged_box,
             "h * abs(state.box_angular_velocity[i, c]) → abs(state.box_angular_velocity[i, c])",
         ),
         Fault(
             "limits by the thickest side",
-            rigid_boxes.diverged_box,
+            diverged_box,
             "min(size[0], size[1], size[2]) → max(size[0], size[1], size[2])",
         ),
-        Fault("orientations of any length", checks.check_box_motion, "u_ > UNIT → False"),
+        Fault("orientations of any length", check_box_motion, "u_ > UNIT → False"),
     ),
 )
 def boxes_that_are_astray(run: Run) -> Comparison:
-    """A box that is, before a step, so far away or so fast that its thinnest side is lost in rounding, that would turn
-    by a million radians in the step, or whose orientation is none, is refused by its name and that of what is wrong,
-    and nothing has happened; where it is a tenth as far, or as fast, the step is taken."""
-    rng = run.fresh_rng()
-    right, kinds = [], []
+    """A box that is astray before a step is refused by name.
+
+    So far away or so fast that its thinnest side is lost in rounding, to turn by a million radians, or of no
+    orientation. The error says what is wrong, and nothing has happened; a tenth as far, or as fast, the step is taken.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for trial in range(run.count(48, 240, 2_400)):
-        what, count = ("position", "velocity", "angular_velocity", "orientation")[trial % 4], int(rng.integers(1, 4))
+        what, count = WHAT[trial % 4], int(rng.integers(1, 4))
         times, h = (1.5, 0.1)[trial // 4 % 2], 10.0 ** rng.uniform(-4.0, -1.0)
         world, number = World(gravity=(0.0, 0.0, 0.0)), int(rng.integers(count))
         for k in range(count):
@@ -122,26 +128,29 @@ def boxes_that_are_astray(run: Run) -> Comparison:
         way /= np.abs(way).sum()
         if trial // 8 % 2:  # not the first step
             world.step(h)
-        if what == "position":
-            box.position = times * 2.0**46 * box.size.min() * way
-        elif what == "velocity":
-            box.velocity = times * 2.0**46 * box.size.min() / h * way
-        elif what == "angular_velocity":
-            box.angular_velocity = times * 1e6 / h * way
-        else:
-            world.state.box_orientation[number] *= np.sqrt(1.0 + times * 1e-6 * rng.choice([-1.0, 1.0]))
+        lead_astray(box, what, times, h, way, rng)
         before = world.state.copy(), world.steps, world.time
-        try:
-            world.step(h)
-            right.append(times < 1.0 and world.steps == before[1] + 1)
-        except softbody.ParameterError as error:
+        error = error_of(SoftbodyError, world.step, h)
+        if times < 1.0:
+            is_so = error is None and world.steps == before[1] + 1
+        else:
             same = all(one.tobytes() == other.tobytes() for one, other in zip(before[0], world.state))
-            is_named = str(error).startswith(f"{what} of box {number} is ")
-            right.append(times > 1.0 and is_named and same and (world.steps, world.time) == before[1:])
-        except SimulationError:
-            right.append(False)
-        kinds.append(f"{what}, {'too much' if times > 1.0 else 'not too much'}")
-    return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
+            is_named = isinstance(error, ParameterError) and str(error).startswith(f"{what} of box {number} is ")
+            is_so = is_named and same and (world.steps, world.time) == before[1:]
+        answers.add(is_so, True, kind=f"{what}, {'too much' if times > 1.0 else 'not too much'}")
+    return answers.comparison()
+
+
+def lead_astray(box: Box, what: str, times: float, h: float, way: np.ndarray, rng: np.random.Generator) -> None:
+    """Set one thing of a box to so many times its limit in a step of h."""
+    if what == "position":
+        box.position = times * FARTHEST * box.size.min() * way
+    elif what == "velocity":
+        box.velocity = times * FARTHEST * box.size.min() / h * way
+    elif what == "angular_velocity":
+        box.angular_velocity = times * MOST_TURN / h * way
+    else:
+        box.world.state.box_orientation[box.index] *= np.sqrt(1.0 + times * UNIT * rng.choice([-1.0, 1.0]))
 
 
 # Which bodies lie on each other, the lower one first, and how many times its own mass a box carries.
@@ -161,46 +170,38 @@ PAIRS = {("box", "box"): 1e6, ("box", "soft"): 1e4, ("soft", "box"): np.inf}
     ),
 )
 def loads_that_are_too_heavy(run: Run) -> Comparison:
-    """A box that carries more than 10 000 times its own mass of a soft body, or a million times of another box, is
-    named by a warning, with what it carries and how many times its mass that is: of two bodies that touch, if the one
-    is above the other by more than half of the way, whichever way gravity pulls; else nobody is."""
-    rng = run.fresh_rng()
-    right, kinds = [], []
-    for lower, upper in PAIRS:
-        for ratio in (0.9e4, 1.1e4, 0.9e6, 1.1e6):
-            for _ in range(run.count(8, 30, 300)):
-                turn = random_orientations(rng, 1)[0]
-                up = rotation_matrix(turn)[:, 2]
-                lean = np.deg2rad(rng.choice([0.0, 20.0, 55.0, 65.0, 90.0, 115.0, 125.0, 180.0]))
-                across = rotation_matrix(turn)[:, 0]
-                strength = 10.0 ** rng.uniform(-3.0, 1.0)
-                gravity = -strength * (np.cos(lean) * up + np.sin(lean) * across)
-                world = World(gravity=gravity)
-                made: dict[str, Any] = {}
-                sides = [("lower", lower, -0.5 + 1e-4, 1.0 / ratio), ("upper", upper, 0.5 - 1e-4, 1.0)]
-                for side, kind, away, mass in sides if rng.random() < 0.5 else sides[::-1]:
-                    if kind == "box":
-                        made[side] = world.add_box((1.0, 1.0, 1.0), mass, away * up, turn)
-                    else:
-                        corners = softbody.octahedron(0.5)
-                        turned = Mesh(corners.vertices @ rotation_matrix(turn).T, corners.triangles)
-                        made[side] = world.add_soft_body(turned, mass, 100.0 * mass, 0.0, away * up)
-                with warnings.catch_warnings(record=True) as caught:
-                    warnings.simplefilter("always")
-                    world.step(1e-6)
-                texts = [str(each.message) for each in caught if each.category is MassRatioWarning]
-                names = {side: f"{body.kind} {body.index}" for side, body in made.items()}
-                is_heavy = np.cos(lean) > 0.5 and ratio > PAIRS[lower, upper]
-                if is_heavy:
-                    begins = f"{names['lower']} carries {names['upper']}, {ratio:.3g} times its own mass"
-                    right.append(len(texts) == 1 and texts[0].startswith(begins))
-                else:
-                    right.append(not texts)
-                kinds.append(f"{upper} on {lower}, {ratio:g} times as heavy")
-    return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
+    """A box that carries too much is named by a warning.
 
-
-FARTHEST, MOST_TURN, UNIT = 2.0**46, 1e6, 1e-6  # times the least size; [rad] a step; of a turn's squared length
+    More than 10 000 times its mass of a soft body, or a million times of a box: by what, and how many times, it says.
+    Of two that touch, one is above the other by over half of the way, whichever way gravity pulls; else none is.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    ratios = (0.9e4, 1.1e4, 0.9e6, 1.1e6)
+    for (lower, upper), ratio, _ in product(PAIRS, ratios, range(run.count(8, 30, 300))):
+        turn = random_orientations(rng, 1)[0]
+        across, _, up = rotation_matrix(turn).T
+        lean = np.deg2rad(rng.choice([0.0, 20.0, 55.0, 65.0, 90.0, 115.0, 125.0, 180.0]))
+        strength = 10.0 ** rng.uniform(-3.0, 1.0)
+        world = World(gravity=-strength * (np.cos(lean) * up + np.sin(lean) * across))
+        made: dict[str, Any] = {}
+        sides = [("lower", lower, -0.5 + 1e-4, 1.0 / ratio), ("upper", upper, 0.5 - 1e-4, 1.0)]
+        for side, kind, away, mass in sides if rng.random() < 0.5 else sides[::-1]:
+            if kind == "box":
+                made[side] = world.add_box((1.0, 1.0, 1.0), mass, away * up, turn)
+            else:
+                corners = softbody.octahedron(0.5)
+                turned = Mesh(corners.vertices @ rotation_matrix(turn).T, corners.triangles)
+                made[side] = world.add_soft_body(turned, mass, 100.0 * mass, 0.0, away * up)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            world.step(1e-6)
+        texts = [str(each.message) for each in caught if each.category is MassRatioWarning]
+        names = {side: f"{body.kind} {body.index}" for side, body in made.items()}
+        is_heavy = np.cos(lean) > 0.5 and ratio > PAIRS[lower, upper]
+        begins = f"{names['lower']} carries {names['upper']}, {ratio:.3g} times its own mass"
+        is_so = len(texts) == 1 and texts[0].startswith(begins) if is_heavy else not texts
+        answers.add(is_so, True, kind=f"{upper} on {lower}, {ratio:g} times as heavy")
+    return answers.comparison()
 
 
 @check(
@@ -210,79 +211,61 @@ FARTHEST, MOST_TURN, UNIT = 2.0**46, 1e6, 1e-6  # times the least size; [rad] a 
     kind="specification",
     because="yes or no, a hundredth from each limit; or at it, and a rounding beyond, in powers of two",
     faults=(
-        Fault("boxes however fast", checks.check_box_motion, "not a_ + h * b_ <= RESOLVED * size.min() → False"),
-        Fault("boxes however far away", checks.check_box_motion, "not np.abs(position).sum() <= r_ → False"),
-        Fault("spins however fast", checks.check_box_motion, "not h * s_ <= MOST_TURN → False"),
-        Fault("boxes turned by no unit quaternion", checks.check_box_motion, "abs(a_ - 1.0) > UNIT → False"),
-        Fault(
-            "advice to take as long a step", checks.check_box_motion, "MOST_TURN / spin / 2.0 → MOST_TURN / spin * 2.0"
-        ),
-        Fault(
-            "the longest side",
-            rigid_boxes.diverged_box,
-            "min(size[0], size[1], size[2]) → max(size[0], size[1], size[2])",
-        ),
-        Fault("boxes that are just there", rigid_boxes.diverged_box, "far <= RESOLVED * n_ → far < RESOLVED * n_"),
+        Fault("boxes however fast", check_box_motion, "not a_ + h * b_ <= RESOLVED * size.min() → False"),
+        Fault("boxes however far away", check_box_motion, "not np.abs(position).sum() <= r_ → False"),
+        Fault("spins however fast", check_box_motion, "not h * s_ <= MOST_TURN → False"),
+        Fault("boxes turned by no unit quaternion", check_box_motion, "abs(a_ - 1.0) > UNIT → False"),
+        Fault("advice to take as long a step", check_box_motion, "MOST_TURN / spin / 2.0 → MOST_TURN / spin * 2.0"),
+        Fault("the longest side", diverged_box, "min(size[0], size[1], size[2]) → max(size[0], size[1], size[2])"),
+        Fault("boxes that are just there", diverged_box, "far <= RESOLVED * n_ → far < RESOLVED * n_"),
     ),
 )
 def boxes_too_fast_to_compute(run: Run) -> Comparison:
-    """A box is refused by its number, and by what is wrong with it, where its place, or where a step takes it to, is
-    farther away than 2**46 times its least size, summed over the axes, or where it turns by more than a million radians
-    in the step, or its turn is no unit quaternion; just below all of these, or just there, also after one more step, it
-    is taken, and so are the steps that are advised; and what was refused is as it was."""
-    rng = run.fresh_rng()
-    right, kinds = [], []
+    """A box beyond what can be computed is refused by its number.
+
+    Its place, or where a step takes it to, is farther than 2**46 times its least size, summed over the axes; or it
+    turns by over a million radians in the step; or its turn is no unit quaternion. The error says which, and all is as
+    it was. Just below these, or just there, also after one more step, it is taken; so are the steps that are advised.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(2, 10, 100)):
-        for what in ("position", "velocity", "angular_velocity", "orientation"):
-            for factor in (0.99, 1.01):
-                world, h = World(gravity=(0.0, 0.0, 0.0)), 10.0 ** rng.uniform(-4.0, 0.0)
-                sizes = rng.uniform(0.2, 2.0, (3, 3))
-                for k, size in enumerate(sizes):
-                    world.add_box(size, 1.0, (0.0, 10.0 * k, 0.0))
-                number = int(rng.integers(0, 3))
-                box, way = world.boxes[number], rng.normal(size=3)
-                least, way = sizes[number].min(), way / np.abs(way).sum()
-                if what == "position":
-                    box.position = factor * FARTHEST * least * way
-                elif what == "velocity":
-                    near = rng.uniform(0.0, 0.9)
-                    box.position = near * FARTHEST * least * way
-                    steps = 1.0 if factor > 1.0 else 2.0  # to which one more must be possible
-                    box.velocity = (factor - near) / steps * FARTHEST * least / h * way
-                elif what == "angular_velocity":
-                    box.angular_velocity = factor * MOST_TURN / h * way
-                else:
-                    world.state.box_orientation[number] *= np.sqrt(1.0 + factor * UNIT * rng.choice([-1.0, 1.0]))
-                right.append(_is_paced(world, h, factor > 1.0, f"{what} of box {number} is"))
-                kinds.append(f"{what}, {factor} of the limit")
-        for what in ("position", "velocity"):
-            for is_beyond in (False, True):
-                world, h = World(gravity=(0.0, 0.0, 0.0)), 2.0 ** rng.integers(-12, 1)
-                size = rng.integers(1, 64, 3) / 32.0
-                box, way = world.add_box(size, 1.0), rng.permutation([0.5, 0.25, 0.25]) * rng.choice([-1.0, 1.0], 3)
-                farthest = FARTHEST * size.min()
-                if is_beyond:
-                    way = rng.permutation([1.0, 0.0, 0.0])
-                if what == "position":
-                    box.position = (np.nextafter(farthest, np.inf) if is_beyond else farthest) * way
-                else:  # there at the end of the second step, or, a rounding beyond, of this one
-                    box.position = 0.5 * farthest * way
-                    box.velocity = (np.nextafter(0.5, 1.0) + 2.0**-53 if is_beyond else 0.25) * farthest / h * way
-                right.append(_is_paced(world, h, is_beyond, f"{what} of box 0 is"))
-                kinds.append(f"{what}, {'a rounding beyond' if is_beyond else 'at'} the limit")
-    return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
+        for what, factor in product(WHAT, (0.99, 1.01)):
+            world, h = World(gravity=(0.0, 0.0, 0.0)), 10.0 ** rng.uniform(-4.0, 0.0)
+            for k, size in enumerate(rng.uniform(0.2, 2.0, (3, 3))):
+                world.add_box(size, 1.0, (0.0, 10.0 * k, 0.0))
+            box, way, times = world.boxes[int(rng.integers(0, 3))], rng.normal(size=3), factor
+            way = way / np.abs(way).sum()
+            if what == "velocity":
+                near = rng.uniform(0.0, 0.9)
+                lead_astray(box, "position", near, h, way, rng)
+                times = (factor - near) / (1.0 if factor > 1.0 else 2.0)  # to which one more step must be possible
+            lead_astray(box, what, times, h, way, rng)
+            is_so = _is_paced(world, h, factor > 1.0, f"{what} of box {box.index} is")
+            answers.add(is_so, True, kind=f"{what}, {factor} of the limit")
+        for what, is_beyond in product(("position", "velocity"), (False, True)):
+            world, h = World(gravity=(0.0, 0.0, 0.0)), 2.0 ** rng.integers(-12, 1)
+            size = rng.integers(1, 64, 3) / 32.0
+            box, way = world.add_box(size, 1.0), rng.permutation([0.5, 0.25, 0.25]) * rng.choice([-1.0, 1.0], 3)
+            farthest = FARTHEST * size.min()
+            if is_beyond:
+                way = rng.permutation([1.0, 0.0, 0.0])
+            if what == "position":
+                box.position = (np.nextafter(farthest, np.inf) if is_beyond else farthest) * way
+            else:  # there at the end of the second step, or, a rounding beyond, of this one
+                box.position = 0.5 * farthest * way
+                box.velocity = (np.nextafter(0.5, 1.0) + 2.0**-53 if is_beyond else 0.25) * farthest / h * way
+            is_so = _is_paced(world, h, is_beyond, f"{what} of box 0 is")
+            answers.add(is_so, True, kind=f"{what}, {'a rounding beyond' if is_beyond else 'at'} the limit")
+    return answers.comparison()
 
 
 def _is_paced(world: World, h: float, is_fast: bool, named: str) -> bool:
     """Tell whether a step is refused by what it must be, and taken where it must be, or in the step that is advised."""
     before = world.state_hash()
-    try:
-        world.step(h)
-    except ParameterError as error:
-        if not (is_fast and named in str(error) and world.state_hash() == before and world.steps == 0):
-            return False
-        advised = re.search(r"(?:such as|up to) ([-+.e0-9]+) s", str(error))
-        return advised is None or _is_paced(world, float(advised[1]), False, named)
-    except SimulationError:
+    error = error_of(SoftbodyError, world.step, h)
+    if error is None or not isinstance(error, ParameterError):
+        return error is None and not is_fast
+    if not (is_fast and named in str(error) and world.state_hash() == before and world.steps == 0):
         return False
-    return not is_fast
+    advised = re.search(r"(?:such as|up to) ([-+.e0-9]+) s", str(error))
+    return advised is None or _is_paced(world, float(advised[1]), False, named)

@@ -1,4 +1,4 @@
-"""What a World says of its contacts: who touches whom, and how hard."""
+"""Claims about what a World says of its contacts: who touches whom, and how hard."""
 
 from __future__ import annotations
 
@@ -7,13 +7,16 @@ from itertools import combinations
 
 import numpy as np
 
-from softbody import Box, SoftBody, World, icosphere
-from softbody.bodies import adding, contact_points
-from softbody.collision import contact
+from softbody import Box, ContactPoints, SoftBody, World, icosphere
+from softbody.bodies import contact_points
+from softbody.bodies.adding import remove
+from softbody.bodies.contact_points import _numbers
+from softbody.collision.contact import box_side, soft_side, without_box
 from softbody.collision.solver import batches
 from softbody.dynamics import particle_ground
 from softbody.scenes import box_pile, boxes_on_torus, sphere_on_torus, tray
 from softbody.stepping import step
+from validation.answers import Answers
 from validation.cases import BOX_TRIANGLES, corners_of, random_orientations, rotation_matrix
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
@@ -23,6 +26,8 @@ LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 
 STEP = 1.0 / 240.0  # [s] of what stands still
 HELD = 0.3  # [m] side of a load on a beam
+
+Solid = tuple[np.ndarray, np.ndarray]  # vertices (n, 3) [m] and triangles
 
 
 @check(
@@ -36,33 +41,32 @@ HELD = 0.3  # [m] side of a load on a beam
     faults=(
         Fault(
             "impulses in place of forces",
-            contact_points.ContactPoints.force_on,
+            ContactPoints.force_on,
             "impulse / self.time_step if self.time_step > 0.0 else impulse → impulse",
         ),
         Fault(
             "the force on the other one",
-            contact_points.ContactPoints.force_on,
+            ContactPoints.force_on,
             "self.impulse[self.a == n_].sum(axis=0) - self.impulse[self.b == n_].sum(axis=0)"
             " → self.impulse[self.b == n_].sum(axis=0) - self.impulse[self.a == n_].sum(axis=0)",
         ),
         Fault(
             "contacts with anybody",
-            contact_points.ContactPoints.of,
+            ContactPoints.of,
             "self._has(body) & (self._has(other) if other is not None else True) → self._has(body)",
         ),
-        Fault(
-            "boxes numbered as if there were no soft bodies", contact_points._numbers, "model.soft_count + box → box"
-        ),
+        Fault("boxes numbered as if there were no soft bodies", _numbers, "model.soft_count + box → box"),
     ),
 )
 def loads_of_a_beam(run: Run) -> Comparison:
-    """A beam that lies on two edges, with a load somewhere on it, presses on each, and the load on it, as hard as in
-    Bullet, after a second by default settings."""
+    """A loaded beam presses on its supports as hard as in Bullet.
+
+    It lies on two edges; the load is anywhere on it, and presses as hard, too. After a second by default settings.
+    """
     from references.pybullet_world import BulletWorld
 
-    rng = run.fresh_rng()
-    measured, expected, scales = [], [], []
-    leaning = np.cos(np.pi / 8.0), 0.0, np.sin(np.pi / 8.0), 0.0  # an edge up
+    rng, answers = run.fresh_rng(), Answers()
+    upright, leaning = (1.0, 0.0, 0.0, 0.0), (np.cos(np.pi / 8.0), 0.0, np.sin(np.pi / 8.0), 0.0)  # an edge up
     for _ in range(run.count(6, 20, 200)):
         side, span, thick = rng.uniform(0.3, 1.0), rng.uniform(0.8, 1.5), rng.uniform(0.1, 0.3)
         masses, along = 10.0 ** rng.uniform(-0.5, 1.0, 2), rng.uniform(-0.9, 0.9) * span
@@ -70,26 +74,24 @@ def loads_of_a_beam(run: Run) -> Comparison:
         world, theirs = World(), BulletWorld(STEP, 500)
         # Far away, and there for its number only.
         world.add_soft_body(icosphere(1, 0.5), 1.0, 100.0, 10.0, (0.0, 50.0, 0.0), fixed=range(5))
-        boxes = []
         for size, mass, place, turn in (
             ((side, 0.4, side), None, (-span, 0.0, 0.0), leaning),
             ((side, 0.4, side), None, (span, 0.0, 0.0), leaning),
-            ((2.0 * span + 0.6, 0.5, thick), masses[0], (0.0, 0.0, top + 0.5 * thick), (1.0, 0.0, 0.0, 0.0)),
-            ((HELD,) * 3, masses[1], (along, 0.0, top + thick + 0.5 * HELD), (1.0, 0.0, 0.0, 0.0)),
+            ((2.0 * span + 0.6, 0.5, thick), masses[0], (0.0, 0.0, top + 0.5 * thick), upright),
+            ((HELD,) * 3, masses[1], (along, 0.0, top + thick + 0.5 * HELD), upright),
         ):
-            boxes.append(world.add_box(size, mass, place, turn))
+            world.add_box(size, mass, place, turn)
             theirs.add_box(size, mass or 0.0, place, turn)
-        left, right, beam, load = boxes
+        left, right, beam, load = world.boxes
         steps = round(1.0 / STEP)
         world.step(STEP, steps)
         theirs.step(steps)
         points, loads = world.contact_points(), theirs.loads()
         theirs.close()
-        measured.append([points.of(beam, one).force_on(beam)[2] for one in (left, right)])
-        measured[-1] += [points.force_on(load)[2], -points.force_on(left)[2]]
-        expected.append([loads[1, 3], loads[2, 3], loads[3, 4], loads[1, 3]])
-        scales.append(9.81 * masses.sum())
-    return Comparison(np.array(measured), np.array(expected), np.array(scales))
+        told = [points.of(beam, one).force_on(beam)[2] for one in (left, right)]
+        told += [points.force_on(load)[2], -points.force_on(left)[2]]
+        answers.add(told, [loads[1, 3], loads[2, 3], loads[3, 4], loads[1, 3]], 9.81 * masses.sum())
+    return answers.comparison()
 
 
 @check(
@@ -139,10 +141,12 @@ def loads_of_a_beam(run: Run) -> Comparison:
     ),
 )
 def forces_change_momenta(run: Run) -> Comparison:
-    """In every step of the sphere on the torus, of boxes on a torus, of balls in a tray and of a pile, the forces that
-    contacts are said to give each body, and its weight, are the change of its momentum; so they are of one ball that
-    bounces on the ground: in one part or as many as four."""
-    rng = run.fresh_rng()
+    """Told forces of contacts, and weights, are the changes of momenta.
+
+    They are so for each body in every step, in one part or as many as four. The sphere on the torus, boxes on a torus,
+    balls in a tray, a pile, and one ball that bounces on the ground.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     alone = World()
     alone.add_ground(friction=0.7)
     alone.add_soft_body(icosphere(1, 0.5), 1.3, 200.0, 20.0, (0.0, 0.0, 0.6), (1.0, 0.5, -2.0))
@@ -154,8 +158,9 @@ def forces_change_momenta(run: Run) -> Comparison:
         "pile": box_pile.build(run.count(10, 20, 40)),
     }
     seconds = 0.5 * run.count(2, 3, 8)
-    told, changed, kinds = [], [], []
     for kind, world in worlds.items():
+        # Only a pile's impulses are solved for at once, and are larger on the way than at the end.
+        scale = 1.0 if kind == "pile" else 0.01
         world.substeps = int(rng.integers(1, 5))
         h = min(STEP, 0.8 * world.stable_time_step())
         while world.time < seconds:
@@ -170,12 +175,18 @@ def forces_change_momenta(run: Run) -> Comparison:
                 weight = body.mass * world.gravity
                 pushes = np.linalg.norm(points.of(body).impulse, axis=1).sum()
                 size = h * np.linalg.norm(weight) + np.linalg.norm(before[row]) + np.linalg.norm(after[row]) + pushes
-                told.append((points.force_on(body) + weight) * h / size)
-                changed.append((after[row] - before[row]) / size)
-                kinds.append(kind)
-    # Only a pile's impulses are solved for at once, and are larger on the way than at the end.
-    scale = [1.0 if kind == "pile" else 0.01 for kind in kinds]
-    return Comparison(np.array(told), np.array(changed), scale, kinds)
+                told = (points.force_on(body) + weight) * h / size
+                answers.add(told, (after[row] - before[row]) / size, scale, kind)
+    return answers.comparison()
+
+
+def _momenta(world: World) -> np.ndarray:
+    """Return the momentum (bodies, 3) [kg m/s] of each soft body, and of each box that can move."""
+    model, state = world.model, world.state
+    rows = [slice(*model.soft_particle_start[k : k + 2]) for k in range(model.soft_count)]
+    soft = [(state.particle_velocity[part] / model.particle_inverse_mass[part, None]).sum(axis=0) for part in rows]
+    masses = [1.0 / inverse if inverse > 0.0 else 0.0 for inverse in model.box_inverse_mass]
+    return np.array([*soft, *(m * v for m, v in zip(masses, state.box_velocity))])
 
 
 @check(
@@ -186,41 +197,38 @@ def forces_change_momenta(run: Run) -> Comparison:
     faults=(
         Fault(
             "the ground first",
-            contact_points.ContactPoints.pairs,
+            ContactPoints.pairs,
             "np.where(self.b == GROUND, self.a, np.minimum(self.a, self.b)) → np.minimum(self.a, self.b)",
         ),
         Fault(
             "pairs as they were found",
-            contact_points.ContactPoints.pairs,
+            ContactPoints.pairs,
             "np.where(self.b == GROUND, self.b, np.maximum(self.a, self.b)) → self.b",
         ),
         Fault(
             "contacts in which the body is a",
-            contact_points.ContactPoints._has,
+            ContactPoints._has,
             "(self.a == number) | (self.b == number) → self.a == number",
         ),
-        Fault(
-            "boxes that count from 0",
-            contact_points.ContactPoints._number,
-            'self.first_box if body.kind == "box" else 0 → 0',
-        ),
+        Fault("boxes that count from 0", ContactPoints._number, 'self.first_box if body.kind == "box" else 0 → 0'),
     ),
 )
 def who_touches_whom(run: Run) -> Comparison:
-    """Of boxes, soft bodies and the ground, anyhow among each other, those touch that FCL finds inside each other: by
-    `pairs`, and by whether `of` has any for the two."""
-    rng = run.fresh_rng()
-    told, judged, kinds = [], [], []
+    """Those bodies touch that FCL finds inside each other.
+
+    Boxes, soft bodies and the ground, anyhow: by `pairs`, and by whether `of` has any for the two.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     ball = icosphere(2, 0.5)
     for _ in range(run.count(3, 12, 100)):
         world = World((0.0, 0.0, 0.0))
         world.add_ground()
         places = iter(rng.uniform((0.0, 0.0, 0.2), (3.0, 2.0, 1.6), (9, 3)))
-        bodies: list[SoftBody | Box] = []
         for _ in range(4):
-            bodies.append(world.add_soft_body(ball, 1.0, 100.0, 10.0, next(places), (0.0, 0.0, -0.01)))
+            world.add_soft_body(ball, 1.0, 100.0, 10.0, next(places), (0.0, 0.0, -0.01))
         for place, turn in zip(places, random_orientations(rng, 5)):
-            bodies.append(world.add_box(rng.uniform(0.3, 1.0, 3), 1.0, place, turn))
+            world.add_box(rng.uniform(0.3, 1.0, 3), 1.0, place, turn)
+        bodies: list[SoftBody | Box] = [*world.soft_bodies, *world.boxes]
         hulls = [_hull(body) for body in bodies]
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # they are deep inside each other
@@ -231,25 +239,24 @@ def who_touches_whom(run: Run) -> Comparison:
             meet = _meets(hulls[i], hulls[j])
             # (Boxes that start deep inside each other are pushed apart before soft bodies are asked what they touch.)
             if meet is not None and meet == _meets(_hull(bodies[i]), _hull(bodies[j])):
-                told += [(i, j) in pairs, len(points.of(bodies[j], bodies[i])) > 0]
-                judged += [meet] * 2
-                kinds += [f"{bodies[i].kind} and {bodies[j].kind}{'' if meet else ', apart'}"] * 2
+                kind = f"{bodies[i].kind} and {bodies[j].kind}{'' if meet else ', apart'}"
+                answers.add((i, j) in pairs, meet, kind=kind)
+                answers.add(len(points.of(bodies[j], bodies[i])) > 0, meet, kind=kind)
         for i, (vertices, _) in enumerate(hulls):
             if abs(low := float(vertices[:, 2].min())) > 1e-3:
-                told.append((i, -1) in pairs)
-                judged.append(low < 0.0)
-                kinds.append(f"{bodies[i].kind} and the ground{'' if low < 0.0 else ', apart'}")
-    return Comparison(np.array(told), np.array(judged), groups=kinds)
+                kind = f"{bodies[i].kind} and the ground{'' if low < 0.0 else ', apart'}"
+                answers.add((i, -1) in pairs, low < 0.0, kind=kind)
+    return answers.comparison()
 
 
-def _hull(body: SoftBody | Box) -> tuple[np.ndarray, np.ndarray]:
-    """Return vertices (n, 3) [m] and triangles of a body as it is now."""
+def _hull(body: SoftBody | Box) -> Solid:
+    """Return a body as it is now."""
     if isinstance(body, SoftBody):
         return body.positions.copy(), body.triangles
     return corners_of(body.size) @ rotation_matrix(body.orientation).T + body.position, BOX_TRIANGLES
 
 
-def _meets(one: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.ndarray]) -> bool | None:
+def _meets(one: Solid, other: Solid) -> bool | None:
     """Tell whether two convex meshes overlap, by FCL; None if it depends on 3 % of their size."""
     from references import fcl
 
@@ -269,20 +276,19 @@ def _meets(one: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.ndarr
     tolerance=3e-5,
     because="Bullet's piles have not quite stopped sinking: 1.1e-5 at worst of thirteen runs",
     faults=(
-        Fault("the next box removed", adding.remove, "without(p_, k_, row) → without(p_, k_, row - 1)"),
+        Fault("the next box removed", remove, "without(p_, k_, row) → without(p_, k_, row - 1)"),
         Fault(
             "handles that stay at their numbers",
-            adding.remove,
+            remove,
             "number - 1 if number > row else GONE → number if number > row else GONE",
         ),
     ),
 )
 def what_stood_on_it_falls(run: Run) -> Comparison:
-    """What stood on a box that is removed falls as in Bullet, where it is removed, too, and other piles stay."""
+    """What stood on a removed box falls as in Bullet, others stay."""
     from references.pybullet_world import BulletWorld
 
-    rng = run.fresh_rng()
-    steps, measured, expected = 20, [], []
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(6, 20, 100)):
         world, theirs = World(), BulletWorld(STEP, 100)
         world.add_ground()
@@ -292,8 +298,7 @@ def what_stood_on_it_falls(run: Run) -> Comparison:
             top, boxes = 0.0, []
             for _ in range(3):
                 size = rng.uniform(0.3, 0.8, 3)
-                place = 3.0 * k, 0.0, top + 0.5 * size[2]
-                mass = rng.uniform(1.0, 3.0)
+                place, mass = (3.0 * k, 0.0, top + 0.5 * size[2]), rng.uniform(1.0, 3.0)
                 boxes.append(world.add_box(size, mass, place))
                 theirs.add_box(size, mass, place)
                 top += size[2]
@@ -308,12 +313,16 @@ def what_stood_on_it_falls(run: Run) -> Comparison:
                 world.remove(gone)
         left = [box for pile in piles for box in pile]
         before = _places(left), theirs.positions()
-        world.step(STEP, steps)
-        theirs.step(steps)
-        measured.append(_places(left) - before[0])
-        expected.append(theirs.positions() - before[1])
+        world.step(STEP, 20)
+        theirs.step(20)
+        answers.extend(_places(left) - before[0], theirs.positions() - before[1])
         theirs.close()
-    return Comparison(np.concatenate(measured), np.concatenate(expected))
+    return answers.comparison()
+
+
+def _places(boxes: list[Box]) -> np.ndarray:
+    """Return the centres (m, 3) [m] of boxes, by their handles; zeros of one that says it is gone."""
+    return np.array([box.position.copy() if box.is_there else np.zeros(3) for box in boxes])
 
 
 @check(
@@ -327,27 +336,23 @@ def what_stood_on_it_falls(run: Run) -> Comparison:
     faults=(
         Fault(
             "impulses of the boxes after the one that is removed forgotten",
-            contact.without_box,
+            without_box,
             "left.box - (left.box > box) → left.box",
         ),
-        Fault(
-            "all that is remembered forgotten",
-            contact.without_box,
-            "(cache.box != box).all(axis=1) → cache.box[:, 0] < -1",
-        ),
+        Fault("all that is remembered forgotten", without_box, "(cache.box != box).all(axis=1) → cache.box[:, 0] < -1"),
     ),
 )
 def piles_go_on_without_others(run: Run) -> Comparison:
-    """Piles of which boxes beside them are removed, of any number, at any time, go on to the same bits as piles that
-    had none beside them: what the solver knows of the step before stays that of the same boxes."""
-    rng = run.fresh_rng()
-    measured: list[np.ndarray] = []
-    expected: list[np.ndarray] = []
+    """Piles go on to the same bits as without boxes beside them.
+
+    Those are removed, of any number, at any time; what the solver remembers stays that of the same boxes.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(6, 20, 200)):
         # Too few sweeps to do without what is remembered.
-        crowded, alone = World(iterations=4), World(iterations=4)
+        crowded, *_ = worlds = World(iterations=4), World(iterations=4)
         beside: list[Box] = []
-        for world in (crowded, alone):
+        for world in worlds:
             world.add_ground()
         for k in range(3):
             top = 0.0
@@ -357,35 +362,19 @@ def piles_go_on_without_others(run: Run) -> Comparison:
                     beside.append(crowded.add_box((0.3, 0.3, 0.3), mass, (2.0 * len(beside), 50.0, 500.0)))
                 size, mass = rng.uniform(0.3, 0.8, 3), rng.uniform(0.5, 3.0)
                 place = (*rng.uniform(-0.1, 0.1, 2) + (3.0 * k, 0.0), top + 0.5 * size[2])
-                for world in (crowded, alone):
+                for world in worlds:
                     world.add_box(size, mass, place)
                 top += size[2]
         for box in [beside[k] for k in rng.permutation(len(beside))]:
             steps = int(rng.integers(5, 30))
-            for world in (crowded, alone):
+            for world in worlds:
                 world.step(STEP, steps)
             crowded.remove(box)
-        for world in (crowded, alone):
+        for world in worlds:
             world.step(STEP, 5)
-        for world, rows in ((crowded, measured), (alone, expected)):
-            rows.append(
-                np.hstack([world.state.box_position, world.state.box_velocity, world.state.box_angular_velocity])
-            )
-    return Comparison(np.concatenate(measured), np.concatenate(expected))
-
-
-def _places(boxes: list[Box]) -> np.ndarray:
-    """Return the centres (m, 3) [m] of boxes, by their handles; zeros of one that says it is gone."""
-    return np.array([box.position.copy() if box.is_there else np.zeros(3) for box in boxes])
-
-
-def _momenta(world: World) -> np.ndarray:
-    """Return the momentum (bodies, 3) [kg m/s] of each soft body, and of each box that can move."""
-    model, state = world.model, world.state
-    rows = [slice(*model.soft_particle_start[k : k + 2]) for k in range(model.soft_count)]
-    soft = [(state.particle_velocity[part] / model.particle_inverse_mass[part, None]).sum(axis=0) for part in rows]
-    masses = [1.0 / inverse if inverse > 0.0 else 0.0 for inverse in model.box_inverse_mass]
-    return np.array([*soft, *(m * v for m, v in zip(masses, state.box_velocity))])
+        states = [world.state for world in worlds]
+        answers.extend(*(np.hstack([x.box_position, x.box_velocity, x.box_angular_velocity]) for x in states))
+    return answers.comparison()
 
 
 @check(
@@ -394,16 +383,17 @@ def _momenta(world: World) -> np.ndarray:
     reference="the bodies' numbers, as they were added",
     kind="specification",
     faults=(
-        Fault("a particle of a box", contact.box_side, "(NOBODY, NOBODY, NOBODY) → (NOBODY, NOBODY, NOBODY + 1)"),
-        Fault("another of it", contact.box_side, "(NOBODY, NOBODY, NOBODY) → (NOBODY + 1, NOBODY, NOBODY)"),
-        Fault("a box of a soft body", contact.soft_side, "Side(NOBODY, point) → Side(NOBODY + 1, point)"),
+        Fault("a particle of a box", box_side, "(NOBODY, NOBODY, NOBODY) → (NOBODY, NOBODY, NOBODY + 1)"),
+        Fault("another of it", box_side, "(NOBODY, NOBODY, NOBODY) → (NOBODY + 1, NOBODY, NOBODY)"),
+        Fault("a box of a soft body", soft_side, "Side(NOBODY, point) → Side(NOBODY + 1, point)"),
     ),
 )
 def sides_of_contacts(run: Run) -> Comparison:
-    """Each side of a contact is a box, a point of a soft body or the ground, and what it is not is told by -1, in all
-    places: of boxes on boxes and on the ground, soft bodies on boxes and on each other."""
-    rng = run.fresh_rng()
-    right, kinds = [], []
+    """A side of a contact is a box, particles or the ground.
+
+    What it is not is told by -1, in all places: boxes on boxes and on the ground, soft bodies on boxes and each other.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(6, 20, 200)):
         world = World()
         world.add_ground()
@@ -412,17 +402,15 @@ def sides_of_contacts(run: Run) -> Comparison:
         for size, height in zip(sizes, heights):
             world.add_box(size, 1.0, (0.0, 0.0, height - 0.5 * size[2]))
         for k in range(2):
-            ball = icosphere(1, 0.3)
-            world.add_soft_body(ball, 0.1, 30.0, 3.0, (0.0, 0.0, heights[2] + 0.27 + 0.55 * k))
+            world.add_soft_body(icosphere(1, 0.3), 0.1, 30.0, 3.0, (0.0, 0.0, heights[2] + 0.27 + 0.55 * k))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             world.step(1e-3, 3)
         contacts, count = world.store.contacts, len(world.state.particle_position)
-        for row in range(contacts.number[0]):
-            for side in range(2):
-                box, particles = contacts.box[row, side], contacts.particles[row, side]
-                is_soft = box == -1 and (particles >= 0).all() and (particles < count).all()
-                is_other = -1 <= box < 3 and (particles == -1).all() and (box >= 0 or side == 1)
-                right.append(is_soft or is_other)
-                kinds.append("a box" if box >= 0 else "a soft body" if particles[0] >= 0 else "the ground")
-    return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
+        for row, side in np.ndindex(contacts.number[0], 2):
+            box, particles = contacts.box[row, side], contacts.particles[row, side]
+            is_soft = box == -1 and (particles >= 0).all() and (particles < count).all()
+            is_other = -1 <= box < 3 and (particles == -1).all() and (box >= 0 or side == 1)
+            kind = "a box" if box >= 0 else "a soft body" if particles[0] >= 0 else "the ground"
+            answers.add(is_soft or is_other, True, kind=kind)
+    return answers.comparison()

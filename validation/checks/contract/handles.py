@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from softbody import Body, Box, ParameterError, SoftBody, World, icosphere, torus
-from softbody.bodies import adding, joint, soft_body
-from softbody.bodies import body as bodies
+from softbody import Body, Box, Joint, ParameterError, SoftBody, World, icosphere, torus
+from softbody.bodies import adding
 from softbody.bodies.inventory import Inventory
+from softbody.bodies.joint import JointNumber
 from softbody.bodies.store import Store
-from softbody.model import arrays
+from softbody.model.arrays import copied
 from softbody.storage import npz
-from softbody.storage import restore as restoring
+from softbody.storage.restore import restore
+from validation.answers import Answers
 from validation.cases import edge_lengths, random_mesh
 from validation.check import Comparison, Run, check
+from validation.checks.contract.cases import error_of
 from validation.checks.contract.trajectories import Flight
 from validation.fault import Fault
 
@@ -27,8 +27,6 @@ FAMILY = "what users set and ask"
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 
 PART = 0.01  # of the stable step, for rk4 to be as near to the truth as SciPy
-
-
 MESHES = icosphere(1, 1.0), torus(0.8, 0.3, 10, 6)
 
 
@@ -62,6 +60,13 @@ class Swinging:
         what = self.position, self.velocity, *springs, self.mesh.triangles, self.gas, mass, seconds, push
         self.position, self.velocity = scipy.motion(*what, rtol=1e-11)
 
+    def world(self) -> World:
+        """Return a world of the body as it is now."""
+        world = World(gravity=self.gravity, integrator="rk4")
+        body = world.add_soft_body(self.mesh, self.mass, self.stiffness, self.gas, damping=0.0)
+        body.external_force, body.positions, body.velocities = self.force, self.position, self.velocity
+        return world
+
     @property
     def told(self) -> np.ndarray:
         """Position and velocity (n, 6)."""
@@ -71,6 +76,12 @@ class Swinging:
 def now(body: SoftBody) -> np.ndarray:
     """Return position and velocity (n, 6) of a body of a World."""
     return np.hstack([body.positions, body.velocities])
+
+
+def tenth_of_a_second(world: World) -> tuple[float, int]:
+    """Return how long a step [s] is, and how many there are."""
+    steps = int(np.ceil(0.1 / (PART * world.stable_time_step())))
+    return 0.1 / steps, steps
 
 
 REFERENCE = "SciPy's DOP853 on springs, gas, weight and forces by its own formulas, from change to change"
@@ -90,8 +101,7 @@ EXACT = "rk4 at a hundredth of the stable step: 4e-8 at worst of four seeds"
             "a model that is not replaced",
             Store.replace,
             "self.contents.parts._replace(**parts)"
-            " → self.contents.parts._replace(**{k: v for k, v in parts.items() if k != 'model' or "
-            "len(parts) == 1})",
+            " → self.contents.parts._replace(**{k: v for k, v in parts.items() if k != 'model' or len(parts) == 1})",
         ),
         Fault(
             "controls that are replaced by what they were",
@@ -108,16 +118,17 @@ EXACT = "rk4 at a hundredth of the stable step: 4e-8 at worst of four seeds"
         ),
         Fault(
             "gas set on a copy",
-            soft_body.SoftBody,
+            SoftBody,
             "self.store.controls.soft_gas[r_] = v_ → self.store.controls.soft_gas.copy()[r_] = v_",
         ),
     ),
 )
 def set_on_the_way(run: Run) -> Comparison:
-    """Gravity, gas, springs, forces, positions and velocities that are set on the way act from then on: by the handle
-    of a body, and all at once by `store.replace`."""
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    """What is set on the way acts from then on.
+
+    Gravity, gas, springs, forces, positions and velocities: by a body's handle, and all at once by `store.replace`.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for way in ("by handles", "by replace") * run.count(2, 6, 60):
         truth, world = Swinging(rng), World(gravity=(0.0, 0.0, 0.0), integrator="rk4")
         body = world.add_soft_body(truth.mesh, 1.0, 100.0, 0.0, damping=0.0)
@@ -129,20 +140,13 @@ def set_on_the_way(run: Run) -> Comparison:
                 body.set_springs(truth.stiffness, truth.lengths)
             else:
                 truth.mass = rng.uniform(0.5, 2.0)
-                fresh = World(gravity=truth.gravity, integrator="rk4")
-                other = fresh.add_soft_body(truth.mesh, truth.mass, truth.stiffness, truth.gas, damping=0.0)
-                other.external_force = truth.force
-                other.positions, other.velocities = truth.position, truth.velocity
-                world.store.replace(
-                    model=fresh.model, controls=fresh.controls, state=fresh.state, rings=fresh.store.rings
-                )
-            steps = int(np.ceil(0.1 / (PART * world.stable_time_step())))
-            world.step(0.1 / steps, steps)
+                fresh = truth.world()
+                parts = {"model": fresh.model, "controls": fresh.controls, "state": fresh.state}
+                world.store.replace(**parts, rings=fresh.store.rings)
+            world.step(*tenth_of_a_second(world))
             truth.advance(0.1)
-            measured.append(now(body))
-            expected.append(truth.told)
-            kinds += [way] * len(truth.told)
-    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+            answers.extend(now(body), truth.told, kind=way)
+    return answers.comparison()
 
 
 @check(
@@ -163,24 +167,20 @@ def set_on_the_way(run: Run) -> Comparison:
         ),
         Fault(
             "settings that are not restored, as SciPy sees it",
-            restoring.restore,
+            restore,
             '(store, "settings", settings) → (store, "settings", store.settings)',
         ),
     ),
 )
 def goes_on_from_a_file(run: Run) -> Comparison:
-    """A world that was saved in the midst of its motion, or kept as a snapshot, goes on as SciPy does, from the file
-    and restored, under the gravity, gas, springs and forces that it had."""
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    """A world goes on from a file or snapshot as SciPy does."""
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(2, 6, 60)):
         truth = Swinging(rng)
         truth.change()
-        world = World(gravity=truth.gravity, integrator="rk4")
-        body = world.add_soft_body(truth.mesh, 1.0, truth.stiffness, truth.gas, damping=0.0)
-        body.external_force, body.positions, body.velocities = truth.force, truth.position, truth.velocity
-        steps = int(np.ceil(0.1 / (PART * world.stable_time_step())))
-        world.step(0.1 / steps, steps)
+        world = truth.world()
+        steps = tenth_of_a_second(world)
+        world.step(*steps)
         with tempfile.TemporaryDirectory() as folder:
             world.save(Path(folder) / "world.npz")
             loaded = World.load(Path(folder) / "world.npz")
@@ -188,11 +188,9 @@ def goes_on_from_a_file(run: Run) -> Comparison:
         restored.restore(world.snapshot())
         truth.advance(0.2)
         for kind, other in (("loaded", loaded), ("restored", restored)):
-            other.step(0.1 / steps, steps)
-            measured.append(now(other.soft_bodies[0]))
-            expected.append(truth.told)
-            kinds += [kind] * len(truth.told)
-    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+            other.step(*steps)
+            answers.extend(now(other.soft_bodies[0]), truth.told, kind=kind)
+    return answers.comparison()
 
 
 @check(
@@ -206,17 +204,18 @@ def goes_on_from_a_file(run: Run) -> Comparison:
     faults=(
         Fault(
             "a stiffness that is only read again, on the way",
-            joint.JointNumber.__set__,
+            JointNumber.__set__,
             "joint.store.replace(joints=j_) → None",
         ),
-        Fault("the first joint's number", joint.JointNumber.__set__, "joint.row() → 0"),
+        Fault("the first joint's number", JointNumber.__set__, "joint.row() → 0"),
     ),
 )
 def boxes_and_joints_on_the_way(run: Run) -> Comparison:
-    """Velocities, places and forces of a box that are set on the way act from then on, and so do stiffness, damping,
-    length and target of a joint that pulls it."""
-    rng = run.fresh_rng()
-    measured, expected = [], []
+    """Boxes and joints obey from then on what they are set.
+
+    Velocities, places and forces of a box; stiffness, damping, length and target of a joint that pulls it.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(6, 20, 200)):
         world, h = World(gravity=(0.0, 0.0, 0.0)), 1e-3
         masses, places = rng.uniform(0.5, 2.0, 2), np.array([[0.0, 0.0, 0.0], [0.0, 5.0, 0.0]])
@@ -237,9 +236,9 @@ def boxes_and_joints_on_the_way(run: Run) -> Comparison:
             for _ in range(30):
                 v = v + h * (stiffness * (target - x - length) - damping * v + force) / masses
                 x = x + h * v
-            measured += [np.append(box.position - place, box.velocity) for box, place in zip(boxes, places)]
-            expected += [[x[k], 0.0, 0.0, v[k], 0.0, 0.0] for k in range(2)]
-    return Comparison(np.array(measured), np.array(expected))
+            for k, box in enumerate(boxes):
+                answers.add(np.append(box.position - places[k], box.velocity), [x[k], 0.0, 0.0, v[k], 0.0, 0.0])
+    return answers.comparison()
 
 
 @check(
@@ -251,19 +250,15 @@ def boxes_and_joints_on_the_way(run: Run) -> Comparison:
     tolerance=5e-14,
     because="rounding over some hundred steps: 4.3e-15 at worst of ten seeds, 5.5e-15 of 100 worlds",
     faults=(
-        Fault("places of boxes that both have", arrays.copied, "state.box_position.copy() → state.box_position"),
+        Fault("places of boxes that both have", copied, "state.box_position.copy() → state.box_position"),
         Fault(
-            "velocities of particles that both have",
-            arrays.copied,
-            "state.particle_velocity.copy() → state.particle_velocity",
+            "velocities of particles that both have", copied, "state.particle_velocity.copy() → state.particle_velocity"
         ),
     ),
 )
 def copies_stay(run: Run) -> Comparison:
-    """A state that was copied stays as it was while the world goes on: bodies that flew are where the parabola has
-    them, then and now."""
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    """A copied state stays as it was while the world goes on."""
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(4, 12, 100)):
         flight = Flight(rng)
         world, step = flight.world, 0.5 * flight.world.stable_time_step()
@@ -271,16 +266,13 @@ def copies_stay(run: Run) -> Comparison:
         for _ in range(5):
             world.step(step, int(rng.integers(1, 20)))
             kept.append((world.steps, world.state.copy()))
-        for steps, copied in [*kept, (world.steps, world.state)]:
-            rows = [body.index for body in world.soft_bodies]
-            parts = [slice(*world.model.soft_particle_start[k : k + 2]) for k in rows]
-            middles = [*(copied.particle_position[part].mean(axis=0) for part in parts), *copied.box_position]
-            speeds = [*(copied.particle_velocity[part].mean(axis=0) for part in parts), *copied.box_velocity]
-            measured.append(np.hstack([middles, speeds]))
-            expected.append(flight.at(step, steps)[:, 1:])
-            kinds += ["the world" if copied is world.state else "a copy"] * 4
-    scale = 1.0 + np.linalg.norm(np.concatenate(expected), axis=1)
-    return Comparison(np.concatenate(measured), np.concatenate(expected), scale, kinds)
+        for steps, state in [*kept, (world.steps, world.state)]:
+            parts = [slice(*world.model.soft_particle_start[body.index :][:2]) for body in world.soft_bodies]
+            middles = [*(state.particle_position[part].mean(axis=0) for part in parts), *state.box_position]
+            speeds = [*(state.particle_velocity[part].mean(axis=0) for part in parts), *state.box_velocity]
+            truth, kind = flight.at(step, steps)[:, 1:], "the world" if state is world.state else "a copy"
+            answers.extend(np.hstack([middles, speeds]), truth, 1.0 + np.linalg.norm(truth, axis=1), kind)
+    return answers.comparison()
 
 
 @check(
@@ -290,7 +282,7 @@ def copies_stay(run: Run) -> Comparison:
     kind="specification",
     because="whole numbers, and masses that were given",
     faults=(
-        Fault("a mass of what is fixed", soft_body.SoftBody, "i_[self._rows()].max() → i_[self._rows()].mean()"),
+        Fault("a mass of what is fixed", SoftBody, "i_[self._rows()].max() → i_[self._rows()].mean()"),
         Fault("handles that are not followed", Store.follow, "self.handles[id(handle)] = handle → pass"),
         Fault(
             "one handle a number",
@@ -305,11 +297,12 @@ def copies_stay(run: Run) -> Comparison:
     ),
 )
 def handles_follow_their_bodies(run: Run) -> Comparison:
-    """While bodies are added and removed, anyhow, every handle that was kept stays that of its body: its number is the
-    body's place among its kind, its mass the body's, also where particles are fixed, and it where the body was put; and
-    of one that is gone it says so."""
-    rng = run.fresh_rng()
-    told, judged = [], []
+    """A handle stays that of its body, whatever is added or removed.
+
+    Its number is the body's place among its kind, its mass the body's, also where particles are fixed. It is where the
+    body was put; and of one that is gone it says so.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     ball = random_mesh("box", rng)
     ball = ball.moved(-ball.vertices.mean(axis=0))
     for _ in range(run.count(2, 8, 60)):
@@ -321,15 +314,14 @@ def handles_follow_their_bodies(run: Run) -> Comparison:
             kind = str(rng.choice(["box", "soft body"]))
             there = lists[kind]
             if rng.random() < 0.6 or not there:
-                mass = float(turn + 1)
-                place = places[mass] = 5.0 * rng.normal(size=3)
-                made: Body = (
-                    world.add_box((0.1, 0.1, 0.1), mass, place)
-                    if kind == "box"
-                    else world.add_soft_body(ball, mass, 10.0, 1.0, place, fixed=range(turn % 3))
-                )
+                mass, place = float(turn + 1), 5.0 * rng.normal(size=3)
+                if kind == "box":
+                    made: Body = world.add_box((0.1, 0.1, 0.1), mass, place)
+                else:
+                    made = world.add_soft_body(ball, mass, 10.0, 1.0, place, fixed=range(turn % 3))
                 handles.append((made, mass))
                 there.append(mass)
+                places[mass] = place
             else:
                 gone = int(rng.integers(len(there)))
                 there.pop(gone)
@@ -337,21 +329,17 @@ def handles_follow_their_bodies(run: Run) -> Comparison:
                     world.remove((world.boxes if kind == "box" else world.soft_bodies)[gone])
                 except Exception:
                     break  # that the lists are of another length is seen below
-            if turn % 3 == 0:  # another handle of a body that has one
-                number = int(rng.integers(len(there))) if there else -1
-                if number >= 0:
-                    again = (Box if kind == "box" else SoftBody)(world, number)
-                    handles.append((again, there[number]))
+            if turn % 3 == 0 and there:  # another handle of a body that has one
+                number = int(rng.integers(len(there)))
+                handles.append(((Box if kind == "box" else SoftBody)(world, number), there[number]))
         for handle, mass in handles:
             alive = lists[handle.kind]
             number = alive.index(mass) if mass in alive else -1
-            told += [handle.index == number, handle.is_there == (number >= 0)]
-            judged += [True, True]
+            answers.extend([handle.index == number, handle.is_there == (number >= 0)], [True, True])
             if number >= 0 and handle.is_there:
-                told.append(abs(_mass(handle) / mass - 1.0) < 1e-12)
-                told.append(_is_at(handle, places[mass], len(ball.vertices)))
-                judged += [True, True]
-    return Comparison(np.array(told), np.array(judged))
+                is_at = _is_at(handle, places[mass], len(ball.vertices))
+                answers.extend([abs(_mass(handle) / mass - 1.0) < 1e-12, is_at], [True, True])
+    return answers.comparison()
 
 
 def _mass(body: Body) -> float:
@@ -370,7 +358,8 @@ def _is_at(body: Body, place: np.ndarray, particles: int) -> bool:
     return len(body.positions) == particles and float(np.abs(body.positions.mean(axis=0) - place).max()) < 1e-12
 
 
-WHOLE_KINDS: tuple[Any, ...] = (SoftBody, Box, joint.Joint)
+WHOLE_KINDS: tuple[Any, ...] = (SoftBody, Box, Joint)
+NOT_THERE = "{} {} is not in this world: there are {}; take one that is"
 
 
 @check(
@@ -379,49 +368,43 @@ WHOLE_KINDS: tuple[Any, ...] = (SoftBody, Box, joint.Joint)
     reference="the documentation; counts of the bodies that were added",
     kind="specification",
     faults=(
-        Fault("one beyond the last", bodies.Body.row, "self.index < self._count() → self.index <= self._count()"),
-        Fault("any number", bodies.Body.row, "not self.index < self._count() → False"),
+        Fault("one beyond the last", Body.row, "self.index < self._count() → self.index <= self._count()"),
+        Fault("any number", Body.row, "not self.index < self._count() → False"),
     ),
 )
 def numbers_of_no_body(run: Run) -> Comparison:
-    """A handle of a number that a world has a body of is that body's; of the next number, and of any beyond, it is
-    refused by its kind, its number and how many there are: where it is made, and where it is asked after the world has
-    become one of fewer bodies."""
-    rng = run.fresh_rng()
-    right, kinds = [], []
+    """A handle of a number that no body has is refused.
+
+    By its kind, its number and how many there are: of the next number and of any beyond, where it is made. So it is
+    where it is asked in a world of fewer bodies than before. That of a number that a body has is the body's.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(6, 20, 200)):
-        counts = rng.permutation([1, 2, 3])
-        worlds = []
-        for more in (1, 0):
-            world = World()
-            for k in range(counts[0] + more):
-                world.add_soft_body(icosphere(0, 0.4), 1.0, 10.0, 1.0, (k, 0.0, 0.0))
-            boxes = [world.add_box((1.0, 1.0, 1.0), 1.0, (k, 3.0, 0.0)) for k in range(counts[1] + more)]
-            for _ in range(counts[2] + more):
-                world.add_joint((boxes[0], (0.0, 3.0, 0.5)), (0.0, 9.0, 0.0), stiffness=1.0)
-            worlds.append(world)
-        larger, smaller = worlds
-        for kind, count in zip(WHOLE_KINDS, counts.tolist()):
+        counts = rng.permutation([1, 2, 3]).tolist()
+        larger, smaller = (_world_of(*(count + more for count in counts)) for more in (1, 0))
+        for kind, count in zip(WHOLE_KINDS, counts):
             last = kind(larger, count)
-            said = f"{kind.kind} {{}} is not in this world: there are {{}}; take one that is"
-            right.append(last.index == count and last.is_there)
-            kinds.append(f"{kind.kind}: the last")
+            answers.add(last.index == count and last.is_there, True, kind=f"{kind.kind}: the last")
             for beyond in (1, 2, int(rng.integers(3, 1_000))):
-                right.append(_refusal(partial(kind, larger, count + beyond)) == said.format(count + beyond, count + 1))
-                kinds.append(f"{kind.kind}: {min(beyond, 3)} beyond the last")
-        handles = [kind(larger, count) for kind, count in zip(WHOLE_KINDS, counts.tolist())]
+                refusal = error_of(ParameterError, kind, larger, count + beyond)
+                is_so = str(refusal) == NOT_THERE.format(kind.kind, count + beyond, count + 1)
+                answers.add(is_so, True, kind=f"{kind.kind}: {min(beyond, 3)} beyond the last")
+        handles = [kind(larger, count) for kind, count in zip(WHOLE_KINDS, counts)]
         larger.restore(smaller.snapshot())
-        for handle, count in zip(handles, counts.tolist()):
-            told = _refusal(partial(getattr, handle, "name"))
-            right.append(told == f"{handle.kind} {count} is not in this world: there are {count}; take one that is")
-            kinds.append(f"{handle.kind}: in a world of one fewer")
-    return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
+        for handle, count in zip(handles, counts):
+            refusal = error_of(ParameterError, getattr, handle, "name")
+            is_so = str(refusal) == NOT_THERE.format(handle.kind, count, count)
+            answers.add(is_so, True, kind=f"{handle.kind}: in a world of one fewer")
+    return answers.comparison()
 
 
-def _refusal(question: Callable[[], object]) -> str:
-    """Return what a question is refused with, or nothing."""
-    try:
-        question()
-    except ParameterError as error:
-        return str(error)
-    return ""
+def _world_of(soft: int, boxes: int, joints: int) -> World:
+    """Return a world of so many of each kind."""
+    world = World()
+    for k in range(soft):
+        world.add_soft_body(icosphere(0, 0.4), 1.0, 10.0, 1.0, (k, 0.0, 0.0))
+    for k in range(boxes):
+        world.add_box((1.0, 1.0, 1.0), 1.0, (k, 3.0, 0.0))
+    for _ in range(joints):
+        world.add_joint((world.boxes[0], (0.0, 3.0, 0.5)), (0.0, 9.0, 0.0), stiffness=1.0)
+    return world

@@ -8,7 +8,9 @@ import numpy as np
 
 from softbody import World
 from softbody.bodies.energies import energies_of, energy_of
-from softbody.dynamics import energy, reference_forces
+from softbody.dynamics.energy import _box_spin, angular_momentum, linear_momentum, potential_energies
+from softbody.dynamics.reference_forces import spring_energy
+from validation.answers import Answers
 from validation.cases import MESH_KINDS, edge_lengths, random_mesh, random_orientations
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
@@ -114,14 +116,16 @@ def _kinds(part: Accounts, spring: float = 0.0, gas: float = 0.0, external: floa
         Fault("joints left out", energies_of, "spring += joint_energy(j_, s_) → "),
         Fault(
             "weight told with the forces",
-            energy.potential_energies,
+            potential_energies,
             "external -= dot(load(f_, i), x_) → gravity -= dot(load(f_, i), x_)",
         ),
     ),
 )
 def energies_by_kinds(run: Run) -> Comparison:
-    """The energy that a World tells by kinds is kinetic, of springs, of gas against its mesh's volume, of weight and of
-    forces, each by itself: of unlike soft bodies, pinned and pushed, boxes, some of them static, and joints."""
+    """The energies that a World tells are right, each by itself.
+
+    Kinetic, of springs, gas against its mesh's volume, weight, forces: of pinned, pushed, static and joined bodies.
+    """
     rng = run.fresh_rng()
     ours, theirs, sizes = zip(*(told(rng).energies for _ in range(run.count(20, 100, 1_000))))
     return Comparison(np.array(ours), np.array(theirs), np.array(sizes))
@@ -138,30 +142,30 @@ def energies_by_kinds(run: Run) -> Comparison:
     " worst of 1 000 worlds",
     faults=(
         Fault("joints that take what springs give", energy_of, "t_ + joint_energy(j_, s_) → t_ - joint_energy(j_, s_)"),
-        Fault("springs without their half", reference_forces.spring_energy, "0.5 * k_ * s_ * s_ → k_ * s_ * s_"),
-        Fault(
-            "boxes without weight", energy.potential_energies, "gravity -= dot(g, load(state.box_position, i)) / m_ → "
-        ),
+        Fault("springs without their half", spring_energy, "0.5 * k_ * s_ * s_ → k_ * s_ * s_"),
+        Fault("boxes without weight", potential_energies, "gravity -= dot(g, load(state.box_position, i)) / m_ → "),
         Fault(
             "forces that give energy for going along with them",
-            energy.potential_energies,
+            potential_energies,
             "external -= dot(load(f_, i), x_) → external += dot(load(f_, i), x_)",
         ),
         Fault(
             "gas of the first body's volume",
-            energy.potential_energies,
+            potential_energies,
             "soft_volume(model_, position_, body) → soft_volume(model_, position_, 0)",
         ),
         Fault(
             "an energy of spin of inverse inertias",
-            energy._box_spin,
+            _box_spin,
             "(1.0 / inverse_[0], 1.0 / inverse_[1], 1.0 / inverse_[2]) → (inverse_[0], inverse_[1], inverse_[2])",
         ),
     ),
 )
 def energy_is_all_of_it(run: Run) -> Comparison:
-    """The energy that a World tells is kinetic, of springs, gas, weight and forces, of all that can move: unlike soft
-    bodies, pinned and pushed, boxes that spin, some of them static, and joints."""
+    """The energy that a World tells is of all that can move.
+
+    Kinetic, of springs, gas, weight and forces: soft bodies, pinned and pushed, boxes that spin or are static, joints.
+    """
     rng = run.fresh_rng()
     ours, theirs, sizes = np.array([told(rng).energy for _ in range(run.count(20, 100, 1_000))]).T
     return Comparison(ours, theirs, sizes)
@@ -178,36 +182,32 @@ def energy_is_all_of_it(run: Run) -> Comparison:
     faults=(
         Fault(
             "boxes without momentum",
-            energy.linear_momentum,
+            linear_momentum,
             "momentum = add(momentum, scale(m_, load(state.box_velocity, i))) → ",
         ),
         Fault(
             "orbits of boxes the wrong way round",
-            energy.angular_momentum,
+            angular_momentum,
             "cross(load(state.box_position, i), load(state.box_velocity, i))"
             " → cross(load(state.box_velocity, i), load(state.box_position, i))",
         ),
-        Fault(
-            "spins of boxes left out", energy.angular_momentum, "momentum = add(momentum, _box_spin(model_, s_, i)) → "
-        ),
+        Fault("spins of boxes left out", angular_momentum, "momentum = add(momentum, _box_spin(model_, s_, i)) → "),
         Fault(
             "particles that all weigh the same",
-            energy.angular_momentum,
+            angular_momentum,
             "scale(1.0 / model.particle_inverse_mass[i], orbit)"
             " → scale(1.0 / model.particle_inverse_mass.max(), orbit)",
         ),
     ),
 )
 def momenta_are_all_of_them(run: Run) -> Comparison:
-    """The momentum and the angular momentum that a World tells are those of all that can move, boxes with their spin:
-    unlike soft bodies, pinned and pushed, and boxes, some of them static."""
-    rng = run.fresh_rng()
-    ours, theirs, sizes, kinds = [], [], [], []
+    """The momenta that a World tells are of all that can move.
+
+    Momentum and angular momentum: unlike soft bodies, pinned and pushed, and boxes with their spin, some static.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(20, 100, 1_000)):
         what = told(rng)
-        for kind, (one, other, size) in zip(("momentum", "angular momentum"), what[2:]):
-            ours.append(one)
-            theirs.append(other)
-            sizes.append(size)
-            kinds.append(kind)
-    return Comparison(np.array(ours), np.array(theirs), np.array(sizes), kinds)
+        answers.add(*what.momentum, kind="momentum")
+        answers.add(*what.angular_momentum, kind="angular momentum")
+    return answers.comparison()

@@ -8,6 +8,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import redirect_stderr
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -20,8 +21,10 @@ from softbody.bodies import names, rigid_box, soft_body
 from softbody.cli import progress
 from softbody.geometry import MeshQuery, query
 from softbody.trajectory import reader
+from validation.answers import Answers
 from validation.cases import random_mesh, random_orientations
 from validation.check import Comparison, Run, check
+from validation.checks.contract.cases import error_of, rigid, soft
 from validation.checks.contract.exports import asked
 from validation.fault import Fault
 
@@ -99,40 +102,30 @@ def of_things(rng: np.random.Generator, folder: Path) -> Iterator[tuple[object, 
     ),
 )
 def what_things_say(run: Run) -> Comparison:
-    """What worlds, soft bodies, boxes, joints, the ground and trajectories say of themselves is so: how many, how large
-    and heavy, where and how stiff they are, to four digits, and whether they are there at all; also of what has a name,
-    or has moved up when another was removed."""
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    """What things say of themselves is so, to four digits.
+
+    Worlds, bodies, joints, the ground and trajectories: how many, large and heavy, where and how stiff they are, and if
+    they are there at all. Also of what has a name, or has moved up when another was removed.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(2, 10, 100)):
         with tempfile.TemporaryDirectory() as folder:
             for thing, words, numbers in of_things(rng, Path(folder) / "kept"):
                 said, of = told(thing)
-                short, count = [0.0] * (MOST_NUMBERS - len(numbers)), len(numbers)
-                measured.append([float(said == words), *(of if len(of) == count else [np.inf] * count), *short])
-                expected.append([1.0, *numbers, *short])
-                kinds.append(words)
-    scale = np.where(np.array(expected) == 0.0, 1.0, np.abs(expected))
-    return Comparison(np.array(measured) / scale, np.array(expected) / scale, groups=kinds)
+                unsaid = [0.0] * (MOST_NUMBERS - len(numbers))
+                rule = np.array([1.0, *numbers, *unsaid])
+                scale = np.where(rule == 0.0, 1.0, np.abs(rule))
+                of = of if len(of) == len(numbers) else [np.inf] * len(numbers)
+                answers.add(np.array([said == words, *of, *unsaid]) / scale, rule / scale, kind=words)
+    return answers.comparison()
 
 
-def naming() -> dict[str, Callable[[object], object]]:
-    """Return what gives a name, each in a world of its own."""
-    ball, size = softbody.octahedron(0.5), (1.0, 1.0, 1.0)
-
-    def later(kind: str, name: Any) -> None:
-        world = World()
-        made = world.add_box(size, 1.0) if kind == "box" else world.add_soft_body(ball, 1.0, 100.0, 1.0)
-        made.name = name
-
-    return {
-        "add_soft_body(name=…)": lambda name: World().add_soft_body(ball, 1.0, 100.0, 1.0, name=name),  # type: ignore[arg-type]
-        "add_box(name=…)": lambda name: World().add_box(size, 1.0, name=name),  # type: ignore[arg-type]
-        "soft_body.name = …": partial(later, "soft"),
-        "box.name = …": partial(later, "box"),
-    }
-
-
+GIVING: dict[str, Callable[[Any], object]] = {  # a name, each in a world of its own
+    "add_soft_body(name=…)": lambda name: soft(name=name),
+    "add_box(name=…)": lambda name: rigid(name=name),
+    "soft_body.name = …": lambda name: setattr(soft().soft_bodies[0], "name", name),
+    "box.name = …": lambda name: setattr(rigid().boxes[0], "name", name),
+}
 NAMED = ("a", "two words", "ß漢", "x" * 100, "12", "'")
 NO_NAMES = ("", "x" * 101, " a", "a ", "a\n", "a\tb", "\x7f", "\u202e", 7, True, b"a")
 
@@ -150,34 +143,27 @@ NO_NAMES = ("", "x" * 101, " a", "a ", "a\n", "a\tb", "\x7f", "\u202e", 7, True,
     ),
 )
 def names_and_who_has_them(run: Run) -> Comparison:
-    """A name is any text of 1 to 100 characters that can be printed, without spaces around it, wherever it is given to
-    a soft body or a box; others are refused by an error that says so. Who asks for a name that nobody has is told those
-    that there are, each once, all of them or how many more, and the one that is spelt nearly so."""
-    rng = run.fresh_rng()
-    right, kinds = [], []
-    for what, give in naming().items():
-        for value in (*NAMED, *NO_NAMES):
-            try:
-                give(value)
-                right.append(value in NAMED)
-            except ParameterError as error:
-                right.append(value not in NAMED and "1 to 100 characters" in str(error))
-            kinds.append(what)
+    """A name is any text of 1 to 100 printable characters.
+
+    Without spaces around it, for a soft body or a box; others are refused by an error that says so. Who asks for one
+    that nobody has is told those that there are, each once, all or how many more. The one spelt nearly so is told, too.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    for (what, give), value in product(GIVING.items(), (*NAMED, *NO_NAMES)):
+        error = error_of(ParameterError, give, value)
+        is_so = error is None if value in NAMED else "1 to 100 characters" in str(error)
+        answers.add(is_so, True, kind=what)
     for count in (0, 1, 2, *range(18, 24), *rng.integers(25, 60, run.count(1, 10, 100))):
         world, given = World(), [f"body {k}" for k in rng.permutation(100)[:count]]
         for k, name in enumerate(given):
             world.add_box((1.0, 1.0, 1.0), None, (3.0 * k, 0.0, 0.0), name=name)
         meant = str(rng.choice(given)) if count else "body"
-        try:
-            world[meant + "x"]
-            text = ""
-        except ParameterError as error:
-            text = str(error).partition("in this world; ")[2]
+        text = str(error_of(ParameterError, world.__getitem__, meant + "x")).partition("in this world; ")[2]
         listed, more = re.findall(r"'(body \d+)'", text.partition("there are ")[2]), re.findall(r"and (\d+) more", text)
-        right.append(listed == given[: len(listed)] and len(listed) + sum(map(int, more)) == count)
-        right.append(len(listed) <= 20 and (not count or f"did you mean {meant!r}" in text))
-        kinds += ["names that there are", "the name that is meant"]
-    return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
+        are_all = listed == given[: len(listed)] and len(listed) + sum(map(int, more)) == count
+        is_meant = len(listed) <= 20 and (not count or f"did you mean {meant!r}" in text)
+        answers.extend([are_all, is_meant], [True] * 2, kind=["names that there are", "the name that is meant"])
+    return answers.comparison()
 
 
 def read_only(rng: np.random.Generator, folder: Path) -> Iterator[tuple[str, Callable[[], np.ndarray]]]:
@@ -210,22 +196,18 @@ def read_only(rng: np.random.Generator, folder: Path) -> Iterator[tuple[str, Cal
     ),
 )
 def what_is_read_only(run: Run) -> Comparison:
-    """What is read-only refuses to be written to, and is as it was: vertices and triangles of a Mesh and of a
-    MeshQuery, also of one that has moved, stiffness and rest lengths of a soft body, times of a trajectory."""
-    rng = run.fresh_rng()
-    right, kinds = [], []
+    """What is read-only refuses to be written to, and stays as before.
+
+    Vertices and triangles of a Mesh or a MeshQuery, stiffness and rest lengths of a soft body, times of a trajectory.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(1, 5, 50)):
         with tempfile.TemporaryDirectory() as folder:
             for what, ask in read_only(rng, Path(folder) / "kept"):
                 before = ask().copy()
-                try:
-                    ask()[0] = 7
-                    is_refused = False
-                except ValueError as error:
-                    is_refused = "read-only" in str(error)
-                right.append(is_refused and ask().tobytes() == before.tobytes())
-                kinds.append(what)
-    return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
+                is_refused = "read-only" in str(error_of(ValueError, ask().__setitem__, 0, 7))
+                answers.add(is_refused and ask().tobytes() == before.tobytes(), True, kind=what)
+    return answers.comparison()
 
 
 LINE = re.compile(r"frame (\d+) of (\d+), (\d+):(\d\d):(\d\d) left")
@@ -247,11 +229,12 @@ LINE = re.compile(r"frame (\d+) of (\d+), (\d+):(\d\d):(\d\d) left")
     ),
 )
 def time_that_is_left(run: Run) -> Comparison:
-    """Where there is no terminal, a line comes every five seconds, at the first frame from then on, and says which
-    frame of how many that is, and how long the rest will take, if each takes as long as those did that were made since
-    the run was begun, or gone on with."""
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    """Without a terminal, a line every five seconds says what is left.
+
+    At the first frame from then on: which frame of how many it is, and how long the rest will take. Each is to take as
+    long as those since the run was begun, or gone on with.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for trial in range(run.count(6, 30, 300)):
         each, total = (0.125, 0.5, 8.0)[trial % 3], int(rng.integers(200, 100_000))
         done = int(rng.integers(0, total - 150))
@@ -265,11 +248,10 @@ def time_that_is_left(run: Run) -> Comparison:
                 clock[0] += each
                 tell(k)
         lines = [[float(number) for number in found] for found in LINE.findall(stream.getvalue())]
-        apart = np.maximum(1, int(np.ceil(5.0 / each)))  # frames from line to line
-        judged = [[done + k, total, (total - done - k) * each] for k in range(int(apart), 121, int(apart))]
+        apart = max(1, int(np.ceil(5.0 / each)))  # frames from line to line
+        judged = [[float(done + k), total, (total - done - k) * each] for k in range(apart, 121, apart)]
         rows = [[frame, of, 3600.0 * hours + 60.0 * minutes + left] for frame, of, hours, minutes, left in lines]
         is_clock = all(minutes < 60.0 and left < 60.0 for *_, minutes, left in lines)
-        measured += [[float(len(rows)), float(is_clock), 0.0], *(rows + [[0.0] * 3] * len(judged))[: len(judged)]]
-        expected += [[float(len(judged)), 1.0, 0.0], *judged]
-        kinds += [f"{each} s a frame"] * (len(judged) + 1)
-    return Comparison(np.array(measured), np.array(expected, float), groups=kinds)
+        told = [[len(rows), is_clock, 0.0], *(rows + [[0.0] * 3] * len(judged))[: len(judged)]]
+        answers.extend(told, [[len(judged), 1.0, 0.0], *judged], kind=f"{each} s a frame")
+    return answers.comparison()

@@ -16,10 +16,12 @@ from softbody import SimulationError, World
 from softbody.compiler import interrupts
 from softbody.compiler.interrupts import InterruptFlag
 from softbody.dynamics import integrators, soft_bodies
+from softbody.dynamics.soft_bodies import move_body, move_in_place
 from softbody.stepping import runner, step
+from validation.answers import Answers
 from validation.cases import edge_lengths
 from validation.check import Comparison, Run, check
-from validation.checks.contract.features import rich_world
+from validation.checks.contract.cases import error_of, rich_world, soft
 from validation.fault import Fault
 
 FAMILY = "what users set and ask"
@@ -47,38 +49,37 @@ def same(one: World, other: World) -> bool:
     ),
 )
 def thrown_by_a_wall(run: Run) -> Comparison:
-    """A ball that a wall hits so fast that one step throws it farther than it may ever be long, a thousand times what
-    its springs and gas make of it, ends the run in that very step, by its name among other balls, smaller and larger:
-    all is as before the step, to the bit, and nothing touches; a little slower, it is thrown."""
-    rng = run.fresh_rng()
-    right, kinds = [], []
+    """A ball that a wall throws too far ends the run.
+
+    By its name, in the step that throws it farther than it may be long: 1 000 times what its springs and gas make of
+    it. Among other balls, smaller and larger, all is as before, to the bit, and nothing touches. Slower, it is thrown.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    mesh, h = softbody.icosphere(1, 0.5), 1e-3
+    squares = float((edge_lengths(mesh.vertices, mesh.edges) ** 2).sum())
     for trial in range(run.count(12, 60, 600)):
         bodies, stiffness, gas = int(rng.integers(1, 4)), rng.uniform(50.0, 200.0), rng.uniform(1.0, 20.0)
-        hit = trial % bodies
-        sizes, h = 0.5 * 10.0 ** rng.uniform(-0.5, 0.5, bodies), 1e-3
+        hit, sizes = trial % bodies, 0.5 * 10.0 ** rng.uniform(-0.5, 0.5, bodies)
         sizes[hit] = 0.5
-        worlds = World(gravity=(0.0, 0.0, 0.0), split_steps=False), World(gravity=(0.0, 0.0, 0.0), split_steps=False)
-        mesh = softbody.icosphere(1, 0.5)
-        squares = float((edge_lengths(mesh.vertices, mesh.edges) ** 2).sum())
         longest = 1e3 * np.sqrt(squares) * (0.5 + np.sqrt(0.25 + 3.0 * gas / (stiffness * squares)))
         factor = rng.choice([rng.uniform(0.5, 0.99), rng.uniform(1.01, 3.0)])
-        for one in worlds:
+        thrown, twin = (World(gravity=(0.0, 0.0, 0.0), split_steps=False) for _ in range(2))
+        for one in (thrown, twin):
             for k, size in enumerate(sizes):
                 place = (0.0, 0.0, 0.0) if k == hit else (0.0, 2e5 * (k + 1), 0.0)
                 one.add_soft_body(softbody.icosphere(1, size), 1.0, stiffness, gas, place)
             one.add_box((1e5, 1e5, 1e5), None, (5e4 + 0.5, 0.0, 0.0), velocity=(-factor * longest / h, 0.0, 0.0))
-        thrown, twin = worlds
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", softbody.OverlapWarning)  # the wall has gone far into the ball
-                thrown.step(h, allow_unstable=True)
-            far = float(np.abs(thrown.soft_bodies[hit].positions - mesh.vertices).max())
-            right.append(factor < 1.0 and abs(far / (factor * longest) - 1.0) < 1e-3)
-        except SimulationError as error:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", softbody.OverlapWarning)  # the wall has gone far into the ball
+            error = error_of(SimulationError, thrown.step, h, allow_unstable=True)
+        if error:
             is_named = (error.body, error.step) == (f"soft body {hit}", 0)
-            right.append(factor > 1.0 and is_named and same(thrown, twin) and not len(thrown.contact_points()))
-        kinds.append("too far" if factor > 1.0 else "hardly")
-    return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
+            is_so = factor > 1.0 and is_named and same(thrown, twin) and not len(thrown.contact_points())
+        else:
+            far = float(np.abs(thrown.soft_bodies[hit].positions - mesh.vertices).max())
+            is_so = factor < 1.0 and abs(far / (factor * longest) - 1.0) < 1e-3
+        answers.add(is_so, True, kind="too far" if factor > 1.0 else "hardly")
+    return answers.comparison()
 
 
 @check(
@@ -93,27 +94,24 @@ def thrown_by_a_wall(run: Run) -> Comparison:
     ),
 )
 def nothing_touches_after_a_fault(run: Run) -> Comparison:
-    """After a ball that lies on the ground has been thrown apart, so that its next step fails, its state, time and
-    number of steps are those of before, to the bit, and nothing touches anything."""
-    rng = run.fresh_rng()
-    right = []
+    """After a step that fails, all is as before and nothing touches.
+
+    A ball that lies on the ground is thrown apart: its state, time and number of steps are those of before, to the bit.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for trial in range(run.count(6, 20, 200)):
-        worlds = World(), World()
+        failing, twin = World(), World()
         scatter = rng.normal(size=(42, 3))
-        for one in worlds:
+        for one in (failing, twin):
             one.add_ground()
             ball = one.add_soft_body(softbody.icosphere(1, 0.5), 1.0, 100.0, 10.0, (0.0, 0.0, 0.45))
             one.step(1e-3, 5)
-            right.append(len(one.contact_points()) > 0)
+            answers.add(len(one.contact_points()) > 0, True)
             ball.velocities = 1e8 * scatter
-        failing, twin = worlds
-        try:
-            failing.step(1e-3, 1 + trial % 3, allow_unstable=True)
-            right.append(False)
-        except SimulationError:
-            right.append(same(failing, twin))
-        right.append(len(failing.contact_points()) == 0)
-    return Comparison(np.array(right), np.ones(len(right), bool))
+        error = error_of(SimulationError, failing.step, 1e-3, 1 + trial % 3, allow_unstable=True)
+        answers.add(error is not None and same(failing, twin), True)
+        answers.add(len(failing.contact_points()) == 0, True)
+    return answers.comparison()
 
 
 @check(
@@ -124,11 +122,7 @@ def nothing_touches_after_a_fault(run: Run) -> Comparison:
     because="the same bits",
     faults=(
         Fault("half a step that counts", step.step, "fault or done == 0 → fault"),
-        Fault(
-            "a step counts that some have not made",
-            soft_bodies.move_in_place,
-            "memory.done.min() // settings.substeps → 1",
-        ),
+        Fault("a step counts that some have not made", move_in_place, "memory.done.min() // settings.substeps → 1"),
         Fault("stops that are not heard", step.run, "work.stop[0] != 0 → False"),
         Fault(
             "haste where there is none",
@@ -138,10 +132,12 @@ def nothing_touches_after_a_fault(run: Run) -> Comparison:
     ),
 )
 def stopped_in_its_midst(run: Run) -> Comparison:
-    """A run that is told to stop ends after one step, or, in haste, in the midst of it, and then all is as it was:
-    state, clock, and what the solver remembers; and it goes on to the bits of a world that nobody has told to stop."""
-    rng = run.fresh_rng()
-    right, kinds = [], []
+    """A run told to stop goes on to the same bits.
+
+    It ends after one step or, in haste, in its midst, with all as it was: state, clock, and what the solver remembers.
+    It goes on to the bits of a world that nobody has told to stop.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(3, 10, 100)):
         seed = int(rng.integers(2**31))
         stopped, twin = (rich_world(np.random.default_rng(seed)) for _ in range(2))
@@ -158,13 +154,12 @@ def stopped_in_its_midst(run: Run) -> Comparison:
             fault, _ = step.run(model, controls, state, work, stopped.store.contacts, *how)
             if not abort_mid_step:
                 twin.step(h, substeps=SUBSTEPS)
-            right += [fault == 0, stopped.steps == twin.steps, same(stopped, twin)]
-            kinds += ["in haste" if abort_mid_step else "after a step"] * 3
+            is_so = [fault == 0, stopped.steps == twin.steps, same(stopped, twin)]
+            answers.extend(is_so, [True] * 3, kind="in haste" if abort_mid_step else "after a step")
         for one in (stopped, twin):
             one.step(h, 10)
-        right.append(same(stopped, twin))
-        kinds.append("going on")
-    return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
+        answers.add(same(stopped, twin), True, kind="going on")
+    return answers.comparison()
 
 
 def _read(file: int) -> bytes:
@@ -186,14 +181,16 @@ class _StopError(Exception):
     kind="specification",
     because="the same bits",
     faults=(
-        Fault("a run that is left after a look, and forgotten", soft_bodies.move_body, "made < 0 → made <= 0"),
+        Fault("a run that is left after a look, and forgotten", move_body, "made < 0 → made <= 0"),
         Fault("runs that are forgotten", integrators._advance_body, "steps = step → steps = -1"),
     ),
 )
 def stopped_after_a_look(run: Run) -> Comparison:
-    """A run that somebody stops in haste, from another thread and in the midst of some step after the first look at its
-    body, has done the steps before that one: it forgets none of them."""
-    rng = run.fresh_rng()
+    """A run that is stopped in haste forgets no step.
+
+    Stopped by another thread, in the midst of some step after the first look at its body, it has done all before it.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     worlds, motions = (World(integrator="rk4"), World(integrator="rk4")), []  # steps of four stages
     for one in worlds:
         one.add_soft_body(softbody.icosphere(4, 0.5), 1.0, 100.0, 10.0, velocity=(0.0, 0.0, 3.0))
@@ -211,7 +208,6 @@ def stopped_after_a_look(run: Run) -> Comparison:
         what = worlds[k].model, worlds[k].controls, worlds[k].state, motions[k], worlds[k].store.settings
         return step.run_alone(*what, 1e-6, steps, True)[0]
 
-    right = []
     moved(0, 1)  # the kernel is ready
     moved(1, 1)
     for _ in range(run.count(16, 60, 600)):
@@ -222,8 +218,8 @@ def stopped_after_a_look(run: Run) -> Comparison:
         memory.position[-1, 2] = 0.0  # nobody waits any longer
         somebody.join()
         moved(1, done)
-        right.append(done >= 32 and stopped.state_hash() == twin.state_hash())
-    return Comparison(np.array(right), np.ones(len(right), bool))
+        answers.add(done >= 32 and stopped.state_hash() == twin.state_hash(), True)
+    return answers.comparison()
 
 
 @check(
@@ -234,29 +230,24 @@ def stopped_after_a_look(run: Run) -> Comparison:
     faults=(
         Fault("nobody listens", runner.Runner._listening, "self._threads == 1 and work < WORTH_LISTENING → True"),
         Fault("a file that is not put back", interrupts.listening, "before != flag.file → False"),
-        Fault("others who are not told", interrupts.InterruptFlag.clear, "os.write(f_, n_) → "),
-        Fault(
-            "a file of number 0 that counts as none",
-            interrupts.InterruptFlag.clear,
-            "self.others >= 0 → self.others > 0",
-        ),
+        Fault("others who are not told", InterruptFlag.clear, "os.write(f_, n_) → "),
+        Fault("a file of number 0 that counts as none", InterruptFlag.clear, "self.others >= 0 → self.others > 0"),
     ),
 )
 def signals_are_heard(run: Run) -> Comparison:
-    """A signal that comes in a long run, of 50 000 particle steps and more, is heard before it ends, whose handler
-    raises leaves a world of whole steps; and whoever was told of signals by a file of his own, of number 0 or any
-    other, is told of those that come meanwhile, and afterwards."""
+    """A signal in a long run is heard before it ends.
+
+    Of 50 000 particle steps and more; a handler that raises leaves a world of whole steps. Who was told of signals by a
+    file of his own, of number 0 or any other, is told of those meanwhile, and afterwards.
+    """
 
     def ring(number: int, frame: FrameType | None) -> None:
         raise _StopError
 
-    ball = softbody.icosphere(3, 0.5)
-    worlds = World(), World()
-    for one in worlds:
-        one.add_soft_body(ball, 1.0, 100.0, 10.0)
+    heard, twin = (soft(mesh=softbody.icosphere(3, 0.5)) for _ in range(2))
+    for one in (heard, twin):
         one.step(1e-5, 2)
-    heard, twin = worlds
-    right, many = [], 40_000
+    answers, many = Answers(), 40_000
     read, write = os.pipe()
     for end in (read, write):
         os.set_blocking(end, False)
@@ -268,22 +259,18 @@ def signals_are_heard(run: Run) -> Comparison:
             signal.set_wakeup_fd(file)
             signal.setitimer(signal.ITIMER_REAL, 0.02)
             before = heard.steps
-            try:
-                heard.step(1e-5, many)
-                right.append(False)
-            except _StopError:
-                right.append(heard.steps - before < many)
+            stop = error_of(_StopError, heard.step, 1e-5, many)
+            answers.add(stop is not None and heard.steps - before < many, True)
             twin.step(1e-5, heard.steps - before)
-            right += [same(heard, twin), _read(read) == bytes([signal.SIGALRM])]
-            heard.step(1e-5, 100)
-            twin.step(1e-5, 100)
-            right.append(signal.set_wakeup_fd(write) == file)
+            answers.extend([same(heard, twin), _read(read) == bytes([signal.SIGALRM])], [True] * 2)
+            for one in (heard, twin):
+                one.step(1e-5, 100)
+            answers.add(signal.set_wakeup_fd(write) == file, True)
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, handler)
         signal.set_wakeup_fd(told)
         os.dup2(stdin, 0)
-        os.close(stdin)
-        os.close(read)
-        os.close(write)
-    return Comparison(np.array(right), np.ones(len(right), bool))
+        for end in (stdin, read, write):
+            os.close(end)
+    return answers.comparison()
