@@ -36,12 +36,6 @@ SAME = (
     "bench_near_pairs[100]",
     "bench_near_pairs[1000]",
 )
-FILES = [
-    "benchmarks/bench_step.py",
-    "benchmarks/bench_geometry.py",
-    "benchmarks/bench_narrow.py",
-    "benchmarks/bench_boxes.py",
-]
 
 
 @dataclass

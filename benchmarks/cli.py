@@ -77,20 +77,29 @@ def main() -> None:
     "--json", "json_path", type=click.Path(dir_okay=False, path_type=Path), help="pytest-benchmark's file, too."
 )
 @click.option("--no-history", is_flag=True, help="Store nothing.")
+@click.option("--page", is_flag=True, help="Only what the report's page has at the level.")
 @click.argument("files", nargs=-1)
 def run(
-    level: str, history_path: Path, pattern: str, json_path: Path | None, no_history: bool, files: tuple[str, ...]
+    level: str,
+    history_path: Path,
+    pattern: str,
+    json_path: Path | None,
+    no_history: bool,
+    page: bool,
+    files: tuple[str, ...],
 ) -> None:
     """Run the suite, or some FILES of it, show tables across sizes and what goals come to, and store every round."""
+    from benchmarks import suite
     from benchmarks.exchange import write_whole
     from benchmarks.goals import NOT_MEASURED, outcomes
     from benchmarks.history import History, run_record
     from benchmarks.running import run_suite
     from benchmarks.tables import goals_table, timing_tables
 
-    document, interrupted = run_suite(level, pattern, files)
-    document["goals"] = [asdict(outcome) for outcome in outcomes(document)]
-    show(*timing_tables(document), goals_table(one for one in outcomes(document) if one.verdict != NOT_MEASURED))
+    document, interrupted = run_suite(level, pattern, files, page)
+    found = list(outcomes(document, suite.goals()))
+    document["goals"] = [asdict(outcome) for outcome in found]
+    show(*timing_tables(document), goals_table(one for one in found if one.verdict != NOT_MEASURED))
     if json_path:
         write_whole(json_path, json.dumps(document))
     if not no_history:
@@ -106,7 +115,7 @@ def run(
 @click.argument("b")
 @LEVEL
 @HISTORY
-@click.option("-k", "patterns", multiple=True, metavar="PATTERN", help="Those whose name contains it. Default: ten.")
+@click.option("-k", "patterns", multiple=True, metavar="PATTERN", help="Whose name contains it. Default: the usual.")
 @click.option("--budget", type=Duration(), default="5m", show_default=True, help="For measuring, after compiling.")
 @click.option("--fail-slower", type=Percent(), default=None, help="Exit with 1 if one is shown to be slower by more.")
 @click.option("--answers-may-differ", is_flag=True, help="Other answers are no failure.")
@@ -155,6 +164,7 @@ def goals(history_path: Path, machine: str | None) -> None:
 
     A goal is how many times as fast as a peer, or as the clock, ours is to be; what counts is the worst size.
     """
+    from benchmarks import suite
     from benchmarks.goals import outcomes
     from benchmarks.history import History
     from benchmarks.machine import machine_here
@@ -164,7 +174,7 @@ def goals(history_path: Path, machine: str | None) -> None:
     if not records:
         raise nothing_stored(History(history_path), machine)
     click.echo(f"run of {records[-1].started}, revision {records[-1].document['commit_info']['id'][:12]}")
-    show(goals_table(outcomes(records[-1].document)))
+    show(goals_table(outcomes(records[-1].document, suite.goals())))
 
 
 @main.command()
@@ -187,7 +197,7 @@ def calibrate(history_path: Path, budget: float) -> None:
     from benchmarks.history import History, Record
     from benchmarks.machine import machine_here
 
-    plan = plan_of((".", "."), "quick", (), budget, calibration.FILES)
+    plan = plan_of((".", "."), "quick", (), budget)
     with show_progress() as said:
         found = calibration.calibrate(plan, said)
     click.echo(str(found))
@@ -283,9 +293,7 @@ def nothing_stored(stored: History, machine: str | None, benchmark: str = "") ->
     )
 
 
-def plan_of(
-    names: tuple[str, str], level: str, patterns: tuple[str, ...], budget: float, files: list[str] | None = None
-) -> Plan:
+def plan_of(names: tuple[str, str], level: str, patterns: tuple[str, ...], budget: float) -> Plan:
     """Return what is to be compared; both cores are laid out."""
     from benchmarks import cores
     from benchmarks.compare import Plan
@@ -299,7 +307,7 @@ def plan_of(
     gone = cores.prune(store)
     if gone:
         click.echo(f"removed {gone} of the cores in {store}: the newest {cores.KEPT} are kept", err=True)
-    return Plan((a, b), ROOT, files or ["benchmarks"], level, patterns, budget)
+    return Plan((a, b), ROOT, level, patterns, budget)
 
 
 def compared(plan: Plan, results: dict[str, Result]) -> bool:
@@ -319,7 +327,7 @@ def compared(plan: Plan, results: dict[str, Result]) -> bool:
         click.echo(f"cut short: {error}; what is measured is kept, and --resume goes on", err=True)
         return True
     if not results:
-        raise click.UsageError(f"no benchmark matches {', '.join(plan.patterns)!r}")
+        raise click.UsageError(f"no benchmark at level {plan.level} matches {', '.join(plan.patterns)!r}")
     return False
 
 

@@ -18,20 +18,6 @@ Said = Callable[[str], None]
 
 SESSION = 4  # openings of a benchmark in the same two processes
 
-# What is compared unless somebody says otherwise: ten that are short, of all kinds.
-USUAL = (
-    "bench_step[1]",
-    "bench_step[3]",
-    "bench_step[5]",
-    "bench_many_bodies[100]",
-    "bench_point_in_mesh",
-    "bench_closest_triangle",
-    "bench_soft_against_soft",
-    "bench_contacts_of_pairs",
-    "bench_pile[100]",
-    "bench_scene[Scene 4",
-)
-
 
 @dataclass
 class Result:
@@ -55,9 +41,8 @@ class Plan:
 
     sides: tuple[Side, Side]
     root: Path  # of the repository, whose benchmarks are run
-    files: list[str]
     level: str
-    patterns: tuple[str, ...]  # each is part of the names of some; none: USUAL
+    patterns: tuple[str, ...]  # each is part of the names of some; none: the usual
     budget: float  # [s]
     seed: int = 20081
 
@@ -75,7 +60,7 @@ def compare(plan: Plan, results: dict[str, Result], said: Said) -> None:
         try:
             with dueling(plan, rng) as duel:
                 if not results:
-                    results.update(chosen(duel, plan.patterns or USUAL))
+                    results.update(chosen(duel, plan.patterns))
                     left = [result for result in results.values() if not result.why]
                     if not left:
                         return
@@ -135,13 +120,14 @@ def _try(duel: Duel, result: Result) -> Opening | None:
 def dueling(plan: Plan, rng: random.Random) -> Iterator[Duel]:
     """Start a worker of each side."""
     with ExitStack() as stack:
-        workers = [stack.enter_context(Worker(side, plan.root, plan.level, plan.files)) for side in plan.sides]
+        workers = [stack.enter_context(Worker(side, plan.root, plan.level)) for side in plan.sides]
         yield Duel(workers, rng)
 
 
 def chosen(duel: Duel, patterns: tuple[str, ...]) -> dict[str, Result]:
-    """Return an empty result of every benchmark that a pattern is part of; WorkerError if no file can be read."""
+    """Return an empty result of what the patterns name, or of the usual ones; WorkerError if no file can be read."""
     names = [name for name in duel.benchmarks() if any(one.lower() in name.lower() for one in patterns)]
+    names = names if patterns else duel.benchmarks("usual")
     results = {name: Result(name) for name in names}
     broken = duel.broken()
     for result in results.values():

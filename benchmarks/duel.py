@@ -42,9 +42,9 @@ class Duel:
             if not offer["core"].startswith(str(worker.side.folder)):
                 raise WorkerError(f"{worker.side.name} was to be taken from {worker.side.folder}, not {offer['core']}")
 
-    def benchmarks(self) -> list[str]:
-        """Return those that either side has."""
-        return list(dict.fromkeys(name for offer in self.offers for name in offer["benchmarks"]))
+    def benchmarks(self, which: str = "benchmarks") -> list[str]:
+        """Return those that either side has, or the "usual" ones of them."""
+        return list(dict.fromkeys(name for offer in self.offers for name in offer[which]))
 
     def broken(self) -> dict[str, str]:
         """Return the files that a side cannot read, and why."""

@@ -19,43 +19,31 @@ from benchmarks.running import Document, competitors
 
 MET, MISSED, CLOSE, NOT_MEASURED = "met", "missed", "too close to call", "not measured"
 CLOCK = "the clock"
-
-STEP = "A time step of one soft body"
-TRAY = "A time step of soft balls of 162 particles in a tray"
-PILE = "A time step of a pile of boxes"
-INSIDE = "Point in a mesh that moves: * uniform in the bounding box"
-INSIDE_NEAR = "Point in a mesh that moves: * a thousandth of the size off the surface"
-CLOSEST = "Closest triangle of a mesh that moves: *"
-NARROW = "Narrow phase of two soft bodies *"
-PLAIN, BY_HAND = "plain C++ -O3 -march=native", "C++ with vectors by hand"
-SINGLE = "rk4_velocity, single precision"
-OPEN3D = "Open3D*"
 ALL = (0.0, math.inf)
-IN_CACHE, MIDDLE, MILLION = (0, 10_242), (10_243, 163_842), (163_843, math.inf)  # particles
 
 
 @dataclass(frozen=True)
 class Goal:
     """How many times as fast as a peer, or as the clock, ours is to be, of `sizes` of a table.
 
-    Names are patterns, as of files.
+    Names are patterns, as of files; table and name are those of the benchmark whose goal it is, unless said.
     """
 
-    table: str
-    name: str
     peer: str
     least: float
     sizes: tuple[float, float] = ALL
+    name: str = ""
+    table: str = ""
 
 
 @dataclass(frozen=True)
 class Growth:
     """The exponent with which the whole cost may grow, at most, from one size to another."""
 
-    table: str
-    name: str
     most: float
     sizes: tuple[float, float] = ALL
+    name: str = ""
+    table: str = ""
 
 
 @dataclass(frozen=True)
@@ -73,51 +61,10 @@ class Outcome:
     where: str = ""  # the worst size, or those between which a growth was measured
 
 
-GOALS: tuple[Goal | Growth, ...] = (
-    Goal(STEP, "rk4_velocity", PLAIN, 1 / 0.30, IN_CACHE),
-    Goal(STEP, "rk4_velocity", PLAIN, 1 / 0.45, MIDDLE),
-    Goal(STEP, "rk4_velocity", PLAIN, 1 / 0.75, MILLION),
-    Goal(STEP, "rk4_velocity", BY_HAND, 1 / 1.2, IN_CACHE),
-    Goal(STEP, "rk4_velocity", BY_HAND, 1 / 1.6, (10_243, math.inf)),
-    Goal(STEP, SINGLE, PLAIN, 1 / 0.25, IN_CACHE),
-    Goal(STEP, SINGLE, PLAIN, 1 / 0.40, (10_243, math.inf)),
-    Goal(STEP, "rk4_velocity", "SciPy sparse", 20.0),
-    Goal(STEP, "rk4_velocity", "NumPy bincount", 40.0),
-    Goal(STEP, "rk4_velocity", "NumPy add.at", 70.0),
-    Goal(STEP, "rk4_velocity", "pybullet *", 25.0),
-    Goal(STEP, "rk4_velocity, 2 threads", "rk4_velocity", 1.8, (10_242, math.inf)),
-    Growth(STEP, "rk4_velocity", 1.10, (162, math.inf)),
-    Goal("Scene 1*", "softbody", CLOCK, 8.0),
-    Goal("Scene 2*", "softbody", CLOCK, 8.0),
-    Goal("Scene 3*", "softbody", CLOCK, 8.0),
-    Goal("Scene 4*", "softbody", CLOCK, 8.0),
-    Goal(TRAY, "softbody", CLOCK, 1.3, (100, 100)),
-    Goal(TRAY, "the same on two threads", CLOCK, 2.0, (100, 100)),
-    Goal(TRAY, "the same on two threads", "softbody", 1.6, (10, math.inf)),
-    Growth(TRAY, "softbody", 1.12),
-    Goal(PILE, "softbody", "pybullet", 1.5),
-    Goal(INSIDE, "grid *", OPEN3D, 4.0, (0, 5_000)),
-    Goal(INSIDE, "grid *", OPEN3D, 5.0, (5_000, 50_000)),
-    Goal(INSIDE, "grid *", OPEN3D, 8.0, (50_000, 500_000)),
-    Goal(INSIDE, "grid *", OPEN3D, 10.0, (500_000, math.inf)),
-    Goal(INSIDE, "grid *", "trimesh with embree", 22.0),
-    Goal(INSIDE, "grid *", "libigl *", 35.0),
-    Goal(INSIDE_NEAR, "grid *", OPEN3D, 2.0),
-    Goal(CLOSEST, "tree *", OPEN3D, 3.0),
-    Goal(CLOSEST, "tree *", "libigl", 4.0),
-    Goal(NARROW, "find_penetrations", OPEN3D, 10.0),
-    Goal(NARROW, "find_penetrations", "libigl *", 25.0),
-    Goal(NARROW, "find_penetrations", "python-fcl *", 50.0),
-    Goal(NARROW, "find_penetrations", "trimesh *", 90.0),
-    Goal(NARROW, "find_penetrations", "coal *", 35.0),
-    Goal("Separating axes of random boxes*", "box_pairs_overlap", "python-fcl", 12.0),
-    Goal("The contact points of two boxes", "softbody", "python-fcl", 12.0),
-)
-
 Race = dict[str, Any]  # as pytest-benchmark writes it
 
 
-def outcomes(document: Document, goals: Iterable[Goal | Growth] = GOALS) -> Iterator[Outcome]:
+def outcomes(document: Document, goals: Iterable[Goal | Growth]) -> Iterator[Outcome]:
     """Yield what each goal has come to in a run of the benchmarks."""
     races = [race for race in document["benchmarks"] if "table" in race["extra_info"]]
     for goal in goals:

@@ -39,7 +39,7 @@ def count(plan: Plan, results: dict[str, Result], said: Said) -> None:
             folder = Path(tempfile.mkdtemp(dir=made))
             settings = PROCESSOR | {COUNTER: str(counter)}
             valgrind = ["valgrind", "--tool=callgrind", "--instr-atstart=no", f"--callgrind-out-file={folder}/counts"]
-            files = sorted({f"benchmarks/{name.split('::')[0]}" for name in names})
+            files = sorted({name.split("::")[0] for name in names})
             # Without Valgrind first, which would compile as slowly as it does everything.
             for under in ([], valgrind):
                 with Worker(side, plan.root, plan.level, files, under, settings) as worker:

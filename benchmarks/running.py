@@ -15,12 +15,12 @@ import numpy as np
 Document = dict[str, Any]  # as pytest-benchmark writes it
 
 ROOT = Path(__file__).parent.parent
-FOLDER = Path(__file__).parent
+FOLDER = Path(__file__).parent / "suite"
 NOTHING_CHOSEN = 5  # pytest's exit code
 
 
-def run_suite(level: str, pattern: str, files: tuple[str, ...]) -> tuple[Document, bool]:
-    """Run benchmark files, or all; return what was measured, and whether Ctrl-C cut it short.
+def run_suite(level: str, pattern: str, files: tuple[str, ...], page: bool = False) -> tuple[Document, bool]:
+    """Run benchmark files or all, or of them what the page has; return what was measured, and if Ctrl-C cut it short.
 
     Raises ClickException if a benchmark fails, with the end of what pytest said.
     """
@@ -29,7 +29,7 @@ def run_suite(level: str, pattern: str, files: tuple[str, ...]) -> tuple[Documen
         command = [sys.executable, "-m", "pytest", *(str(FOLDER / file) for file in files or ("",)), "-q"]
         command += ["-p", "no:cacheprovider", "-p", "no:xdist", f"--rootdir={ROOT}", "-c", str(ROOT / "pyproject.toml")]
         command += [f"--benchmark-json={written}", "--benchmark-columns=median,iqr,rounds", f"--level={level}"]
-        command += ["-k", pattern] if pattern else []
+        command += (["-k", pattern] if pattern else []) + (["--page"] if page else [])
         with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as child:
             interrupted = False
             try:
@@ -38,7 +38,7 @@ def run_suite(level: str, pattern: str, files: tuple[str, ...]) -> tuple[Documen
                 interrupted = True
                 said, _ = child.communicate()
         if child.returncode == NOTHING_CHOSEN:
-            raise click.UsageError(f"no benchmark matches {pattern!r}")
+            raise click.UsageError(f"no benchmark at level {level} matches {pattern!r}")
         if (child.returncode and not interrupted) or not written.exists():
             raise click.ClickException("the benchmarks failed: " + " ".join(said.strip().splitlines()[-3:]))
         document: Document = json.loads(written.read_text(encoding="utf-8"))

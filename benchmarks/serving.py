@@ -131,7 +131,8 @@ class Serving:
 
         pipe, cores = self.server.pipe, cores_here()
         items = {short_name(item.nodeid): item for item in session.items}
-        pipe.send({"benchmarks": list(items), "broken": self.server.broken, "core": softbody.__file__})
+        offer = {"benchmarks": list(items), "usual": [name for name, item in items.items() if is_usual(item)]}
+        pipe.send(offer | {"broken": self.server.broken, "core": softbody.__file__})
         while (asked := pipe.recv()) is not None:
             name, self.server.core, seed = asked
             on_cores(cores)  # while it is made ready
@@ -147,6 +148,12 @@ def pytest_configure(config: pytest.Config) -> None:
     server = Server(Connection(int(os.environ[PIPE])))
     config.stash[SERVER] = server
     config.pluginmanager.register(Serving(server))
+
+
+def is_usual(item: Any) -> bool:
+    """Tell whether a benchmark, or this size of it, is compared when nobody says which."""
+    usual = item.function.benchmark.usual
+    return usual if isinstance(usual, bool) else item.callspec.id in map(str, usual)
 
 
 def why_not(item: pytest.Item) -> str | None:

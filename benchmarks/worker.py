@@ -16,6 +16,8 @@ from typing import Any
 from benchmarks.serving import PIPE
 from benchmarks.sides import Side
 
+SUITE = "benchmarks/suite"  # in the repository
+
 
 class WorkerError(Exception):
     """A worker that died, or cannot start: the message is the last that it said."""
@@ -24,7 +26,7 @@ class WorkerError(Exception):
 class Worker:
     """The process, `under` another program if need be, with more `settings` in its environment.
 
-    It ends with the `with` block.
+    It has some `files` of the suite, or all, and ends with the `with` block.
     """
 
     def __init__(
@@ -32,7 +34,7 @@ class Worker:
         side: Side,
         root: Path,
         level: str,
-        files: list[str],
+        files: Sequence[str] = ("",),
         under: Sequence[str] = (),
         settings: Mapping[str, str] = MappingProxyType({}),
     ) -> None:
@@ -43,7 +45,7 @@ class Worker:
             "-q -p benchmarks.serving -p no:xdist -p no:cacheprovider -o pythonpath= --continue-on-collection-errors"
         )
         command = [*under, sys.executable, "-m", "pytest", *options.split(), f"--rootdir={root}", f"--level={level}"]
-        command += [str(root / file) for file in files]
+        command += [str(root / SUITE / file) for file in files]
         # The side's folder first, which has a `softbody` and nothing else; all the rest from the working tree.
         paths = os.pathsep.join([str(side.folder), str(root)])
         environment = {**os.environ, "PYTHONPATH": paths, PIPE: str(theirs.fileno()), "PYTHONHASHSEED": "0"}

@@ -15,16 +15,6 @@ import numpy as np
 from validation.record import Goal, Timing, Trend, from_json
 
 BENCHMARKS = Path("benchmarks")
-# What is timed, as it stands on the page: the step first, which the head of the page tells of.
-ALL = [
-    "bench_step.py",
-    "bench_work_precision.py",
-    "bench_worlds.py",
-    "bench_narrow.py",
-    "bench_geometry.py",
-    "bench_boxes.py",
-]
-FILES = {"quick": ALL[:1], "standard": ALL, "full": ALL}  # by level; all tables take some minutes
 
 
 def measure_timings(level: str) -> tuple[list[Timing], list[Goal], str | None]:
@@ -33,7 +23,7 @@ def measure_timings(level: str) -> tuple[list[Timing], list[Goal], str | None]:
         return [], [], f"{BENCHMARKS}/ is not in this folder: run from the root of the repository"
     with tempfile.TemporaryDirectory() as folder:
         written = Path(folder) / "benchmarks.json"
-        command = [sys.executable, "-m", "benchmarks", "run", *FILES[level]]
+        command = [sys.executable, "-m", "benchmarks", "run", "--page"]
         command += ["--level", level, "--json", str(written), "--no-history"]
         done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         if done.returncode or not written.exists():

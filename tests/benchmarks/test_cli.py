@@ -21,12 +21,15 @@ ROOT = Path(__file__).parents[2]
 
 BENCHMARKS = """
 import softbody
+from benchmarks.suite import Benchmark, Row
 
+@Benchmark(Row("t", "bodies", "call"), usual=True)
 def bench_work(race):
-    race(softbody.work, 1, table="t", name="softbody", size=1, of="bodies", per="call")
+    race(softbody.work, 1, size=1)
 
-def bench_new(race):
-    race(softbody.new, 1, table="t", name="softbody", size=2, of="bodies", per="call")
+@Benchmark(Row("t", "bodies", "call"), sizes={"quick": [2], "standard": [2, 3]}, usual=[3])
+def bench_new(race, size):
+    race(softbody.new, 1, size=size)
 """
 WORK = "def work():\n    return sum(k * k for k in range({count})){more}\n"
 NEW = "def new():\n    return 1\n"
@@ -43,11 +46,21 @@ CORES = {  # revision → the core
 def repository(tmp_path_factory):
     """Return a repository with a tag for every core."""
     root = tmp_path_factory.mktemp("repository")
-    for folder in ("softbody", "benchmarks"):
-        (root / folder).mkdir()
-    for file in ("__init__.py", "conftest.py", "machine.py", "older.py", "race.py", "serving.py"):
-        shutil.copy(ROOT / "benchmarks" / file, root / "benchmarks")
-    (root / "benchmarks" / "bench_tiny.py").write_text(BENCHMARKS)
+    for folder in ("softbody", "benchmarks/suite"):
+        (root / folder).mkdir(parents=True)
+    for file in (
+        "__init__.py",
+        "conftest.py",
+        "machine.py",
+        "older.py",
+        "race.py",
+        "serving.py",
+        "goals.py",
+        "running.py",
+        "suite/__init__.py",
+    ):
+        shutil.copy(ROOT / "benchmarks" / file, root / "benchmarks" / file)
+    (root / "benchmarks" / "suite" / "bench_tiny.py").write_text(BENCHMARKS)
     (root / "softbody" / "compiler").mkdir()
     (root / "softbody" / "compiler" / "core_digest.py").write_text("CORE_DIGEST, FLAGS = '', ()\n")
     (root / "pyproject.toml").write_text((ROOT / "pyproject.toml").read_text())
@@ -88,7 +101,7 @@ def test_a_slower_revision_is_found_and_one_without_the_benchmark_said(bench):
     row = next(line for line in done.output.splitlines() if "│" in line)
     assert "bench_tiny.py::bench_w" in row
     assert "slower" in row
-    assert "bench_new: not compared, first cannot run it: AttributeError" in done.output
+    assert "bench_new[2]: not compared, first cannot run it: AttributeError" in done.output
 
 
 @pytest.mark.skipif(not shutil.which("valgrind") or not shutil.which("cc"), reason="no valgrind, or no compiler")
@@ -150,6 +163,14 @@ def test_the_working_tree_is_a_side_and_what_is_not_committed_is_named(bench, re
     assert "with changes that are not committed" in done.output
 
 
+def test_without_a_pattern_the_usual_ones_of_the_level_are_compared(bench):
+    compare = ("compare", "first", "commented", "--budget", "1s")
+    assert "bench_new" not in bench(*compare).output
+    output = bench(*compare, "--level", "standard").output
+    assert "bench_new[3]: not compared, first cannot run it" in output
+    assert "bench_new[2]" not in output
+
+
 def test_old_cores_are_removed_and_that_is_said(bench, tmp_path, monkeypatch):
     for number in range(4):
         (tmp_path / "cores" / f"{number:016x}").mkdir(parents=True)
@@ -169,7 +190,7 @@ def test_a_side_that_does_not_start_is_named_with_the_reason(bench):
 def test_a_plan_that_cannot_begin_is_an_error(bench):
     done = bench("compare", "first", "commented", "-k", "no such benchmark")
     assert done.exit_code == 2
-    assert "no benchmark matches 'no such benchmark'" in done.output
+    assert "no benchmark at level quick matches 'no such benchmark'" in done.output
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ SIDES = Side("a", "aaaa", Path("cores/a")), Side("b", "bbbb", Path("cores/b"))
 
 
 def plan(budget=1e9, patterns=("bench",)):
-    return Plan(SIDES, Path(), [], "quick", patterns, budget)
+    return Plan(SIDES, Path(), "quick", patterns, budget)
 
 
 class Duel:
@@ -34,8 +34,8 @@ class Duel:
         self.unreadable = dict(broken)
         self.rng, self.opened, self.starts = np.random.default_rng(1), 0, 0
 
-    def benchmarks(self):
-        return list(self.slower)
+    def benchmarks(self, which="benchmarks"):
+        return list(self.slower)[which == "usual" :]  # all but the first
 
     def broken(self):
         return self.unreadable
@@ -80,6 +80,10 @@ def test_only_what_a_pattern_names_is_opened(run):
     assert list(run(Duel({"bench_pile[10]": 0.0, "bench_step[1]": 0.0}), patterns=("STEP", "none"))) == [
         "bench_step[1]"
     ]
+
+
+def test_without_a_pattern_the_usual_ones_are_opened(run):
+    assert list(run(Duel({"bench_pile[10]": 0.0, "bench_step[1]": 0.0}), patterns=())) == ["bench_step[1]"]
 
 
 def test_when_time_is_up_what_is_there_is_kept(run):

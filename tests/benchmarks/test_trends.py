@@ -42,6 +42,12 @@ def test_a_slower_day_is_no_step(make_document):
     assert trend.steps == []
 
 
+def test_a_benchmark_whose_file_has_moved_goes_on(make_document):
+    runs = records(make_document)
+    runs[-1].document["benchmarks"][0]["fullname"] = "benchmarks/suite/bench_x.py::bench_x[42]"
+    assert [len(trend.values) for trend in trends_of(runs)] == [RUNS]
+
+
 def test_without_a_peer_there_are_nanoseconds(make_document):
     (trend,) = trends_of(records(make_document, slow_core=1.1, peer=False))
     assert trend.peer is None

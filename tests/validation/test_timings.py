@@ -33,11 +33,6 @@ def test_a_peer_that_is_the_core_is_marked() -> None:
     assert {row.name: row.own for row in rows} == {"ours": False, "all pairs": True, "theirs": False}
 
 
-def test_all_benchmarks_are_timed_the_step_first() -> None:
-    assert sorted(timings.ALL) == sorted(path.name for path in Path("benchmarks").glob("bench_*.py"))
-    assert {files[0] for files in timings.FILES.values()} == {"bench_step.py"}
-
-
 def row_of(name: str, size: int, ratio: float | None = None) -> Timing:
     return Timing("t", name, size, "things", "thing", 1.0, 1.0, 1.0, 5, ratio)
 

@@ -3,30 +3,34 @@
 from __future__ import annotations
 
 import functools
+from math import inf
 from typing import Any
 
 import numba
 import numpy as np
-import pytest
 
 import softbody
 from benchmarks import peers
 from benchmarks.cpp_peers import plain_stepping, ring_stepping
+from benchmarks.goals import Goal, Growth
 from benchmarks.mujoco_peer import mujoco_stepping
 from benchmarks.newton_peer import newton, newton_stepping
 from benchmarks.race import Peer
+from benchmarks.suite import Benchmark, Row
 from benchmarks.taichi_peer import taichi, taichi_stepping
 from benchmarks.warp_peer import warp, warp_stepping
 from benchmarks.worlds import putting_back
 from softbody.dynamics.soft_bodies import LARGE, motion_of
 from softbody.stepping.step import run_alone
 
-SUBDIVISIONS = (1, 2, 3, 4, 5, 6, 7)  # 42, 162, 642, 2 562, 10 242, 40 962, 163 842 particles
+PAGE = "quick", 1  # the level from which on the page has it, and where: its head tells of the step
+SPHERES = (1, 2, 3, 4, 5, 6)  # subdivisions: 42, 162, 642, 2 562, 10 242, 40 962 particles
 MILLION = 0  # in place of subdivisions: a torus of 1 000 000 particles
-BODIES = (1, 10, 100, 1_000, 10_000)
 THREADS: int = numba.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
 
 DEFAULT = "symplectic_euler, damped (the default)"
+SINGLE = "rk4_velocity, single precision"
+PLAIN, BY_HAND = "plain C++ -O3 -march=native", "C++ with vectors by hand"
 
 PARTICLE_STEPS = 200_000  # per round: a round takes about 12 ms, so that the call and the clock cost nothing
 LEAST_STEPS = 10  # a call of fewer is dominated by reading and writing the state
@@ -76,7 +80,7 @@ def peers_of(mesh: softbody.Mesh, h: float) -> dict[str, Peer]:
     n = len(mesh.vertices)
     steps, few = steps_for(n), steps_for(n, 0.02)
     rivals: dict[str, Peer] = {}
-    for name, made in (("plain C++ -O3 -march=native", plain_stepping), ("C++ with vectors by hand", ring_stepping)):
+    for name, made in ((PLAIN, plain_stepping), (BY_HAND, ring_stepping)):
         call = made(mesh, h, steps)
         if call is not None:
             rivals[name] = call, n * steps
@@ -97,18 +101,31 @@ def peers_of(mesh: softbody.Mesh, h: float) -> dict[str, Peer]:
     return rivals
 
 
-def level(request: pytest.FixtureRequest) -> str:
-    """Return the level at which the benchmarks run."""
-    return str(request.config.getoption("--level"))
+IN_CACHE, MIDDLE, BEYOND = (0, 10_242), (10_243, 163_842), (163_843, inf)  # particles
 
 
-@pytest.mark.parametrize("subdivisions", [*SUBDIVISIONS, MILLION])
-def bench_step(race, request: pytest.FixtureRequest, subdivisions: int) -> None:
+@Benchmark(
+    Row("A time step of one soft body", "particles", "particle and step", "rk4_velocity"),
+    sizes={"quick": SPHERES, "standard": (*SPHERES, 7), "full": (*SPHERES, 7, MILLION)},  # 7: 163 842 particles
+    usual=(1, 3, 5),
+    goals=(
+        Goal(PLAIN, 1 / 0.30, IN_CACHE),
+        Goal(PLAIN, 1 / 0.45, MIDDLE),
+        Goal(PLAIN, 1 / 0.75, BEYOND),
+        Goal(BY_HAND, 1 / 1.2, IN_CACHE),
+        Goal(BY_HAND, 1 / 1.6, (10_243, inf)),
+        Goal(PLAIN, 1 / 0.25, IN_CACHE, SINGLE),
+        Goal(PLAIN, 1 / 0.40, (10_243, inf), SINGLE),
+        Goal("SciPy sparse", 20.0),
+        Goal("NumPy bincount", 40.0),
+        Goal("NumPy add.at", 70.0),
+        Goal("pybullet *", 25.0),
+        Goal("rk4_velocity", 1.8, (10_242, inf), "rk4_velocity, 2 threads"),
+        Growth(1.10, (162, inf)),
+    ),
+)
+def bench_step(race, level: str, subdivisions: int) -> None:
     """Whole runs of steps inside one compiled call: the paper's integrator, and everyone beside it."""
-    if subdivisions == MILLION and level(request) != "full":
-        pytest.skip("a million particles are for level full")
-    if subdivisions == SUBDIVISIONS[-1] and level(request) == "quick":
-        pytest.skip("163 842 particles are for higher levels")
     mesh = sphere(subdivisions)
     world = world_of(mesh, 1)
     ours, units = stepping(world)
@@ -117,19 +134,15 @@ def bench_step(race, request: pytest.FixtureRequest, subdivisions: int) -> None:
         "symplectic_euler (one force evaluation a step, not four)": {"integrator": "symplectic_euler"},
         DEFAULT: {"integrator": "symplectic_euler", "damping": None},
     }
-    if level(request) != "quick":  # each is compiled anew
-        variants["rk4_velocity, single precision"] = {"precision": "single"}
+    if level != "quick":  # each is compiled anew
+        variants[SINGLE] = {"precision": "single"}
         if THREADS > 1 and len(mesh.vertices) >= LARGE:
             variants[f"rk4_velocity, {THREADS} threads"] = {"threads": THREADS}
     h = 1e-3 * world.stable_time_step()
     race(
         ours,
         units,
-        table="A time step of one soft body",
-        name="rk4_velocity",
         size=len(mesh.vertices),
-        of="particles",
-        per="particle and step",
         peers=lambda: {
             **{name: stepping(world_of(mesh, 1, **options)) for name, options in variants.items()},
             **peers_of(mesh, h),
@@ -140,29 +153,20 @@ def bench_step(race, request: pytest.FixtureRequest, subdivisions: int) -> None:
     )
 
 
-@pytest.mark.parametrize("bodies", BODIES)
-def bench_many_bodies(race, request: pytest.FixtureRequest, bodies: int) -> None:
+@Benchmark(
+    Row("A time step of many soft bodies of 162 particles", "bodies", "particle and step", "rk4_velocity"),
+    sizes={"quick": (1, 10, 100, 1_000), "full": (1, 10, 100, 1_000, 10_000)},
+    usual=(100,),
+)
+def bench_many_bodies(race, level: str, bodies: int) -> None:
     """Bodies of 162 particles side by side, and one body of 10 242 for comparison."""
-    if bodies == 10_000 and level(request) != "full":
-        pytest.skip("10 000 bodies are for level full")
     world = world_of(sphere(2), bodies)
     ours, units = stepping(world)
     rivals = {
         "one body of 10 242 particles": stepping(world_of(sphere(5), 1)),
         DEFAULT: stepping(world_of(sphere(2), bodies, "symplectic_euler", None)),
     }
-    if THREADS > 1 and bodies > 1 and level(request) != "quick":
+    if THREADS > 1 and bodies > 1 and level != "quick":
         rivals[f"rk4_velocity, {THREADS} threads"] = stepping(world_of(sphere(2), bodies, threads=THREADS))
-    race(
-        ours,
-        units,
-        table="A time step of many soft bodies of 162 particles",
-        name="rk4_velocity",
-        size=bodies,
-        of="bodies",
-        per="particle and step",
-        peers=rivals,
-        own=list(rivals),
-        restore=putting_back(world),
-        answer=lambda: world.state,
-    )
+    back = putting_back(world)
+    race(ours, units, size=bodies, peers=rivals, own=list(rivals), restore=back, answer=lambda: world.state)

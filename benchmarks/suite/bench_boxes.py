@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 
 import fcl
 import numpy as np
-import pytest
 from scipy.spatial import cKDTree
 
+from benchmarks.goals import Goal
+from benchmarks.suite import Benchmark, Row
 from benchmarks.worlds import putting_back
 from references.pybullet_world import BulletWorld
 from softbody import World
@@ -16,8 +18,8 @@ from softbody.collision.boxes.manifold import box_pairs_manifolds
 from softbody.collision.boxes.sat_boxes import PlacedBoxes
 from softbody.collision.broad_phase import near_pairs, near_pairs_exhaustive
 
-SIZES = (10, 100, 1_000)
 STEP = 1.0 / 240.0
+PAGE = "standard", 6  # the level from which on the page has it, and where
 SETTLE = 120  # steps before the clock starts: by then the lower layers have landed
 PAIRS = 2_000
 
@@ -42,57 +44,42 @@ def pile(count: int) -> tuple[World, BulletWorld]:
     return world, bullet
 
 
-@pytest.mark.parametrize("count", [*SIZES, 10_000])
-def bench_pile(race, request: pytest.FixtureRequest, count: int) -> None:
+@Benchmark(
+    Row("A time step of a pile of boxes", "boxes", "box and step"),
+    sizes={"quick": (10, 100), "standard": (10, 100, 1_000), "full": (10, 100, 1_000, 10_000)},
+    usual=(100,),
+    goals=(Goal("pybullet", 1.5),),
+)
+def bench_pile(race, count: int) -> None:
     """A step of a pile of boxes."""
-    level = request.config.getoption("--level")
-    if count > {"quick": 100, "standard": 1_000, "full": 10_000}[level]:
-        pytest.skip("larger piles are for higher levels")
     world, bullet = pile(count)
     steps = max(1, 2_000 // count)
+    units = count * steps
+    peers = {"pybullet": (lambda: bullet.step(steps), units)}
     put_back, landed = putting_back(world), bullet.save()
 
     def restore() -> None:
         put_back()
         bullet.restore(landed)
 
-    race(
-        lambda: world.step(STEP, steps),
-        count * steps,
-        table="A time step of a pile of boxes",
-        name="softbody",
-        size=count,
-        of="boxes",
-        per="box and step",
-        peers={"pybullet": (lambda: bullet.step(steps), count * steps)},
-        restore=restore,
-        answer=lambda: world.state,
-    )
+    call = functools.partial(world.step, STEP, steps)
+    race(call, units, size=count, peers=peers, restore=restore, answer=lambda: world.state)
     bullet.close()
 
 
-@pytest.mark.parametrize("count", [*SIZES[1:], 10_000, 100_000])
-def bench_near_pairs(race, request: pytest.FixtureRequest, count: int) -> None:
+@Benchmark(
+    Row("The pairs of boxes that are near each other", "boxes", "box", own=("all pairs",)),
+    sizes={"quick": (100, 1_000), "standard": (100, 1_000, 10_000), "full": (100, 1_000, 10_000, 100_000)},
+)
+def bench_near_pairs(race, count: int) -> None:
     """The broad phase: equal spheres, as dense as a pile; the cost of one must not grow with their number."""
-    if count > {"quick": 1_000, "standard": 10_000, "full": 100_000}[request.config.getoption("--level")]:
-        pytest.skip("more boxes are for higher levels")
     side = count ** (1.0 / 3.0)
     centre = np.random.default_rng(count).uniform(0.0, side, (count, 3))
     radius, movable = np.full(count, 0.6), np.ones(count, bool)
     peers = {"SciPy's k-d tree": (lambda: cKDTree(centre).query_pairs(1.2, output_type="ndarray"), count)}
     if count <= 10_000:
         peers["all pairs"] = (lambda: near_pairs_exhaustive(centre, radius, movable), count)
-    race(
-        lambda: near_pairs(centre, radius, movable),
-        count,
-        table="The pairs of boxes that are near each other",
-        name="softbody",
-        size=count,
-        of="boxes",
-        per="box",
-        peers=peers,
-        own=["all pairs"],
-    )
+    race(lambda: near_pairs(centre, radius, movable), count, size=count, peers=peers)
 
 
 def pairs_of_boxes() -> tuple[np.ndarray, ...]:
@@ -123,17 +110,9 @@ def fcl_calls(pairs: tuple[np.ndarray, ...]) -> Callable[[], None]:
     return call
 
 
+@Benchmark(Row("The contact points of two boxes", "pairs", "pair"), usual=True, goals=(Goal("python-fcl", 12.0),))
 def bench_contacts_of_pairs(race) -> None:
     """Separating axes and clipped contact points of many pairs in one call; FCL pair by pair, as its binding wants."""
     pairs = pairs_of_boxes()
     a, b = PlacedBoxes(*pairs[:3]), PlacedBoxes(*pairs[3:])
-    race(
-        lambda: box_pairs_manifolds(a, b),
-        PAIRS,
-        table="The contact points of two boxes",
-        name="softbody",
-        size=PAIRS,
-        of="pairs",
-        per="pair",
-        peers={"python-fcl": (fcl_calls(pairs), PAIRS)},
-    )
+    race(lambda: box_pairs_manifolds(a, b), PAIRS, size=PAIRS, peers={"python-fcl": (fcl_calls(pairs), PAIRS)})

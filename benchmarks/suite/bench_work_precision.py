@@ -8,28 +8,31 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
+from itertools import product
 
 import numpy as np
-import pytest
 from scipy.spatial.transform import Rotation
 
 import softbody
-from benchmarks.race import Peer
+from benchmarks.suite import Benchmark, Row
 from references import ground, scipy
 from softbody.model.settings import INTEGRATORS
 
+PAGE = "standard", 2  # the level from which on the page has it, and where
 RADIUS, GAS = 0.5, 30.0  # [m], [J]
 STIFFNESS, SECONDS = 200.0, 0.5  # of the sphere that shakes [N/m], [s]
 STEPS = (150, 300, 600, 1_200, 2_400, 4_800)
 
-# Of the ball that bounces: how stiff [N/m], for how long [s], how fast it comes [m/s], and from how high [m]. In the
-# fewest steps it is just stable.
-STIFF = (1e3, 1e4, 1e5, 1e6)
+# Of the ball that bounces: for how long [s], how fast it comes [m/s], and from how high [m]; and for each stiffness
+# [N/m] the fewest steps, in which it is just stable.
 BOUNCE_SECONDS, SPEED, HEIGHT, GRAVITY = 0.25, 2.0, 0.6, 9.81
 FEWEST = {1e3: 112, 1e4: 352, 1e5: 1_120, 1e6: 3_520}
 PARTS = (1, 2, 4, 8, 16)
 
-TITLES = "Work and precision of the integrators", "Work and precision: a ball of springs of {:g} N/m bounces"
+OURS, *OTHERS = INTEGRATORS
+
+Start = tuple[softbody.Mesh, np.ndarray, np.ndarray]  # a body, its velocities, and where it truly is in the end
+Ending = tuple[Callable[[], np.ndarray], float]  # a call, and how far from the truth it ends
 
 
 def springs_of(mesh: softbody.Mesh, stiffness: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -39,7 +42,7 @@ def springs_of(mesh: softbody.Mesh, stiffness: float) -> tuple[np.ndarray, np.nd
 
 
 @functools.cache
-def shaken() -> tuple[softbody.Mesh, np.ndarray, np.ndarray]:
+def shaken() -> Start:
     """Return a sphere of 162 particles of 1 kg in all, their velocities, and where they truly are in the end."""
     mesh = softbody.icosphere(2, radius=RADIUS)
     velocity = np.random.default_rng(0).normal(0.0, 0.3, mesh.vertices.shape)
@@ -49,7 +52,7 @@ def shaken() -> tuple[softbody.Mesh, np.ndarray, np.ndarray]:
 
 
 @functools.cache
-def bounced(stiffness: float) -> tuple[softbody.Mesh, np.ndarray, np.ndarray]:
+def bounced(stiffness: float) -> Start:
     """Return a ball of 42 particles of 1 kg in all, their velocities, and where they truly are in the end."""
     ball = softbody.icosphere(1, radius=RADIUS)
     turned = Rotation.from_rotvec((0.3, 0.7, 0.2)).apply(ball.vertices.copy())
@@ -60,13 +63,7 @@ def bounced(stiffness: float) -> tuple[softbody.Mesh, np.ndarray, np.ndarray]:
     return mesh, velocity, end
 
 
-def moving(
-    world: softbody.World,
-    start: tuple[softbody.Mesh, np.ndarray, np.ndarray],
-    stiffness: float,
-    step: float,
-    steps: int,
-) -> tuple[Callable[[], np.ndarray], float]:
+def moving(world: softbody.World, start: Start, stiffness: float, step: float, steps: int) -> Ending:
     """Return a call that takes the body through its time, and how far from the truth it ends [of its radius]."""
     mesh, velocity, end = start
     body = world.add_soft_body(mesh, 1.0, stiffness, GAS, friction=0.0, damping=0.0)
@@ -79,16 +76,21 @@ def moving(
     return call, float(np.linalg.norm(call() - end, axis=1).max()) / RADIUS
 
 
-@pytest.mark.parametrize("steps", STEPS)
+@Benchmark(
+    Row("Work and precision of the integrators", "steps", "particle and simulated second", OURS, OTHERS),
+    sizes={"quick": STEPS},
+)
 def bench_work_precision(race, steps: int) -> None:
     """The same time in more and more steps."""
     weightless = {name: softbody.World(gravity=(0.0, 0.0, 0.0), integrator=name) for name in INTEGRATORS}
     calls = {name: moving(world, shaken(), STIFFNESS, SECONDS / steps, steps) for name, world in weightless.items()}
-    compare(race, calls, len(shaken()[0].vertices) * SECONDS, "particle and simulated second", steps, TITLES[0])
+    compare(race, calls, len(shaken()[0].vertices) * SECONDS, steps)
 
 
-@pytest.mark.parametrize("parts", PARTS)
-@pytest.mark.parametrize("stiffness", STIFF)
+@Benchmark(
+    Row("Work and precision: a ball of springs of * N/m bounces", "steps", "simulated second", OURS, OTHERS),
+    sizes={"quick": tuple(product(FEWEST, PARTS))},
+)
 def bench_bounce(race, stiffness: float, parts: int) -> None:
     """The same bounce in more and more steps."""
     steps, calls = parts * FEWEST[stiffness], {}
@@ -96,24 +98,12 @@ def bench_bounce(race, stiffness: float, parts: int) -> None:
         world = softbody.World(gravity=(0.0, 0.0, -GRAVITY), integrator=name)
         world.add_ground(friction=0.0)
         calls[name] = moving(world, bounced(stiffness), stiffness, BOUNCE_SECONDS / steps, steps)
-    compare(race, calls, BOUNCE_SECONDS, "simulated second", steps, TITLES[1].format(stiffness))
+    table = f"Work and precision: a ball of springs of {stiffness:g} N/m bounces"
+    compare(race, calls, BOUNCE_SECONDS, steps, table=table)
 
 
-def compare(
-    race, calls: dict[str, tuple[Callable[[], np.ndarray], float]], units: float, per: str, steps: int, title: str
-) -> None:
+def compare(race, calls: dict[str, Ending], units: float, steps: int, **table: str) -> None:
     """Time the calls in turns; their errors stand beside them."""
-    (ours, _), *_ = calls.values()
-    peers: dict[str, Peer] = {name: (call, units) for name, (call, _) in list(calls.items())[1:]}
-    race(
-        ours,
-        units,
-        table=title,
-        name=next(iter(calls)),
-        size=steps,
-        of="steps",
-        per=per,
-        peers=peers,
-        own=list(peers),
-        errors={name: error for name, (_, error) in calls.items()},
-    )
+    peers = {name: (calls[name][0], units) for name in OTHERS}
+    errors = {name: error for name, (_, error) in calls.items()}
+    race(calls[OURS][0], units, size=steps, peers=peers, errors=errors, **table)

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import coal
 import fcl
 import igl
 import numpy as np
-import pytest
 import trimesh
 from trimesh.ray.ray_pyembree import RayMeshIntersector as Embree
 
 import softbody
+from benchmarks.goals import Goal
 from benchmarks.open3d_peer import open3d, open3d_scene
+from benchmarks.race import Peer
+from benchmarks.suite import Benchmark, Row
 from softbody.collision.boxes.sat_boxes import PlacedBoxes, box_pairs_overlap
 from softbody.compiler.jit import jit
 from softbody.geometry import (
@@ -28,15 +28,10 @@ from softbody.geometry import (
     search_space,
 )
 
-SUBDIVISIONS = {"quick": (3,), "standard": (3, 4, 5), "full": (3, 4, 5, 6)}  # 642 … 40 962 particles a body
-
+PAGE = "standard", 4  # the level from which on the page has it, and where
+NARROW = "Narrow phase of two soft bodies that overlap by a seventh, both ways, structures rebuilt"
+EXHAUSTIVE = "every particle against every triangle"
 MOST_EXHAUSTIVE = {"quick": 3, "standard": 4, "full": 6}
-
-
-def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
-    """Run on the sizes of the level."""
-    if "subdivisions" in metafunc.fixturenames:
-        metafunc.parametrize("subdivisions", SUBDIVISIONS[metafunc.config.getoption("--level")])
 
 
 @jit
@@ -46,9 +41,20 @@ def rebuild_and_find(points: np.ndarray, vertices: np.ndarray, tree: BVH, found:
     return find_penetrations(points_of(points), points_of(vertices), tree, search_space(tree), found)
 
 
-def bench_soft_against_soft(race, request, subdivisions: int) -> None:
+@Benchmark(
+    Row(NARROW, "particles a body", "particle", "find_penetrations", (EXHAUSTIVE,)),
+    sizes={"quick": (3,), "standard": (3, 4, 5), "full": (3, 4, 5, 6)},  # 642 … 40 962 particles a body
+    usual=True,
+    goals=(
+        Goal("Open3D*", 10.0),
+        Goal("libigl *", 25.0),
+        Goal("python-fcl *", 50.0),
+        Goal("trimesh *", 90.0),
+        Goal("coal *", 35.0),
+    ),
+)
+def bench_soft_against_soft(race, level: str, subdivisions: int) -> None:
     """Two spheres that overlap by a fifth of their radius, both ways: particles inside, closest triangle, depth."""
-    level = request.config.getoption("--level")
     ball = softbody.icosphere(subdivisions)
     triangles = ball.triangles
     a, b = ball.vertices, np.ascontiguousarray(ball.vertices + np.array([0.3, 0.4, 1.728]))
@@ -87,31 +93,18 @@ def bench_soft_against_soft(race, request, subdivisions: int) -> None:
             inside = scene.compute_occupancy(rows, nthreads=1).numpy() > 0.5
             scene.compute_closest_points(rows[inside], nthreads=1)
 
-    def by_surfaces(engine: str) -> Callable[[], object]:
-        return (lambda: _fcl_contacts(a, b, triangles)) if engine == "fcl" else lambda: _coal_contacts(a, b, triangles)
-
     pairs = 2 * len(a)
-    peers: dict[str, tuple[Callable[[], object], int]] = {
+    peers: dict[str, Peer] = {
         "libigl (fast winding number, closest)": (by_igl, pairs),
-        "python-fcl (surfaces only)": (by_surfaces("fcl"), pairs),
-        "coal (surfaces only)": (by_surfaces("coal"), pairs),
+        "python-fcl (surfaces only)": (lambda: _fcl_contacts(a, b, triangles), pairs),
+        "coal (surfaces only)": (lambda: _coal_contacts(a, b, triangles), pairs),
     }
     if subdivisions <= MOST_EXHAUSTIVE[level]:
-        peers["every particle against every triangle"] = (exhaustively, pairs)
+        peers[EXHAUSTIVE] = (exhaustively, pairs)
         peers["trimesh (embree, proximity)"] = (by_trimesh, pairs)
     if open3d:
         peers["Open3D (occupancy, closest), float32"] = (by_open3d, pairs)
-    race(
-        ours,
-        pairs,
-        table="Narrow phase of two soft bodies that overlap by a seventh, both ways, structures rebuilt",
-        name="find_penetrations",
-        size=len(a),
-        of="particles a body",
-        per="particle",
-        peers=peers,
-        own=["every particle against every triangle"],
-    )
+    race(ours, pairs, size=len(a), peers=peers)
 
 
 def _fcl_contacts(a: np.ndarray, b: np.ndarray, triangles: np.ndarray) -> int:
@@ -141,6 +134,10 @@ def _coal_contacts(a: np.ndarray, b: np.ndarray, triangles: np.ndarray) -> int:
     return coal.collide(models[0], rest, models[1], rest, request, coal.CollisionResult())
 
 
+@Benchmark(
+    Row("Separating axes of random boxes, in batch", "pairs", "pair", "box_pairs_overlap"),
+    goals=(Goal("python-fcl", 12.0),),
+)
 def bench_boxes(race) -> None:
     """Yes or no for 10 000 pairs of random boxes; FCL's objects are made beforehand, and 1 000 of them asked."""
     rng = np.random.default_rng(0)
@@ -154,13 +151,5 @@ def bench_boxes(race) -> None:
     ]
     request = fcl.CollisionRequest()
     a, b = (PlacedBoxes(sizes[k], places[k], turns[k]) for k in (0, 1))
-    race(
-        lambda: box_pairs_overlap(a, b),
-        count,
-        table="Separating axes of random boxes, in batch",
-        name="box_pairs_overlap",
-        size=count,
-        of="pairs",
-        per="pair",
-        peers={"python-fcl": (lambda: [fcl.collide(x, y, request, fcl.CollisionResult()) for x, y in objects], 1_000)},
-    )
+    peers = {"python-fcl": (lambda: [fcl.collide(x, y, request, fcl.CollisionResult()) for x, y in objects], 1_000)}
+    race(lambda: box_pairs_overlap(a, b), count, size=count, peers=peers)

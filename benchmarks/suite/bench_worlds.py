@@ -15,10 +15,11 @@ from math import inf
 
 import numba
 import numpy as np
-import pytest
 
 from benchmarks import peers
+from benchmarks.goals import CLOCK, Goal, Growth
 from benchmarks.race import Peer
+from benchmarks.suite import Benchmark, Row
 from benchmarks.worlds import putting_back
 from softbody import World
 from softbody.collision.broad_phase import near_pairs
@@ -42,6 +43,7 @@ SCENES: dict[str, Callable[[], World]] = {
     "100 balls in a tray": lambda: tray.build(100),
 }
 
+PAGE = "standard", 3  # the level from which on the page has it, and where
 LANDING = 2.0  # [s] before the clock starts: by then everything has landed; balls of the tray still bounce
 SLACK = 0.95  # of the stable step, which shrinks a little as bodies stretch
 BODY_STEPS = 1_000  # of a round
@@ -51,7 +53,7 @@ STAGES = (
     "of which broad and narrow phase",
     "of which all contacts of soft bodies, with response",
 )
-TRAYS = (1, 10, 100, 1_000)
+TRAY = "A time step of soft balls of 162 particles in a tray"
 TWO_THREADS = "the same on two threads"
 IN_PARTS = {parts: f"the same, substeps={parts}" for parts in (2, 4)}
 ASLEEP = "the same when all sleep"
@@ -133,11 +135,8 @@ def stages_of(world: World, step: float, steps: int, units: float) -> dict[str, 
     stages: dict[str, Peer] = {STAGES[0]: (motions, units)}
     if model.soft_count + model.box_count > 1:
         move(kept, 1)
-        surfaces, contacts = (
-            build_surfaces(model, kept.particle_position),
-            new_contacts(len(world.store.contacts.depth)),
-        )
-        finding = surfaces, world.store.settings, contacts, steps
+        contacts = new_contacts(len(world.store.contacts.depth))
+        finding = build_surfaces(model, kept.particle_position), world.store.settings, contacts, steps
         stages[STAGES[1]] = (lambda: broad_phases(model, kept, steps), units)
         stages[STAGES[2]] = (lambda: narrow_phases(model, kept, *finding), units)
         stages[STAGES[3]] = (lambda: contact_phases(model, kept, now, *finding), units)
@@ -157,7 +156,12 @@ def in_parts(scene: str, parts: int, step: float, steps: int) -> Peer:
     return call, count * parts * step
 
 
-@pytest.mark.parametrize("scene", SCENES)
+@Benchmark(
+    Row("Scene *", "particles", "simulated second", own=(*IN_PARTS.values(), *STAGES)),
+    sizes={"quick": tuple(SCENES)},
+    usual=("Scene 4: stack of tori",),
+    goals=[Goal(CLOCK, 8.0, table=f"Scene {number}*") for number in (1, 2, 3, 4)],
+)
 def bench_scene(race, scene: str) -> None:
     """A second of a scene: beside it, its stages; and for the first, pybullet's deformables on the same meshes."""
     world, step = landed(SCENES[scene])
@@ -176,23 +180,26 @@ def bench_scene(race, scene: str) -> None:
         lambda: world.step(step, steps, allow_unstable=True),
         seconds,
         table=scene,
-        name="softbody",
         size=len(world.state.particle_position),
-        of="particles",
-        per="simulated second",
         peers=rivals,
-        own=(*IN_PARTS.values(), *STAGES),
         clock=1.0,
         restore=putting_back(world),
         answer=lambda: world.state,
     )
 
 
-@pytest.mark.parametrize("bodies", TRAYS)
-def bench_tray(race, request: pytest.FixtureRequest, bodies: int) -> None:
+@Benchmark(
+    Row(TRAY, "bodies", "body and step", own=(TWO_THREADS, ASLEEP, *STAGES)),
+    sizes={"quick": (1, 10), "standard": (1, 10, 100), "full": (1, 10, 100, 1_000)},
+    goals=(
+        Goal(CLOCK, 1.3, (100, 100)),
+        Goal(CLOCK, 2.0, (100, 100), TWO_THREADS),
+        Goal("softbody", 1.6, (10, inf), TWO_THREADS),
+        Growth(1.12),
+    ),
+)
+def bench_tray(race, bodies: int) -> None:
     """A step of balls of 162 particles in a tray: the cost of one must not grow with their number."""
-    if bodies > {"quick": 10, "standard": 100, "full": 1_000}[request.config.getoption("--level")]:
-        pytest.skip("more bodies are for level full")
     world, step = landed(tray.build, bodies)
     steps = max(2, BODY_STEPS // bodies)
 
@@ -221,13 +228,8 @@ def bench_tray(race, request: pytest.FixtureRequest, bodies: int) -> None:
     race(
         lambda: world.step(step, steps, allow_unstable=True),
         bodies * steps,
-        table="A time step of soft balls of 162 particles in a tray",
-        name="softbody",
         size=bodies,
-        of="bodies",
-        per="body and step",
         peers=rivals,
-        own=(TWO_THREADS, ASLEEP, *STAGES),
         clock=step / bodies,
         restore=putting_back(world),
         answer=lambda: world.state,

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from math import inf
+from typing import Any
 
 import igl
 import numpy as np
@@ -18,7 +20,10 @@ from trimesh.ray.ray_pyembree import RayMeshIntersector as Embree
 from trimesh.ray.ray_triangle import RayMeshIntersector as Rtree
 
 import softbody
+from benchmarks.goals import Goal
 from benchmarks.open3d_peer import open3d, open3d_scene
+from benchmarks.race import Peer
+from benchmarks.suite import Benchmark, Row
 from softbody.geometry import (
     MeshQuery,
     build_bvh,
@@ -34,26 +39,13 @@ from softbody.geometry.closest_point import Closest, no_answers
 
 Arrays = tuple[np.ndarray, np.ndarray]
 
-# Triangles → points, by level.
-SIZES = {
+PAGE = "standard", 5  # the level from which on the page has it, and where
+SIZES = {  # triangles and points, by level
     "quick": ((1_000, 10_000),),
     "standard": ((1_000, 10_000), (10_000, 10_000), (100_000, 10_000)),
     "full": ((1_000, 100_000), (10_000, 100_000), (100_000, 100_000), (1_000_000, 1_000_000)),
 }
 PAIRS = {"quick": 1e6, "standard": 2e6, "full": 1e8}  # point–triangle pairs that "all pairs" gets a round
-
-
-def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
-    """Run each benchmark on the sizes of the level; on points that are not uniform, below full, on 10 000 triangles."""
-    if "size" in metafunc.fixturenames:
-        level = metafunc.config.getoption("--level")
-        kinds = list(DISTRIBUTIONS)[:2] if metafunc.function is bench_closest_triangle else list(DISTRIBUTIONS)
-        runs = [
-            pytest.param(size, kind, id=f"{size[0]}, {kind}")
-            for size in SIZES[level]
-            for kind in (kinds if level == "full" or size[0] == 10_000 else kinds[:1])
-        ]
-        metafunc.parametrize(("size", "points_are"), runs)
 
 
 def wobbled_torus(triangles: int) -> Arrays:
@@ -101,9 +93,7 @@ def our_containment(points: np.ndarray, vertices: np.ndarray, triangles: np.ndar
     return call
 
 
-def containment_peers(
-    points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray, level: str
-) -> dict[str, tuple[Callable[[], object], int]]:
+def containment_peers(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray, level: str) -> dict[str, Peer]:
     """Return what the others take, and for how many points."""
     budget = PAIRS[level]
     few = cut(points, budget, triangles)
@@ -112,7 +102,7 @@ def containment_peers(
     def by(engine: type, rows: np.ndarray) -> Callable[[], object]:
         return lambda: engine(trimesh.Trimesh(vertices, triangles, process=False)).contains_points(rows)
 
-    peers: dict[str, tuple[Callable[[], object], int]] = {
+    peers: dict[str, Peer] = {
         "all pairs": (lambda: points_in_polyhedron(few, vertices, triangles), len(few)),
         "libigl fast winding number": (lambda: igl.fast_winding_number(vertices, triangles, points), len(points)),
         "trimesh with embree": (by(Embree, points), len(points)),
@@ -135,27 +125,53 @@ DISTRIBUTIONS = {
 }
 
 
-def bench_point_in_mesh(race, request, size: tuple[int, int], points_are: str) -> None:
+def sizes_of(*kinds: str) -> dict[str, list[Any]]:
+    """Return sizes and kinds of points by level; below full, points are uniform but for 10 000 triangles."""
+    return {
+        level: [
+            pytest.param(size, kind, id=f"{size[0]}, {kind}")
+            for size in sizes
+            for kind in (kinds if level == "full" or size[0] == 10_000 else kinds[:1])
+        ]
+        for level, sizes in SIZES.items()
+    }
+
+
+INSIDE = "Point in a mesh that moves: * uniform in the bounding box"
+INSIDE_NEAR = "Point in a mesh that moves: * a thousandth of the size off the surface"
+
+
+@Benchmark(
+    Row("Point in a mesh that moves: *", "triangles", "point", "grid rebuilt and asked", ("all pairs",)),
+    sizes=sizes_of(*DISTRIBUTIONS),
+    usual=True,
+    goals=(
+        Goal("Open3D*", 4.0, (0, 5_000), table=INSIDE),
+        Goal("Open3D*", 5.0, (5_000, 50_000), table=INSIDE),
+        Goal("Open3D*", 8.0, (50_000, 500_000), table=INSIDE),
+        Goal("Open3D*", 10.0, (500_000, inf), table=INSIDE),
+        Goal("trimesh with embree", 22.0, table=INSIDE),
+        Goal("libigl *", 35.0, table=INSIDE),
+        Goal("Open3D*", 2.0, table=INSIDE_NEAR),
+    ),
+)
+def bench_point_in_mesh(race, level: str, size: tuple[int, int], points_are: str) -> None:
     """Rebuild, then ask: points uniform, next to the surface, and in stacked copies."""
-    level = request.config.getoption("--level")
     vertices, triangles = wobbled_torus(size[0])
     points = DISTRIBUTIONS[points_are](vertices, size[1])
-    race(
-        our_containment(points, vertices, triangles),
-        len(points),
-        table=f"Point in a mesh that moves: {len(points)} points {points_are}",
-        name="grid rebuilt and asked",
-        size=len(triangles),
-        of="triangles",
-        per="point",
-        peers=containment_peers(points, vertices, triangles, level),
-        own=["all pairs"],
-    )
+    ours, peers = our_containment(points, vertices, triangles), containment_peers(points, vertices, triangles, level)
+    table = f"Point in a mesh that moves: {len(points)} points {points_are}"
+    race(ours, len(points), table=table, size=len(triangles), peers=peers)
 
 
-def bench_closest_triangle(race, request, size: tuple[int, int], points_are: str) -> None:
+@Benchmark(
+    Row("Closest triangle of a mesh that moves: *", "triangles", "point", "tree refitted and asked", ("all pairs",)),
+    sizes=sizes_of(*list(DISTRIBUTIONS)[:2]),
+    usual=True,
+    goals=(Goal("Open3D*", 3.0), Goal("libigl", 4.0)),
+)
+def bench_closest_triangle(race, level: str, size: tuple[int, int], points_are: str) -> None:
     """Refit, then ask for triangle, weights, point and distance."""
-    level = request.config.getoption("--level")
     vertices, triangles = wobbled_torus(size[0])
     points = DISTRIBUTIONS[points_are](vertices, size[1])
     tree, answers = build_bvh(vertices, triangles), no_answers(len(points))
@@ -171,7 +187,7 @@ def bench_closest_triangle(race, request, size: tuple[int, int], points_are: str
     def by_trimesh() -> object:
         return trimesh.proximity.closest_point(trimesh.Trimesh(vertices, triangles, process=False), ray)
 
-    peers: dict[str, tuple[Callable[[], object], int]] = {
+    peers: dict[str, Peer] = {
         "all pairs": (lambda: closest_triangles(few, vertices, triangles), len(few)),
         "libigl": (lambda: igl.point_mesh_squared_distance(points, vertices, triangles), len(points)),
     }
@@ -183,23 +199,15 @@ def bench_closest_triangle(race, request, size: tuple[int, int], points_are: str
             lambda: open3d_scene(vertices, triangles).compute_closest_points(single, nthreads=1),
             len(points),
         )
-    race(
-        ours,
-        len(points),
-        table=f"Closest triangle of a mesh that moves: {len(points)} points {points_are}",
-        name="tree refitted and asked",
-        size=len(triangles),
-        of="triangles",
-        per="point",
-        peers=peers,
-        own=["all pairs"],
-    )
+    table = f"Closest triangle of a mesh that moves: {len(points)} points {points_are}"
+    race(ours, len(points), table=table, size=len(triangles), peers=peers)
 
 
-def bench_threads(race, request) -> None:
+@Benchmark(Row("Point in mesh and closest triangle by MeshQuery, all threads", "triangles", "point", own=("1 thread",)))
+def bench_threads(race, level: str) -> None:
     """All threads against one, the same bits: 10 000 triangles."""
     vertices, triangles = wobbled_torus(10_000)
-    points = uniform_points(vertices, 50_000 if request.config.getoption("--level") != "full" else 1_000_000)
+    points = uniform_points(vertices, 50_000 if level != "full" else 1_000_000)
     threads = os.cpu_count() or 1
     query = MeshQuery(vertices, triangles)
 
@@ -210,15 +218,6 @@ def bench_threads(race, request) -> None:
 
         return call
 
-    race(
-        frame(threads),
-        len(points),
-        table="Point in mesh and closest triangle by MeshQuery, all threads",
-        name=f"{threads} threads",
-        size=len(triangles),
-        of="triangles",
-        per="point",
-        peers={"1 thread": (frame(1), len(points))},
-        threads=threads,
-        own=["1 thread"],
-    )
+    peers = {"1 thread": (frame(1), len(points))}
+    name = f"{threads} threads"
+    race(frame(threads), len(points), name=name, size=len(triangles), peers=peers, threads=threads)
