@@ -100,9 +100,9 @@ def amplification(run: Run) -> Comparison:
     faults=(WRONG_WEIGHT,),
 )
 def damping(run: Run) -> Comparison:
-    """The paper's scheme loses the part 1 − √det of the amplitude a step.
+    """The paper's scheme loses 1 − √det of the amplitude a step.
 
-    That is close to (ωh)²/4; the other schemes do not.
+    That is close to (ωh)²/4; the others lose none.
     """
     answers = Answers()
     for integrator in INTEGRATORS:
@@ -180,7 +180,7 @@ def error_constant(run: Run) -> Comparison:
     faults=(WEIGHT_BY_A_THOUSANDTH,),
 )
 def stability_limit(run: Run) -> Comparison:
-    """The integrators are stable up to ωh = 2, 2√2 and 2, not beyond."""
+    """Integrators are stable just up to ωh = 2, 2√2 and 2."""
     answers = Answers()
     for _, mesh in regular_solids()[: run.count(1, 2, 3)]:
         for integrator, limit in LIMITS.items():

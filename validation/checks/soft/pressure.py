@@ -316,7 +316,7 @@ def hanging_and_floating(run: Run) -> Comparison:
     ),
 )
 def at_rest_without_springs(run: Run) -> Comparison:
-    """A body without springs and gas is at rest unless it is pulled.
+    """A body without springs and gas rests unless it is pulled.
 
     A force pulls that acts on one of its particles that can move, or its weight while others are fixed. Then
     `World.equilibrium` says that it is not at rest. Nothing moves.
@@ -412,7 +412,7 @@ def run_to_rest(run: Run) -> Comparison:
     ),
 )
 def force_is_gradient_of_volume(run: Run) -> Comparison:
-    """The pressure force on a particle is P ∂V/∂x: work is P dV."""
+    """The pressure force is exactly P ∂V/∂x: work is P dV."""
     from references import scipy
 
     rng, answers = run.fresh_rng(), Answers()
