@@ -8,7 +8,8 @@ import numpy as np
 
 import softbody
 from softbody import Mesh, World
-from softbody.dynamics import pressure
+from softbody.collision.soft import soft_response
+from softbody.dynamics import pressure, soft_bodies
 from validation.fault import Fault
 
 SOLIDS = {"tetrahedron": softbody.tetrahedron, "octahedron": softbody.octahedron, "icosahedron": softbody.icosahedron}
@@ -16,6 +17,33 @@ RESPONSE = "softbody.collision.soft.soft_response"
 CONTACTS = f"softbody.collision.soft.soft_contacts, {RESPONSE}"
 
 PRESSURE = Fault("pressure off by 1e-9", pressure.gas_pressure, "gas_ / volume_ → gas_ / volume_ * (1.0 + 1e-9)")
+
+WRONG_AXES = Fault(
+    "the gas pushes along the wrong axes in the update",
+    soft_bodies.ring_accelerations,
+    "push_ * area_[c_, i_] → push_ * area_[c_ - 1, i_]",
+)
+ONE_SIDED = Fault(
+    "the surface does not feel the particle",
+    soft_response._apply_impulse,
+    "_push(particles_, SurfacePoint(p_, place_), back_, ago_)"
+    " → _push(particles_, SurfacePoint(p_, place_), scale(0.0, back_), ago_)",
+)
+ALL_OF_THE_MASS = Fault(
+    "contacts that each have all of a particle's mass",
+    soft_response._split_inverse_mass,
+    "weight_ * sum_[i_] * inverse_mass_[i_] → weight_ * weight_ * inverse_mass_[i_]",
+)
+FASTER_THAN_THEY_CAME = Fault(
+    "sides that part faster than they came",
+    soft_response._velocity_deficit,
+    "contacts_.restitution[k_] → (contacts_.restitution[k_] + 1.2)",
+)
+STRUCK_WHERE_IT_IS = Fault(
+    "a box struck where the particle is now, not where they met",
+    soft_response._place_on_b,
+    "_place(bodies_.particles, point_, ago_) → _place(bodies_.particles, point_, 0.0)",
+)
 
 
 def weightless(**options: Any) -> World:

@@ -25,7 +25,7 @@ from validation import accounts
 from validation.answers import Answers
 from validation.cases import ROOF, ROOF_FACES, random_orientations, rotated, rotation_matrix
 from validation.check import Comparison, Misprint, Run, check
-from validation.checks.soft.cases import CONTACTS, RESPONSE, weightless
+from validation.checks.soft.cases import CONTACTS, ONE_SIDED, RESPONSE, weightless
 from validation.fault import Fault
 
 FAMILY = "soft bodies that collide"
@@ -35,12 +35,6 @@ HALF_AN_IMPULSE = Fault(
     "a box that feels half of the impulse of a soft body",
     soft_response._apply_impulse,
     "apply_impulse(boxes_, box_, point_, back_) → apply_impulse(boxes_, box_, point_, scale(0.5, back_))",
-)
-ONE_SIDED = Fault(
-    "the surface does not feel the particle",
-    soft_response._apply_impulse,
-    "_push(particles_, SurfacePoint(p_, place_), back_, ago_)"
-    " → _push(particles_, SurfacePoint(p_, place_), scale(0.0, back_), ago_)",
 )
 
 RADIUS = 0.5  # [m] of the spheres at their rest lengths

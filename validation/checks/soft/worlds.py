@@ -23,7 +23,7 @@ from validation import accounts
 from validation.answers import Answers
 from validation.cases import random_orientations, rotation_matrix
 from validation.check import Comparison, Misprint, Run, check
-from validation.checks.soft.cases import CONTACTS, weightless
+from validation.checks.soft.cases import ALL_OF_THE_MASS, CONTACTS, ONE_SIDED, weightless
 from validation.fault import Fault
 
 FAMILY = "soft contacts and scenes"
@@ -147,11 +147,7 @@ def impulses_keep_momenta(run: Run) -> Comparison:
             soft_response._impulse,
             "inverse_effective_mass_at(boxes_, box_, point_, normal) → boxes_.inverse_mass[box_]",
         ),
-        Fault(
-            "contacts that each have all of a particle's mass",
-            soft_response._split_inverse_mass,
-            "weight_ * sum_[i_] * inverse_mass_[i_] → weight_ * weight_ * inverse_mass_[i_]",
-        ),
+        ALL_OF_THE_MASS,
     ),
 )
 def impulses_add_no_energy(run: Run) -> Comparison:
@@ -177,14 +173,7 @@ def impulses_add_no_energy(run: Run) -> Comparison:
     least=1,
     tolerance=2e-14,
     because="thousands of steps of rounding over 324 particles",
-    faults=(
-        Fault(
-            "the surface does not feel the particle",
-            soft_response._apply_impulse,
-            "_push(particles_, SurfacePoint(p_, place_), back_, ago_)"
-            " → _push(particles_, SurfacePoint(p_, place_), scale(0.0, back_), ago_)",
-        ),
-    ),
+    faults=(ONE_SIDED,),
 )
 def colliding_spheres_keep_momentum(run: Run) -> Comparison:
     """Two soft spheres that collide off-centre, without weight, keep their momentum."""
