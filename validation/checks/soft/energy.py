@@ -154,8 +154,8 @@ def drift_and_gain(world: World, step: float) -> tuple[float, float]:
 def crowds_keep_what_they_must(run: Run) -> Comparison:
     """Crowds of unlike bodies gain no energy and keep angular momentum.
 
-    Worlds of 2 to 5 soft bodies and up to 3 boxes that spin, all of which fly at each other, with any restitution and
-    friction. They never have more energy than at the start.
+    Worlds of 2 to 5 soft bodies and up to 3 boxes that spin fly at each other, with any restitution and friction. They
+    never have more energy than at the start.
     """
     rng, answers = run.fresh_rng(), Answers()
     for k in range(run.count(3, 6, 60)):

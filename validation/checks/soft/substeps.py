@@ -35,9 +35,9 @@ PARTS = (2, 3, 4)  # in which soft bodies take a step
 def crowds_in_parts_keep_what_they_must(run: Run) -> Comparison:
     """Crowds that step in parts keep energy and angular momentum.
 
-    Worlds of unlike soft bodies and boxes that fly at each other, where soft bodies take each step in 2, 3 or 4 parts
-    and contacts act once. There is no more energy than at the start, but for terms of second order in the step. They
-    are at most (ω h)² / 5000 of the momenta and (ω h)² / 20 of the energy, with ω the highest frequency.
+    Unlike soft bodies and boxes fly at each other. Soft bodies take each step in 2, 3 or 4 parts, and contacts act
+    once. There is no more energy than at the start, but for terms of second order in the step. They are at most
+    (ω h)² / 5000 of the momenta and (ω h)² / 20 of the energy, with ω the highest frequency.
     """
     rng, answers = run.fresh_rng(), Answers()
     for k in range(run.count(3, 6, 60)):

@@ -207,7 +207,7 @@ SCENES = {
 def motion_is_the_same_however_described(run: Run) -> Comparison:
     """Bodies collide in the same way however they are described.
 
-    Soft bodies of unlike meshes, and boxes, that collide in flight or on the ground are after 0.6 s where they are if
+    Soft bodies of unlike meshes, and boxes, collide in flight or on the ground. After 0.6 s they are where they are if
     vertices and triangles are numbered otherwise, or bodies added the other way round. So they are in the mirror, and
     seen from a frame that moves.
     """
