@@ -111,9 +111,9 @@ def ends(parts: int, cases: list[tuple[Ball, World, float | None]]) -> Compariso
     ),
 )
 def balls_bounce_as_between_events(run: Run) -> Comparison:
-    """A soft ball that turns and bounces ends as from event to event.
+    """A soft ball that turns and bounces ends as between events.
 
-    Balls of 0.3 to 3 kg fall, undamped, no two springs alike, by rk4 and symplectic Euler, in 64 parts of 0.8 of the
+    It falls, undamped, of 0.3 to 3 kg, no two springs alike, by rk4 and symplectic Euler, in 64 parts of 0.8 of the
     stable step.
     """
     cases = itertools.product(balls(run.seed, run.count(2, 4, 16), 0.0), ("rk4", "symplectic_euler"))

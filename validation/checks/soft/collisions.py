@@ -133,8 +133,8 @@ KINDS = ("soft–soft", "soft–rigid")
     unit="energy gained, of the kinetic",
     kind="invariant",
     tolerance=1e-13,
-    because="a bound that counts gains only, and rounding of energies of some hundred terms: what has closed in a step"
-    " is undone as if it had not been, which does no work; each of 180 collisions lost 2 % at least",
+    because="gains only, and rounding of some hundred terms: what closed in a step is undone; 180 collisions lost 2 %"
+    " at least",
     faults=(
         Fault(
             "soft bodies that bounce off each other faster than they came",
@@ -181,8 +181,7 @@ def collisions_keep_angular_momentum(run: Run) -> Comparison:
     kind="closed form",
     least=2,
     tolerance=0.03,
-    because="each hit takes a particle's share; the surface rings: 2.04 % at worst of ten seeds at 642 particles, ten"
-    " times that at 42",
+    because="a hit takes a particle's share; the surface rings: 2.04 % of ten seeds at 642 particles, 20 % at 42",
     faults=(ONE_SIDED,),
 )
 def head_on_spheres_bounce(run: Run) -> Comparison:
@@ -294,9 +293,8 @@ def stiff_sphere_strikes_box(run: Run) -> Comparison:
     unit="of the size",
     kind="invariant",
     tolerance=3e-14,
-    because="only the rounding of sums differs; where a tip or a side meets its own image, which balances, that grows"
-    " up to twentyfold every 5 ms, to 1e-3 at last: such pairs are looked at after 65 ms, 15 ms after they have met:"
-    " 1e-15 at worst of ten seeds, 1.4e-14 of 540 pairs",
+    because="sums are rounded, which grows up to twentyfold every 5 ms where a tip or a side meets its own image, to"
+    " 1e-3 at last: so 65 ms, 15 ms after they have met: 1e-15 at worst of ten seeds, 1.4e-14 of 540 pairs",
     faults=(
         Fault(
             "pairs of soft bodies looked at from one side",

@@ -96,8 +96,7 @@ def edges_in_a_box(run: Run) -> Comparison:
     kind="closed form",
     unit="of lengths of 1, of a unit vector; 0 or 1",
     tolerance=2e-12,
-    because="rounding, of lines at 6° and more that are a hundredth apart at least: 1.2e-13 at worst of ten seeds at"
-    " standard",
+    because="rounding, of lines at 6° and more, a hundredth apart at least: 1.2e-13 at worst of ten seeds at standard",
     faults=(
         Fault("ways up alone", edge_mesh.bits_across, "up | down → up"),
         Fault(

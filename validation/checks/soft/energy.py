@@ -72,9 +72,9 @@ def collision(rng: np.random.Generator, integrator: str, part: float, friction: 
     kind="invariant",
     least=5,
     tolerance=0.05,
-    because="springs do not answer, till the step ends, what a bounce up to h ago has moved since: of order (ω h)² of"
-    " what the struck particles have, and at most half of it of all; up to 0.016 in some hundred pairs, where the"
-    " restitution is almost 1 and particles few, and 1e-12 where the bounce loses more",
+    because="springs answer what a bounce up to h ago has moved when the step ends: of order (ω h)² of the struck"
+    " particles' share, half of all at most: 0.016 in some hundred pairs, of few particles and a restitution of"
+    " almost 1; 1e-12 where the bounce loses more",
     faults=(FASTER_THAN_THEY_CAME, ALL_OF_THE_MASS),
 )
 def unlike_bodies_add_no_energy(run: Run) -> Comparison:
@@ -147,8 +147,7 @@ def drift_and_gain(world: World, step: float) -> tuple[float, float]:
     unit="of the angular momenta; of a thousandth of the kinetic energy",
     kind="invariant",
     tolerance=2e-5,
-    because="what later sweeps add to the moment is of second order: 1e-9 in most worlds, 7e-6 at worst of 18, since "
-    "sweeps go on while they are rough; energy gained in 2 s: 6e-11 of the kinetic energy",
+    because="later sweeps add moment of second order: 1e-9 in most worlds, 7e-6 at worst of 18; energy in 2 s: 6e-11",
     faults=(STRUCK_WHERE_IT_IS, FASTER_THAN_THEY_CAME),
 )
 def crowds_keep_what_they_must(run: Run) -> Comparison:

@@ -241,8 +241,7 @@ def stable_step(run: Run) -> Comparison:
     reference="closed form",
     kind="closed form",
     tolerance=3e-9,
-    because="the amplitude of 1e-5 shifts the frequency by its square, 1e-10, and rounding to 1e-16 by 1e-11: 3.2e-10"
-    " at worst of ten seeds and at full",
+    because="the amplitude of 1e-5 shifts it by 1e-10, rounding by 1e-11: 3.2e-10 at worst of ten seeds and at full",
     faults=(
         Fault(
             "rest lengths off by 1e-5",

@@ -27,14 +27,12 @@ STEP = 0.5  # of the stable time step
 @check(
     section="4.2",
     piece="softbody.collision.solver.held_boxes",
-    reference="statics: heights of boxes, and of the lowest particle on the uppermost; energy: an invariant, springs"
-    " and gas by SciPy's judge",
+    reference="statics: heights of boxes, and of the lowest particle; energy: an invariant, by SciPy's judge",
     engines=("scipy",),
     unit="of the size; of the weight × size",
     kind="closed form",
     tolerance=1.4e-3,
-    because="what is pressed sinks by what the solver leaves in a step: 4.7e-5 at worst of ten seeds, 3.6e-4 at"
-    " standard",
+    because="what is pressed sinks by what the solver leaves: 4.7e-5 at worst of ten seeds, 3.6e-4 at standard",
     faults=(
         Fault(
             "a box that stands gives way as if it were free",
@@ -46,8 +44,8 @@ STEP = 0.5  # of the stable time step
 def light_boxes_carry(run: Run) -> Comparison:
     """Boxes far lighter than a soft body carry it.
 
-    A body of 1 kg falls by up to 0.3 m on one to three boxes of 100 g to 1 g each, stacked on the ground, or on one of
-    100 mg. It comes to rest there: after 3 s nothing has sunk, and at no time was there more energy.
+    1 kg falls by up to 0.3 m on one to three boxes of 100 g to 1 g each, stacked on the ground, or on one of 100 mg.
+    It comes to rest there: after 3 s nothing has sunk, and at no time was there more energy.
     """
     rng, answers = run.fresh_rng(), Answers()
     for ratio, highest in RATIOS * run.count(1, 3, 12):
@@ -80,8 +78,8 @@ PLANK, PEDESTAL = (1.2, 0.4, 0.1), (0.3, 0.4, 0.5)  # [m]
     piece="softbody.collision.solver.held_boxes",
     reference="statics: M g e against m g (x − e), with e the half width of the pedestal",
     kind="closed form",
-    because="the cube is 5 cm and more from where it would balance, and rocks by 1 cm; by 0.6 s what tips has leant by"
-    " 0.1 rad and more, what does not by 0.01 at most",
+    because="the cube is 5 cm and more from balance, and rocks by 1 cm; by 0.6 s what tips leans by 0.1 rad and more,"
+    " else by 0.01 at most",
     faults=(
         Fault(
             "pushes that what a box stands on never feels",
@@ -91,10 +89,10 @@ PLANK, PEDESTAL = (1.2, 0.4, 0.1), (0.3, 0.4, 0.5)  # [m]
     ),
 )
 def planks_tip_as_they_must(run: Run) -> Comparison:
-    """A plank on a pedestal tips where a soft cube's moment is larger.
+    """A plank on a pedestal tips where a cube's moment is larger.
 
-    The cube is beside the pedestal, and moments are about its edge. The plank does not tip if its own moment is the
-    larger one. It has a twentieth to 1.5 times the cube's mass.
+    The soft cube is beside the pedestal, moments are about its edge, and the plank has a twentieth to 1.5 times the
+    cube's mass. It does not tip if its own moment is the larger one.
     """
     rng, answers = run.fresh_rng(), Answers()
     cube = softbody.box((0.2, 0.2, 0.2), 3)

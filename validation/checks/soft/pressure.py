@@ -251,7 +251,7 @@ def shape_at_rest(run: Run) -> Comparison:
     engines=("scipy",),
     unit="of the size, and m/s",
     tolerance=5e-12,
-    because="forces of 1e-14 k × size are left, in soft modes of 1e-2 k: 2.3e-13 at worst of ten seeds, 7e-13 of more"
+    because="forces of 1e-14 k × size are left, in modes of 1e-2 k: 2.3e-13 at worst of ten seeds, 7e-13 of more"
     " bodies",
     faults=(
         Fault("no weight at all", resting.shape_at_rest, "controls.gravity if is_held else np.zeros(3) → np.zeros(3)"),
@@ -439,8 +439,7 @@ def force_is_gradient_of_volume(run: Run) -> Comparison:
     unit="of Σ |force| × size",
     kind="invariant",
     tolerance=3e-16,
-    because="forces of some 642 particles cancel, with a rounding of 1e-16 each: of their sum 2.1e-17 at worst of ten"
-    " seeds, 3e-17 at full",
+    because="some 642 forces cancel, rounded by 1e-16 each: 2.1e-17 of their sum at worst of ten seeds, 3e-17 at full",
     faults=(WRONG_AXES,),
 )
 def no_net_force_or_torque(run: Run) -> Comparison:

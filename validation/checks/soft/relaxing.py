@@ -71,8 +71,8 @@ def as_fire_has_it(run: Run) -> Comparison:
 @check(
     section="2.3",
     piece="softbody.World.equilibrium",
-    reference="FIRE (Bitzek et al. 2006) in NumPy, from rest every 500 steps, with steps of one over the bound of"
-    " Anderson and Morley (1985); the largest acceleration times the least mass, over stiffness and size",
+    reference="FIRE (Bitzek et al. 2006) in NumPy, from rest every 500 steps, of one over the bound of Anderson and"
+    " Morley (1985); the largest acceleration times the least mass, over stiffness and size",
     kind="specification",
     engines=("scipy",),
     unit="relative",

@@ -98,14 +98,14 @@ def reactions_carry_the_weight(run: Run) -> Comparison:
 @check(
     section="2.2, 4.2",
     piece="softbody.dynamics.pressure, softbody.dynamics.particle_ground.resolve_ground",
-    reference="balance of a membrane, which leaves the ground along it and so without pull: P A of the triangles that"
-    " touch with three corners, and of those with one, enclose the weight",
+    reference="balance of a membrane that leaves the ground without pull: P A of the triangles that touch with three"
+    " corners, and with one, enclose the weight",
     engines=("scipy", "trimesh"),
     unit="outside of the enclosure, of the weight",
     least=1,
     tolerance=0.016,
-    because="a bound that counts only what is outside the enclosure, and a surface of facets leaves the rim at an"
-    " angle, and pulls: by up to 1.6 % of a load at 642 particles; the weight is 10 % inside and more",
+    because="only what is outside counts, and a surface of facets leaves the rim at an angle, and pulls: by up to 1.6"
+    " % of a load at 642 particles; the weight is 10 % inside and more",
     faults=(Fault("a gas of half the pressure", pressure.gas_pressure, "gas_ / volume_ → 0.5 * gas_ / volume_"),),
 )
 def pressure_carries_the_load(run: Run) -> Comparison:
@@ -215,8 +215,7 @@ def box_never_goes_through(run: Run) -> Comparison:
     unit="of the speed that one step of weight gives",
     kind="closed form",
     tolerance=8e-6,
-    because="the solver ends its sweeps where one corrects less than 1e-4 of that speed, and piles are solved finer:"
-    " 7.1e-7 at worst of ten seeds, 9.2e-7 of 1 000 boxes",
+    because="sweeps end where one corrects less than 1e-4 of that speed: 7.1e-7 at worst of ten seeds, 9.2e-7 of 1 000",
     faults=(
         Fault(
             "boxes that touch at one point only",

@@ -33,8 +33,8 @@ PIECE = "softbody.dynamics.one_ring_forces"
     engines=("scipy",),
     unit="of the largest force",
     tolerance=5e-14,
-    because="up to 24 edges a particle, each rounded a few times on both sides; near l0 springs cancel:"
-    " 2.4e-14 at worst of two seeds at standard",
+    because="up to 24 edges a particle, rounded on both sides, that cancel near l0: 2.4e-14 at worst of two at"
+    " standard",
     faults=(
         WRONG_AXES,
         NEIGHBOUR_LEFT_OUT,
@@ -58,8 +58,7 @@ def force_is_slope_of_energy(run: Run) -> Comparison:
     unit="of the largest acceleration",
     least=4,
     tolerance=3e-13,
-    because="rounding of a volume some metres from the origin, and of springs that cancel: 4.6e-14 at worst of ten"
-    " seeds",
+    because="a volume some metres from the origin, and springs that cancel: 4.6e-14 at worst of ten seeds",
     faults=(
         Fault("no springs", reference_forces.plain_accelerations, "add_spring_forces(p_, e_, r_, s_, a_) → "),
         Fault(

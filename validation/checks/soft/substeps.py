@@ -28,8 +28,8 @@ PARTS = (2, 3, 4)  # in which soft bodies take a step
     unit="of the bounds, which are parts of the angular momenta and of the kinetic energy",
     kind="invariant",
     tolerance=1.0,
-    because="what later sweeps add to the moment, and what springs do not answer till the step ends: up to 0.37 of the"
-    " bounds in 90 worlds, in most of them 0.01 and less",
+    because="what later sweeps add, and springs answer at the step's end: 0.37 of the bounds in 90 worlds, 0.01 in"
+    " most",
     faults=(STRUCK_WHERE_IT_IS, FASTER_THAN_THEY_CAME),
 )
 def crowds_in_parts_keep_what_they_must(run: Run) -> Comparison:
@@ -97,8 +97,8 @@ def _world(k: int, parts: int) -> World:
     unit="of the plate's way in a step",
     kind="closed form",
     tolerance=0.25,
-    because="particles side by side are parted together, but for what a sweep more would do: 0.108 at worst of 120"
-    " cases, 6 and more where contacts know a part of the way; 1e-12 in one part",
+    because="particles side by side are parted together, but for what a sweep more would do: 0.108 at worst of 120, 6"
+    " and more where contacts know a part of the way; 1e-12 in one part",
     faults=(
         Fault(
             "contacts that act as in a part of the step",

@@ -57,10 +57,10 @@ def _surface(mesh: Mesh) -> Surface:
     ),
 )
 def reentrant_places(run: Run) -> Comparison:
-    """The way out leads to the reentrant corner or edge that is closest.
+    """The way out leads to the closest reentrant corner or edge.
 
-    From a point inside. Of all triangles that share the corner or edge, the one that faces the way most takes the
-    reaction, whichever of them was found and however they are numbered.
+    From a point inside. Of all triangles that share the place, the one that faces the way most takes the reaction,
+    whichever was found and however they are numbered.
     """
     rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(12, 60, 600)):
@@ -206,7 +206,7 @@ def ridges_that_just_cross(run: Run) -> Comparison:
     ),
 )
 def edges_on_a_box(run: Run) -> Comparison:
-    """A soft edge across a box's edge is put back by one impulse.
+    """One impulse puts a soft edge back on a box's edge.
 
     It comes down across it, no corner of either inside the other, and is back on it after the step. The impulse turns
     the speed there into e times it, shared by the lever along the soft edge, acting since they met.

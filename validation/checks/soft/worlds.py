@@ -139,8 +139,8 @@ def impulses_keep_momenta(run: Run) -> Comparison:
     unit="energy gained, relative",
     kind="invariant",
     tolerance=4e-15,
-    because="a bound that counts gains only, and rounding of two sums of some thirty terms, 1e-16 each: none gained"
-    " any; any real gain is of the order of the energy itself",
+    because="gains only, and rounding of two sums of some thirty terms: none gained; a real gain is of the energy's"
+    " order",
     faults=(
         Fault(
             "a box hit by a soft body gives way as if it could not turn",
