@@ -113,8 +113,8 @@ def ends(parts: int, cases: list[tuple[Ball, World, float | None]]) -> Compariso
 def balls_bounce_as_between_events(run: Run) -> Comparison:
     """A soft ball that turns and bounces ends as between events.
 
-    It falls, undamped, of 0.3 to 3 kg, no two springs alike, by rk4 and symplectic Euler, in 64 parts of 0.8 of the
-    stable step.
+    It falls, undamped, of 0.3 to 3 kg, no two springs alike, by rk4 and symplectic Euler. Steps are 64 parts of 0.8 of
+    the stable step.
     """
     cases = itertools.product(balls(run.seed, run.count(2, 4, 16), 0.0), ("rk4", "symplectic_euler"))
     return ends(64, [(ball, World(integrator=integrator), 0.0) for ball, integrator in cases])

@@ -34,7 +34,7 @@ ALL_OF_THE_MASS = Fault(
     soft_response._split_inverse_mass,
     "weight_ * sum_[i_] * inverse_mass_[i_] → weight_ * weight_ * inverse_mass_[i_]",
 )
-FASTER_THAN_THEY_CAME = Fault(
+FASTER = Fault(
     "sides that part faster than they came",
     soft_response._velocity_deficit,
     "contacts_.restitution[k_] → (contacts_.restitution[k_] + 1.2)",

@@ -185,10 +185,7 @@ def collisions_keep_angular_momentum(run: Run) -> Comparison:
     faults=(ONE_SIDED,),
 )
 def head_on_spheres_bounce(run: Run) -> Comparison:
-    """Soft spheres that meet head-on part with the speeds of elastic balls.
-
-    As stiffness and mesh are refined.
-    """
+    """Soft spheres, stiffer and finer, meet head-on and part like elastic balls."""
     rng, answers, notes = run.fresh_rng(), Answers(), []
     for masses in ((1.0, 1.0), (1.0, 3.0)):
         world = _two_spheres((_sphere(rng, 3), _sphere(rng, 3)), 6_400.0, 0.0, masses)

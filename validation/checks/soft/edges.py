@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
@@ -20,6 +22,7 @@ from validation.fault import Fault
 
 FAMILY = "soft bodies that collide"
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process
+check_edges = partial(check, section="beyond the paper")
 
 CORNERS = np.stack(np.meshgrid(*[(-0.5, 0.5)] * 3), axis=-1).reshape(-1, 3)
 EDGES = np.unique(np.sort(ROOF_FACES[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)), axis=0)
@@ -28,8 +31,7 @@ SPIKE_FACES = np.array([(0, 2, 1), (0, 3, 2), (0, 1, 3), (1, 2, 3)])  # the tip 
 SPIKE_EDGES = np.array([(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)])
 
 
-@check(
-    section="beyond the paper",
+@check_edges(
     piece="softbody.collision.soft.edge_box.edge_in_box",
     reference="the nearest facet of their Minkowski difference, by Qhull; the surface of the box",
     kind="third-party library",
@@ -77,10 +79,8 @@ def edges_in_a_box(run: Run) -> Comparison:
             answers.add([ours, 0.0, 0.0, 0.0, 0.0], [theirs, 0.0, 0.0, 0.0, 0.0], kind="apart")
             continue
         out, off = ways[np.argmin(-ways[:, 3]), :3], []
-        for gone in (
-            depth,
-            0.0,
-        ):  # where they touch once it has gone; or, if that was beyond the box, where it comes in
+        # Where they touch once it has gone; or, if that was beyond the box, where it comes in.
+        for gone in (depth, 0.0):
             beyond = np.abs(turn.inv().apply(p + where * (end - p) + gone * np.array(normal) - place)) - 0.5 * size
             off.append(np.abs(beyond).min() + np.maximum(beyond, 0.0).sum())
         kind = "through a face" if np.abs(out).max() > 1.0 - 1e-9 else "across a side"
@@ -89,8 +89,7 @@ def edges_in_a_box(run: Run) -> Comparison:
     return answers.comparison()
 
 
-@check(
-    section="beyond the paper",
+@check_edges(
     piece="softbody.collision.soft.edge_mesh.edge_across_edge",
     reference="nearest points of two lines by least squares, sides by determinants, in NumPy",
     kind="closed form",
@@ -196,8 +195,7 @@ def crossing_of(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.array([depth, *normal, place, other_place, facing[0] >= facing[1]])
 
 
-@check(
-    section="beyond the paper",
+@check_edges(
     piece="softbody.collision.soft.soft_soft.find_soft_soft_contacts",
     reference="nearest points of two lines by least squares, sides by determinants, in NumPy",
     kind="closed form",
@@ -285,8 +283,7 @@ def held(world: World, edge: tuple[int, int], roof: int) -> np.ndarray:
     return found
 
 
-@check(
-    section="beyond the paper",
+@check_edges(
     piece="softbody.collision.soft.soft_soft.find_soft_soft_contacts",
     reference="nearest points of two lines by least squares, sides by determinants, the slopes' normals, in NumPy",
     kind="specification",
@@ -358,8 +355,7 @@ def edges_that_lead_out(run: Run) -> Comparison:
     return answers.comparison()
 
 
-@check(
-    section="beyond the paper",
+@check_edges(
     piece="softbody.collision.soft.soft_response.resolve_contacts",
     reference="three linear equations, by NumPy",
     kind="closed form",

@@ -12,13 +12,7 @@ from validation import accounts
 from validation.answers import Answers
 from validation.cases import random_orientations, rotated
 from validation.check import Comparison, Run, check
-from validation.checks.soft.cases import (
-    ALL_OF_THE_MASS,
-    FASTER_THAN_THEY_CAME,
-    RESPONSE,
-    STRUCK_WHERE_IT_IS,
-    weightless,
-)
+from validation.checks.soft.cases import ALL_OF_THE_MASS, FASTER, RESPONSE, STRUCK_WHERE_IT_IS, weightless
 
 FAMILY = "soft bodies that collide"
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process
@@ -75,7 +69,7 @@ def collision(rng: np.random.Generator, integrator: str, part: float, friction: 
     because="springs answer what a bounce up to h ago has moved when the step ends: of order (ω h)² of the struck"
     " particles' share, half of all at most: 0.016 in some hundred pairs, of few particles and a restitution of"
     " almost 1; 1e-12 where the bounce loses more",
-    faults=(FASTER_THAN_THEY_CAME, ALL_OF_THE_MASS),
+    faults=(FASTER, ALL_OF_THE_MASS),
 )
 def unlike_bodies_add_no_energy(run: Run) -> Comparison:
     """Unlike soft bodies that collide add no energy above second order.
@@ -148,7 +142,7 @@ def drift_and_gain(world: World, step: float) -> tuple[float, float]:
     kind="invariant",
     tolerance=2e-5,
     because="later sweeps add moment of second order: 1e-9 in most worlds, 7e-6 at worst of 18; energy in 2 s: 6e-11",
-    faults=(STRUCK_WHERE_IT_IS, FASTER_THAN_THEY_CAME),
+    faults=(STRUCK_WHERE_IT_IS, FASTER),
 )
 def crowds_keep_what_they_must(run: Run) -> Comparison:
     """Crowds of unlike bodies gain no energy and keep angular momentum.

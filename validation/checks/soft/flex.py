@@ -29,10 +29,7 @@ GRAVITY = -9.81  # [m/s²]
     faults=(Fault("pressure off by 1e-11", pressure.gas_pressure, "gas_ / volume_ → gas_ / volume_ * (1.0 + 1e-11)"),),
 )
 def motion(run: Run) -> Comparison:
-    """Soft bodies move as MuJoCo makes them, step by step.
-
-    Any, damped and full of gas, by two integrators.
-    """
+    """Damped, gas-filled soft bodies move as MuJoCo makes them, by two integrators."""
     from references import mujoco_flex
 
     rng, answers = run.fresh_rng(), Answers()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from itertools import product
 
 import numpy as np
 
@@ -105,17 +106,16 @@ def damping(run: Run) -> Comparison:
     That is close to (ωh)²/4; the others lose none.
     """
     answers = Answers()
-    for integrator in INTEGRATORS:
-        for z in np.linspace(0.02, 1.0, run.count(5, 20, 100)):
-            # So few steps that the amplitude, which may fall by z²/4 a step, stays well above rounding.
-            steps = int(np.clip(10.0 / z**2, 10, 500))
-            area = [
-                Breathing(integrator, softbody.octahedron(), 0.0, scale, kick).after(z, steps)
-                for scale, kick in ((1.1, 0.0), (1.0, 0.1))
-            ]
-            # The area that two trajectories span in phase space shrinks by det a step.
-            left = (np.linalg.det(area) / 0.01) ** (0.5 / steps)
-            answers.add(left, np.sqrt(np.linalg.det(analytic.amplification_matrix(integrator, z))), kind=integrator)
+    for integrator, z in product(INTEGRATORS, np.linspace(0.02, 1.0, run.count(5, 20, 100))):
+        # So few steps that the amplitude, which may fall by z²/4 a step, stays well above rounding.
+        steps = int(np.clip(10.0 / z**2, 10, 500))
+        area = [
+            Breathing(integrator, softbody.octahedron(), 0.0, scale, kick).after(z, steps)
+            for scale, kick in ((1.1, 0.0), (1.0, 0.1))
+        ]
+        # The area that two trajectories span in phase space shrinks by det a step.
+        left = (np.linalg.det(area) / 0.01) ** (0.5 / steps)
+        answers.add(left, np.sqrt(np.linalg.det(analytic.amplification_matrix(integrator, z))), kind=integrator)
     return answers.comparison()
 
 
@@ -133,16 +133,15 @@ def observed_order(run: Run) -> Comparison:
     from references import scipy
 
     answers, finest = Answers(), run.count(7, 8, 9)
-    for _, mesh in regular_solids():
-        for integrator, order in ORDERS.items():
-            errors = []
-            for level in (3, 4) if order == 4 else (finest - 1, finest):
-                solid = Breathing(integrator, mesh, 20.0, 1.05)
-                seconds, steps = 1.5 * np.sqrt(solid.moment / solid.stiffness), 10 * 2**level
-                solid.world.step(seconds / steps, steps)
-                truth, _ = scipy.scale_motion(np.array([seconds]), 1.05, 0.0, solid.moment, solid.stiffness, 20.0)
-                errors.append(abs(solid.scale - truth[0]))
-            answers.add(np.log2(errors[0] / errors[1]), order, kind=integrator)
+    for (_, mesh), (integrator, order) in product(regular_solids(), ORDERS.items()):
+        errors = []
+        for level in (3, 4) if order == 4 else (finest - 1, finest):
+            solid = Breathing(integrator, mesh, 20.0, 1.05)
+            seconds, steps = 1.5 * np.sqrt(solid.moment / solid.stiffness), 10 * 2**level
+            solid.world.step(seconds / steps, steps)
+            truth, _ = scipy.scale_motion(np.array([seconds]), 1.05, 0.0, solid.moment, solid.stiffness, 20.0)
+            errors.append(abs(solid.scale - truth[0]))
+        answers.add(np.log2(errors[0] / errors[1]), order, kind=integrator)
     return answers.comparison(printed=[4.0, 4.0, 1.0] * 3)
 
 
@@ -157,16 +156,16 @@ def observed_order(run: Run) -> Comparison:
 def error_constant(run: Run) -> Comparison:
     """Each integrator's error over h^order tends to its modified equation's constant."""
     answers, mesh = Answers(), softbody.octahedron()
-    for t in run.fresh_rng().uniform(0.5, 6.0, run.count(2, 8, 40)):
-        for integrator, order in ORDERS.items():
-            constants = []
-            least = int(np.ceil(t / (0.05 if order == 4 else 0.001)))
-            for steps in (least, 2 * least):
-                solid = Breathing(integrator, mesh, 0.0, 1.1)
-                solid.world.step(t / solid.frequency / steps, steps)
-                constants.append((10.0 * (solid.scale - 1.0) - np.cos(t)) / (t / steps) ** order)
-            # The first neglected term is one order higher, for the rotation of rk4 too.
-            answers.add(2.0 * constants[1] - constants[0], analytic.leading_error(integrator, t), kind=integrator)
+    times = run.fresh_rng().uniform(0.5, 6.0, run.count(2, 8, 40))
+    for t, (integrator, order) in product(times, ORDERS.items()):
+        constants = []
+        least = int(np.ceil(t / (0.05 if order == 4 else 0.001)))
+        for steps in (least, 2 * least):
+            solid = Breathing(integrator, mesh, 0.0, 1.1)
+            solid.world.step(t / solid.frequency / steps, steps)
+            constants.append((10.0 * (solid.scale - 1.0) - np.cos(t)) / (t / steps) ** order)
+        # The first neglected term is one order higher, for the rotation of rk4 too.
+        answers.add(2.0 * constants[1] - constants[0], analytic.leading_error(integrator, t), kind=integrator)
     return answers.comparison()
 
 
@@ -182,18 +181,17 @@ def error_constant(run: Run) -> Comparison:
 def stability_limit(run: Run) -> Comparison:
     """Integrators are stable just up to ωh = 2, 2√2 and 2."""
     answers = Answers()
-    for _, mesh in regular_solids()[: run.count(1, 2, 3)]:
-        for integrator, limit in LIMITS.items():
-            low, high = 1.5, 3.2
-            while high - low > 1e-8:
-                z = 0.5 * (low + high)
-                columns = [
-                    Breathing(integrator, mesh, 0.0, 1.0 + stretch, kick).after(z) / 0.1
-                    for stretch, kick in ((0.1, 0.0), (0.0, 0.1))
-                ]
-                grows = np.abs(np.linalg.eigvals(np.array(columns).T)).max() > 1.0 + 1e-9
-                low, high = (low, z) if grows else (z, high)
-            answers.add(low, limit, kind=integrator)
+    for (_, mesh), (integrator, limit) in product(regular_solids()[: run.count(1, 2, 3)], LIMITS.items()):
+        low, high = 1.5, 3.2
+        while high - low > 1e-8:
+            z = 0.5 * (low + high)
+            columns = [
+                Breathing(integrator, mesh, 0.0, 1.0 + stretch, kick).after(z) / 0.1
+                for stretch, kick in ((0.1, 0.0), (0.0, 0.1))
+            ]
+            grows = np.abs(np.linalg.eigvals(np.array(columns).T)).max() > 1.0 + 1e-9
+            low, high = (low, z) if grows else (z, high)
+        answers.add(low, limit, kind=integrator)
     return answers.comparison()
 
 
@@ -334,20 +332,19 @@ def energy_gain(run: Run) -> Comparison:
     With the paper's scheme none does at any time; with symplectic Euler none drifts.
     """
     rng, answers = run.fresh_rng(), Answers()
-    for integrator in ("rk4_velocity", "symplectic_euler"):
-        for _ in range(run.count(1, 3, 10)):
-            body = _lumpy(rng, integrator)
-            world = body.world
-            world.equilibrium(1e-8)
-            bottom = accounts.energy(world)
-            body.velocities[:] = rng.normal(0.0, 0.1, body.velocities.shape)
-            energies = [accounts.energy(world) - bottom]
-            for _ in range(40):
-                world.step(0.5 * world.stable_time_step(), 50)
-                energies.append(accounts.energy(world) - bottom)
-            late, early = np.mean(energies[21:]), np.mean(energies[1:21])
-            gain = np.diff(energies).max() if integrator == "rk4_velocity" else late - early
-            answers.add(np.maximum(gain, 0.0) / energies[0], 0.0, kind=integrator)
+    for integrator, _ in product(("rk4_velocity", "symplectic_euler"), range(run.count(1, 3, 10))):
+        body = _lumpy(rng, integrator)
+        world = body.world
+        world.equilibrium(1e-8)
+        bottom = accounts.energy(world)
+        body.velocities[:] = rng.normal(0.0, 0.1, body.velocities.shape)
+        energies = [accounts.energy(world) - bottom]
+        for _ in range(40):
+            world.step(0.5 * world.stable_time_step(), 50)
+            energies.append(accounts.energy(world) - bottom)
+        late, early = np.mean(energies[21:]), np.mean(energies[1:21])
+        gain = np.diff(energies).max() if integrator == "rk4_velocity" else late - early
+        answers.add(np.maximum(gain, 0.0) / energies[0], 0.0, kind=integrator)
     return answers.comparison()
 
 
@@ -399,25 +396,21 @@ def breathe(run: Run, precision: str, phase: float) -> Comparison:
     ),
 )
 def momentum(run: Run) -> Comparison:
-    """Every integrator conserves momentum, and symplectic Euler angular momentum.
-
-    While a body shakes and spins.
-    """
+    """All integrators keep shaking, spinning bodies' momentum; symplectic Euler angular momentum too."""
     rng, answers = run.fresh_rng(), Answers()
-    for integrator in INTEGRATORS:
-        for _ in range(run.count(1, 4, 20)):
-            body = _lumpy(rng, integrator)
-            world, start = body.world, body.positions.copy()
-            spin = np.cross(rng.normal(size=3), start)
-            body.velocities[:] = spin + rng.normal(size=3) + 0.1 * rng.normal(size=start.shape)
-            scale = (np.linalg.norm(body.velocities, axis=1) / world.model.particle_inverse_mass).sum()
-            before = world.linear_momentum(), world.angular_momentum()
-            world.step(0.5 * world.stable_time_step(), run.count(2000, 2000, 100_000))
-            size, way = np.ptp(start, axis=0).max(), float(np.linalg.norm(body.centre))
-            answers.add(world.linear_momentum(), before[0], scale * size, f"momentum, {integrator}")
-            if integrator == "symplectic_euler":
-                kind = f"angular momentum, {integrator}"
-                answers.add(world.angular_momentum(), before[1], scale * (size + way), kind)
+    for integrator, _ in product(INTEGRATORS, range(run.count(1, 4, 20))):
+        body = _lumpy(rng, integrator)
+        world, start = body.world, body.positions.copy()
+        spin = np.cross(rng.normal(size=3), start)
+        body.velocities[:] = spin + rng.normal(size=3) + 0.1 * rng.normal(size=start.shape)
+        scale = (np.linalg.norm(body.velocities, axis=1) / world.model.particle_inverse_mass).sum()
+        before = world.linear_momentum(), world.angular_momentum()
+        world.step(0.5 * world.stable_time_step(), run.count(2000, 2000, 100_000))
+        size, way = np.ptp(start, axis=0).max(), float(np.linalg.norm(body.centre))
+        answers.add(world.linear_momentum(), before[0], scale * size, f"momentum, {integrator}")
+        if integrator == "symplectic_euler":
+            kind = f"angular momentum, {integrator}"
+            answers.add(world.angular_momentum(), before[1], scale * (size + way), kind)
     return answers.comparison()
 
 
@@ -447,16 +440,15 @@ def free_fall(run: Run) -> Comparison:
     """A thrown, spinning, shaking body's centre falls by each integrator's closed form."""
     rng, answers = run.fresh_rng(), Answers()
     steps, g = 1000, 9.81
-    for integrator in INTEGRATORS:
-        for _ in range(run.count(1, 5, 20)):
-            body, velocity, h = _thrown(rng, integrator)
-            body.velocities[:] += np.cross(rng.normal(size=3), body.positions - body.centre)
-            t, height = steps * h, body.centre[2]
-            body.world.step(h, steps)
-            end = height + velocity[2] * t - 0.5 * g * t * t
-            # The first-order schemes move with the velocity of the step's end: they fall g h t / 2 farther.
-            end = end if integrator == "rk4" else end - 0.5 * g * h * t
-            answers.add(body.centre[2], end, np.abs(end), integrator)
+    for integrator, _ in product(INTEGRATORS, range(run.count(1, 5, 20))):
+        body, velocity, h = _thrown(rng, integrator)
+        body.velocities[:] += np.cross(rng.normal(size=3), body.positions - body.centre)
+        t, height = steps * h, body.centre[2]
+        body.world.step(h, steps)
+        end = height + velocity[2] * t - 0.5 * g * t * t
+        # The first-order schemes move with the velocity of the step's end: they fall g h t / 2 farther.
+        end = end if integrator == "rk4" else end - 0.5 * g * h * t
+        answers.add(body.centre[2], end, np.abs(end), integrator)
     return answers.comparison()
 
 
@@ -477,13 +469,12 @@ def speed_of_a_fall(run: Run) -> Comparison:
     """A falling soft body gains the speed g t."""
     rng, answers, misprinted = run.fresh_rng(), Answers(), []
     steps, gravity = 10, np.array([0.0, 0.0, -9.81])
-    for integrator in INTEGRATORS:
-        for _ in range(run.count(2, 10, 50)):
-            body, start, h = _thrown(rng, integrator)
-            body.world.step(h, steps)
-            answers.add(body.velocities.mean(axis=0), start + gravity * h * steps, kind=integrator)
-            position, velocity = np.zeros(3), start
-            for _ in range(steps):
-                position, velocity = printed.mean_of_velocities(lambda x: gravity, position, velocity, h)
-            misprinted.append(velocity)
+    for integrator, _ in product(INTEGRATORS, range(run.count(2, 10, 50))):
+        body, start, h = _thrown(rng, integrator)
+        body.world.step(h, steps)
+        answers.add(body.velocities.mean(axis=0), start + gravity * h * steps, kind=integrator)
+        position, velocity = np.zeros(3), start
+        for _ in range(steps):
+            position, velocity = printed.mean_of_velocities(lambda x: gravity, position, velocity, h)
+        misprinted.append(velocity)
     return answers.comparison(printed=misprinted)

@@ -134,10 +134,7 @@ def ideal_gas_law(run: Run) -> Comparison:
     faults=(PRESSURE,),
 )
 def gas_laws(run: Run) -> Comparison:
-    """Regular solids obey Boyle's law over six decades of volume.
-
-    P V = nRT, over twelve decades of nRT, in which T is.
-    """
+    """Boyle's law holds over twelve decades of nRT and six of V."""
     rng, answers = run.fresh_rng(), Answers()
     for name, mesh in regular_solids():
         body = weightless().add_soft_body(mesh, mass=1.0, stiffness=100.0, gas=1.0)
@@ -191,10 +188,7 @@ def limits(run: Run) -> Comparison:
     faults=(PRESSURE,),
 )
 def scaling(run: Run) -> Comparison:
-    """A torus at rest grows with nRT/(kΣl0²) alone.
-
-    Bodies of any size and stiffness are similar by that ratio.
-    """
+    """Tori at rest grow with nRT/(kΣl0²) alone, whatever their size and stiffness."""
     from references import scipy
 
     rng, answers = run.fresh_rng(), Answers()

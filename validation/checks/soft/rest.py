@@ -191,10 +191,7 @@ def rest_height_converges(run: Run) -> Comparison:
     ),
 )
 def box_never_goes_through(run: Run) -> Comparison:
-    """A box that falls on a soft torus never goes through.
-
-    It stays above the middle, also where it is thrown.
-    """
+    """A box dropped or thrown on a soft torus never goes through."""
     answers = Answers()
     for speed in (0.0, 2.0, 5.0, 10.0)[: run.count(2, 4, 4)]:
         for mass in (0.3, 1.0, 3.0):
@@ -226,10 +223,7 @@ def box_never_goes_through(run: Run) -> Comparison:
     erratum=Misprint("E18", "one contact half-way between the bodies", "contacts on the surfaces that touch"),
 )
 def stacked_boxes_stay(run: Run) -> Comparison:
-    """A box that lies off-centre on another stays.
-
-    It is held on the surfaces, not half-way between the bodies.
-    """
+    """A box off-centre on another is held on their surfaces, and stays."""
     rng, answers, turned = run.fresh_rng(), Answers(), []
     step = 1e-3
     for _ in range(run.count(20, 100, 1_000)):

@@ -41,10 +41,7 @@ PIECE = "softbody.dynamics.one_ring_forces"
     ),
 )
 def force_is_slope_of_energy(run: Run) -> Comparison:
-    """The force on every particle is the downhill slope of the energy.
-
-    On any mesh, with springs that differ.
-    """
+    """Forces are the energy's downhill slope on any mesh, of unlike springs."""
     measured, expected, kinds, _ = forces(run, "double")
     scales = [np.full(len(judged), np.linalg.norm(judged, axis=1).max()) for judged in expected]
     return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds)
@@ -254,10 +251,7 @@ def damped_springs(run: Run) -> Comparison:
     ),
 )
 def drag_push_and_pins(run: Run) -> Comparison:
-    """Drag and push bring bodies to terminal velocity, and fixed particles stay.
-
-    The push is steady, the velocity that of the body's centre.
-    """
+    """Drag and steady push bring centres to terminal velocity, and pins stay."""
     rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(2, 8, 40)):
         mesh, rate = lumpy_sphere(rng, 1), rng.uniform(0.5, 3.0)

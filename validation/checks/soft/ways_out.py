@@ -59,8 +59,8 @@ def _surface(mesh: Mesh) -> Surface:
 def reentrant_places(run: Run) -> Comparison:
     """The way out leads to the closest reentrant corner or edge.
 
-    From a point inside. Of all triangles that share the place, the one that faces the way most takes the reaction,
-    whichever was found and however they are numbered.
+    From a point inside. Of all triangles that share the place, the one that faces the way most takes the reaction. It
+    does so whichever was found and however they are numbered.
     """
     rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(12, 60, 600)):
@@ -85,9 +85,8 @@ def reentrant_places(run: Run) -> Comparison:
             p = place + depth * inward / np.linalg.norm(inward)
             best = shared[np.argmax(facing[shared] @ ((place - p) / depth))]
             for triangle in shared:
-                weights = np.where(
-                    triangles[triangle] == 0, 1.0 - share, np.where(triangles[triangle] == other, share, 0.0)
-                )
+                named = triangles[triangle]
+                weights = np.where(named == 0, 1.0 - share, np.where(named == other, share, 0.0))
                 found = way_out(tuple(p), surface, int(triangle), tuple(weights))
                 is_best = list(found.end.particles) == triangles[best].tolist()
                 way, end = depth * np.array(found.normal), value_at(vertices, found.end)

@@ -257,10 +257,7 @@ def torus_rolls(run: Run) -> Comparison:
     faults=(NO_FRICTION,),
 )
 def rolling_torus_sticks(run: Run) -> Comparison:
-    """Scene 2's rolling torus sticks where it touches the ground.
-
-    It slides at under 2 % of its speed.
-    """
+    """Scene 2's rolling torus slides at under 2 % of its speed."""
     slides = _roll(0.8, float(run.count(4, 8, 12)))[:, 1].copy()
     return Comparison([np.nanmean(slides)], [0.0])
 
