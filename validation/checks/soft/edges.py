@@ -10,8 +10,10 @@ from scipy.spatial.transform import Rotation
 
 from softbody import Mesh, World
 from softbody.collision.contact import Listing, new_contacts
-from softbody.collision.soft import edge_box, edge_mesh, soft_response, soft_soft
+from softbody.collision.soft import soft_soft
+from softbody.collision.soft.edge_box import edge_in_box
 from softbody.collision.soft.edge_mesh import Ridge, bits_across, edge_across_edge
+from softbody.collision.soft.soft_response import line_meets_triangle
 from softbody.geometry.segments import put_segment
 from softbody.model.arrays import Particles
 from validation.answers import Answers
@@ -40,19 +42,15 @@ SPIKE_EDGES = np.array([(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)])
     tolerance=2e-13,
     because="Qhull's normals of facets with corners that lie close: 7.1e-15 at worst of three seeds at full",
     faults=(
-        Fault("one axis twice", edge_box.edge_in_box, "half[1] * abs(across_[1]) → half[1] * abs(across[0])"),
-        Fault("the nearer side of the box", edge_box.edge_in_box, "normal_[2] > 0.0 → normal[2] < 0.0"),
+        Fault("one axis twice", edge_in_box, "half[1] * abs(across_[1]) → half[1] * abs(across[0])"),
+        Fault("the nearer side of the box", edge_in_box, "normal_[2] > 0.0 → normal[2] < 0.0"),
         Fault(
             "lengths that are squares",
-            edge_box.edge_in_box,
+            edge_in_box,
             "dot(cross(sub(corner, a), direction), across_) / (length_ * length_)"
             " → dot(cross(sub(corner, a), direction), across) / length",
         ),
-        Fault(
-            "the face that is farther off",
-            edge_box.edge_in_box,
-            "1.0 if up_ < down_ else -1.0 → 1.0 if up > down else -1.0",
-        ),
+        Fault("the face that is farther off", edge_in_box, "1.0 if up_ < down_ else -1.0 → 1.0 if up > down else -1.0"),
     ),
 )
 def edges_in_a_box(run: Run) -> Comparison:
@@ -73,7 +71,7 @@ def edges_in_a_box(run: Run) -> Comparison:
         if abs(depths[0]) < 1e-9 or depths[1] - depths[0] < 1e-9:
             continue  # they just touch; or two ways out are as short
         p, end = turn.apply(ends) + place
-        depth, normal, where = edge_box.edge_in_box(tuple(p), tuple(end), tuple(size), tuple(place), tuple(q))
+        depth, normal, where = edge_in_box(tuple(p), tuple(end), tuple(size), tuple(place), tuple(q))
         if depths[0] < 0.0 or depth <= 0.0:  # apart, or so it is said
             ours, theirs = (np.maximum(each, 0.0) / unit for each in (depth, depths[0]))
             answers.add([ours, 0.0, 0.0, 0.0, 0.0], [theirs, 0.0, 0.0, 0.0, 0.0], kind="apart")
@@ -97,25 +95,19 @@ def edges_in_a_box(run: Run) -> Comparison:
     tolerance=2e-12,
     because="rounding, of lines at 6° and more, a hundredth apart at least: 1.2e-13 at worst of ten seeds at standard",
     faults=(
-        Fault("ways up alone", edge_mesh.bits_across, "up | down → up"),
-        Fault(
-            "half as deep", edge_mesh.bits_across, "bits_at_most(depth, deepest) → bits_at_most(2.0 * depth, deepest)"
-        ),
-        Fault("no deeper, the other way round", edge_mesh.bits_across, "bits_at_most(-deepest, depth) → 0"),
+        Fault("ways up alone", bits_across, "up | down → up"),
+        Fault("half as deep", bits_across, "bits_at_most(depth, deepest) → bits_at_most(2.0 * depth, deepest)"),
+        Fault("no deeper, the other way round", bits_across, "bits_at_most(-deepest, depth) → 0"),
         Fault(
             "own sides that rise both",
-            edge_mesh.edge_across_edge,
+            edge_across_edge,
             "dot(normal, own_left) < 0.0 or dot(normal, own_right) < 0.0"
             " → dot(normal, own_left) < 0.0 and dot(normal, own_right) < 0.0",
         ),
-        Fault(
-            "reentrant ridges of its own",
-            edge_mesh.edge_across_edge,
-            "dot(cross(along, own_left), own_right) >= 0.0 → False",
-        ),
+        Fault("reentrant ridges of its own", edge_across_edge, "dot(cross(along, own_left), own_right) >= 0.0 → False"),
         Fault(
             "faces not by their angle",
-            edge_mesh.edge_across_edge,
+            edge_across_edge,
             "dot(normal, face_left) * norm(face_right) → dot(normal, face_left) * norm(face_left)",
         ),
     ),
@@ -365,14 +357,14 @@ def edges_that_lead_out(run: Run) -> Comparison:
     faults=(
         Fault(
             "a cosine that is a hundredth larger",
-            soft_response.line_meets_triangle,
+            line_meets_triangle,
             "ALONG_SURFACE * np.sqrt(s_) → 1.01 * ALONG_SURFACE * np.sqrt(square)",
         ),
-        Fault("any line", soft_response.line_meets_triangle, "ALONG_SURFACE * np.sqrt(s_) → 0.0 * np.sqrt(square)"),
-        Fault("weights that do not add up", soft_response.line_meets_triangle, "w_[0] - u - v → weights[0] - u + v"),
+        Fault("any line", line_meets_triangle, "ALONG_SURFACE * np.sqrt(s_) → 0.0 * np.sqrt(square)"),
+        Fault("weights that do not add up", line_meets_triangle, "w_[0] - u - v → weights[0] - u + v"),
         Fault(
             "a corner as it is now",
-            soft_response.line_meets_triangle,
+            line_meets_triangle,
             "_place(particles, at_particle(corners[2]), time_since) → _place(particles, at_particle(corners[2]), 0.0)",
         ),
     ),
@@ -402,7 +394,7 @@ def where_pushes_act(run: Run) -> Comparison:
         contacts.particles[0], contacts.weights[0] = [(0, 1, 2), (3, 4, 5)], [own, others]
         particles = Particles(np.ones(6), position, velocity)
         rows = Listing(*(getattr(contacts, name) for name in Listing._fields))
-        found = soft_response.line_meets_triangle(rows, 0, particles, tuple(direction.tolist()), ago)
+        found = line_meets_triangle(rows, 0, particles, tuple(direction.tolist()), ago)
         # p + t d = a + v (b − a) + w (c − a)
         _, v, w = np.linalg.solve(np.column_stack([direction, a - b, a - c]), a - own @ then[:3])
         if times < 1.0:

@@ -9,7 +9,7 @@ from softbody.dynamics import equilibrium
 from softbody.dynamics.soft_bodies import motion_of
 from softbody.dynamics.stability import highest_frequency
 from softbody.model.arrays import soft_bodies_of
-from softbody.stepping import shape_at_rest
+from softbody.stepping.shape_at_rest import shape_at_rest
 from validation.answers import Answers
 from validation.cases import MESH_KINDS, edge_lengths, random_mesh
 from validation.check import Comparison, Run, check
@@ -79,20 +79,10 @@ def as_fire_has_it(run: Run) -> Comparison:
     tolerance=6e-3,
     because="three digits are told: 5e-3 at worst",
     faults=(
-        Fault(
-            "a step more in a round",
-            shape_at_rest.shape_at_rest,
-            "min(steps - done, ROUND) → min(steps - done, ROUND + 1)",
-        ),
-        Fault("rounds to the end", shape_at_rest.shape_at_rest, "min(steps - done, ROUND) → min(steps, ROUND)"),
-        Fault(
-            "the softest spring", shape_at_rest.shape_at_rest, "model.edge_stiffness.max() → model.edge_stiffness.min()"
-        ),
-        Fault(
-            "the shortest side",
-            shape_at_rest.shape_at_rest,
-            "np.ptp(position, axis=0).max() → np.ptp(position, axis=0).min()",
-        ),
+        Fault("a step more in a round", shape_at_rest, "min(steps - done, ROUND) → min(steps - done, ROUND + 1)"),
+        Fault("rounds to the end", shape_at_rest, "min(steps - done, ROUND) → min(steps, ROUND)"),
+        Fault("the softest spring", shape_at_rest, "model.edge_stiffness.max() → model.edge_stiffness.min()"),
+        Fault("the shortest side", shape_at_rest, "np.ptp(position, axis=0).max() → np.ptp(position, axis=0).min()"),
     ),
 )
 def steps_that_it_may_make(run: Run) -> Comparison:

@@ -7,6 +7,7 @@ import numpy as np
 from references import stability as documented
 from softbody import Mesh, World, icosphere, octahedron, tetrahedron
 from softbody.dynamics import integrators, one_ring_forces, stability, vertex_rings
+from softbody.dynamics.vertex_rings import build_rings
 from softbody.model.settings import INTEGRATORS
 from softbody.stepping.runner import Runner
 from validation.answers import Answers
@@ -72,8 +73,8 @@ def _mesh(kind: str, rng: np.random.Generator) -> Mesh:
             vertex_rings.with_springs,
             "(stiffness[a:b] == stiffness[a]).all() → (stiffness[a + 1 : b] == stiffness[b - 1]).all()",
         ),
-        Fault("a vertex of two fans taken for one of one", vertex_rings.build_rings, "-1 if cycle else behind → -1"),
-        Fault("neighbours of another vertex of two fans", vertex_rings.build_rings, "behind += entry.size → "),
+        Fault("a vertex of two fans taken for one of one", build_rings, "-1 if cycle else behind → -1"),
+        Fault("neighbours of another vertex of two fans", build_rings, "behind += entry.size → "),
         Fault("gas that leaves out vertices of two fans", one_ring_forces.fan_sums, "turn = add(turn, t_) → "),
     ),
 )
@@ -179,13 +180,9 @@ def stable_step_as_documented(run: Run) -> Comparison:
     tolerance=0.0,
     because="whole numbers",
     faults=(
-        Fault("blocks of one", vertex_rings.build_rings, "np.arange(1, count) % BLOCK → np.arange(1, count) // BLOCK"),
-        Fault("blocks of any length", vertex_rings.build_rings, "x_ | (np.arange(1, count) % BLOCK == 0) → x_"),
-        Fault(
-            "windows of half",
-            vertex_rings.build_rings,
-            "np.arange(count) // WINDOW → np.arange(count) // (WINDOW // 2)",
-        ),
+        Fault("blocks of one", build_rings, "np.arange(1, count) % BLOCK → np.arange(1, count) // BLOCK"),
+        Fault("blocks of any length", build_rings, "x_ | (np.arange(1, count) % BLOCK == 0) → x_"),
+        Fault("windows of half", build_rings, "np.arange(count) // WINDOW → np.arange(count) // (WINDOW // 2)"),
     ),
 )
 def blocks_of_particles(run: Run) -> Comparison:

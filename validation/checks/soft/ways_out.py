@@ -9,9 +9,10 @@ import numpy as np
 
 import softbody
 from softbody import Mesh
-from softbody.collision.soft import edge_mesh, point_mesh, soft_box
+from softbody.collision.soft import edge_mesh, point_mesh
 from softbody.collision.soft.edge_mesh import Ridge, edge_across_edge
 from softbody.collision.soft.point_mesh import way_out
+from softbody.collision.soft.soft_box import find_contacts_in_box
 from softbody.collision.soft.surface import Surface, build_surfaces, surface_of
 from softbody.model.surface_point import value_at
 from validation.answers import Answers
@@ -198,10 +199,8 @@ def ridges_that_just_cross(run: Run) -> Comparison:
     tolerance=1e-13,
     because="rounding: 5.4e-15 at worst of ten seeds",
     faults=(
-        Fault("edges that count as apart", soft_box.find_contacts_in_box, "depth_ > 0.0 → depth > 1.0"),
-        Fault(
-            "edges whose ends are held", soft_box.find_contacts_in_box, "on_edge(i_, j_, place_) → on_edge(i_, j_, 0.5)"
-        ),
+        Fault("edges that count as apart", find_contacts_in_box, "depth_ > 0.0 → depth > 1.0"),
+        Fault("edges whose ends are held", find_contacts_in_box, "on_edge(i_, j_, place_) → on_edge(i_, j_, 0.5)"),
     ),
 )
 def edges_on_a_box(run: Run) -> Comparison:
