@@ -16,7 +16,7 @@ from validation import accounts
 from validation.answers import Answers
 from validation.cases import lumpy_sphere
 from validation.check import Comparison, Misprint, Run, check
-from validation.checks.soft.cases import PRESSURE, regular_solids, weightless
+from validation.checks.soft.cases import PRESSURE, regular_solids, springs_of, weightless
 from validation.fault import Fault
 
 FAMILY = "integrators"
@@ -103,7 +103,7 @@ def amplification(run: Run) -> Comparison:
 def damping(run: Run) -> Comparison:
     """The paper's scheme loses 1 − √det of the amplitude a step.
 
-    That is close to (ωh)²/4; the others lose none.
+    That is close to (ωh)²/4; the others do not.
     """
     answers = Answers()
     for integrator, z in product(INTEGRATORS, np.linspace(0.02, 1.0, run.count(5, 20, 100))):
@@ -224,9 +224,7 @@ def stable_step(run: Run) -> Comparison:
         world = softbody.World(integrator="symplectic_euler")
         body = world.add_soft_body(mesh, mass=2.0, stiffness=stiffness, gas=gas, damping=0.0)
         body.positions[:] *= rng.uniform(0.95, 1.3)
-        model = world.model
-        springs = model.edge_particles, model.edge_rest_length, model.edge_stiffness
-        highest = scipy.highest_frequency(body.positions, *springs, mesh.triangles, gas, 2.0 / 42)
+        highest = scipy.highest_frequency(body.positions, *springs_of(world), mesh.triangles, gas, 2.0 / 42)
         ratios.append(world.stable_time_step() / (2.0 / highest))
         answers.add(ratios[-1] <= 1.0 + 1e-9, True)
     note = f"the step told is {min(ratios):.2f} to {max(ratios):.2f} of the longest that is stable"

@@ -132,7 +132,10 @@ def ideal_gas_law(run: Run) -> Comparison:
     faults=(PRESSURE,),
 )
 def gas_laws(run: Run) -> Comparison:
-    """Boyle's law holds over twelve decades of nRT and six of V."""
+    """Boyle's law holds over twelve decades of nRT and six of V.
+
+    P V = nRT, in which T is, of regular solids.
+    """
     rng, answers = run.fresh_rng(), Answers()
     for name, mesh in regular_solids():
         body = weightless().add_soft_body(mesh, mass=1.0, stiffness=100.0, gas=1.0)
