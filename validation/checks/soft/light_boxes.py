@@ -41,8 +41,8 @@ STEP = 0.5  # of the stable time step
 def light_boxes_carry(run: Run) -> Comparison:
     """Boxes far lighter than a soft body carry it.
 
-    1 kg falls by up to 0.3 m on one to three stacked boxes of 100 g to 1 g each, or on one of 100 mg. After 3 s it is at
-    rest there and nothing has sunk. At no time was there more energy.
+    1 kg falls by up to 0.3 m on one to three stacked boxes of 100 g to 1 g each. It also falls on one of 100 mg. After
+    3 s it is at rest there and nothing has sunk. At no time was there more energy.
     """
     rng, answers = run.fresh_rng(), Answers()
     for ratio, highest in RATIOS * run.count(1, 3, 12):
