@@ -10,6 +10,7 @@ import numpy as np
 
 from softbody import Mesh, World, icosphere
 from softbody.dynamics import integrators, one_ring_forces, particle_ground, pressure
+from validation.answers import Answers
 from validation.cases import edge_lengths, random_orientations, rotation_matrix
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
@@ -18,6 +19,13 @@ FAMILY = "soft bodies"
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 
 GRAVITY, SECONDS = 9.81, 0.3
+
+check_bounce = functools.partial(
+    check,
+    section="2, 5.1, 9",
+    piece="softbody.stepping.step.run_alone, softbody.dynamics.particle_ground",
+    reference="SciPy's DOP853 between events: particles touch the ground, and leave it",
+)
 
 
 class Ball(NamedTuple):
@@ -41,8 +49,7 @@ def balls(seed: int, count: int, share: float) -> tuple[Ball, ...]:
     """
     from references import ground
 
-    rng = np.random.default_rng(seed)
-    found = []
+    rng, found = np.random.default_rng(seed), []
     for _ in range(count):
         radius, mass = rng.uniform(0.3, 0.8), 10.0 ** rng.uniform(-0.5, 0.5)
         sphere = icosphere(1, radius=radius)
@@ -51,27 +58,14 @@ def balls(seed: int, count: int, share: float) -> tuple[Ball, ...]:
         stiffness = mass * 10.0 ** rng.uniform(2.7, 4.0) * rng.uniform(0.7, 1.4, len(mesh.edges))
         gas, spin = mass * rng.uniform(5.0, 40.0), rng.normal(0.0, 2.0, 3)
         velocity = np.cross(spin, turned) + (0.5, 0.0, -rng.uniform(1.0, 4.0))
-        springs = mesh.edges, edge_lengths(mesh.vertices, mesh.edges), stiffness
-        particle_mass = mass / len(turned)
+        springs, particle_mass = (mesh.edges, edge_lengths(mesh.vertices, mesh.edges), stiffness), mass / len(turned)
         damping = share * float(np.sqrt(2.0 * stiffness.mean() * particle_mass))
-        end, events = ground.bounce(
-            mesh.vertices, velocity, springs, mesh.triangles, gas, particle_mass, GRAVITY, SECONDS, damping
-        )
+        what = mesh.vertices, velocity, springs, mesh.triangles, gas, particle_mass
+        end, events = ground.bounce(*what, GRAVITY, SECONDS, damping)
         if events == 0:
             raise ValueError("a ball that does not reach the ground is no case")
         found.append(Ball(mesh, radius, mass, stiffness, gas, velocity, damping, end))
     return tuple(found)
-
-
-def undamped_ends(run: Run, parts: int, chosen: tuple[str, ...]) -> Comparison:
-    """Return where undamped balls end in Worlds of each integrator that is `chosen`; see `ends`."""
-    cases = itertools.product(balls(run.seed, run.count(2, 4, 16), 0.0), chosen)
-    return ends(parts, [(ball, World(integrator=integrator), 0.0) for ball, integrator in cases])
-
-
-def default_ends(run: Run, parts: int) -> Comparison:
-    """Return where balls end in Worlds of the defaults; see `ends`."""
-    return ends(parts, [(ball, World(), None) for ball in balls(run.seed, run.count(2, 4, 16), 0.1)])
 
 
 def ends(parts: int, cases: list[tuple[Ball, World, float | None]]) -> Comparison:
@@ -80,7 +74,7 @@ def ends(parts: int, cases: list[tuple[Ball, World, float | None]]) -> Compariso
     Cases are a ball, the world that it is added to, and with which damping [N s/m]. What it falls on is the ground, if
     the world has no box of its own.
     """
-    measured, expected, scales, kinds = [], [], [], []
+    answers = Answers()
     for ball, world, damping in cases:
         if not world.boxes:
             world.add_ground(friction=0.0)
@@ -88,17 +82,11 @@ def ends(parts: int, cases: list[tuple[Ball, World, float | None]]) -> Compariso
         body.velocities[:] = ball.velocity
         steps = parts * int(np.ceil(SECONDS / (0.8 * world.stable_time_step())))
         world.step(SECONDS / steps, steps, allow_unstable=True)
-        measured.append(body.positions)
-        expected.append(ball.end)
-        scales.append(np.full(len(ball.end), ball.radius))
-        kinds += [world.integrator] * len(ball.end)
-    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds)
+        answers.extend(body.positions, ball.end, ball.radius, world.integrator)
+    return answers.comparison()
 
 
-@check(
-    section="2, 5.1, 9",
-    piece="softbody.stepping.step.run_alone, softbody.dynamics.particle_ground",
-    reference="SciPy's DOP853 between events: particles touch the ground, and leave it",
+@check_bounce(
     engines=("scipy",),
     unit="of the radius",
     tolerance=6e-4,
@@ -123,15 +111,16 @@ def ends(parts: int, cases: list[tuple[Ball, World, float | None]]) -> Compariso
     ),
 )
 def balls_bounce_as_between_events(run: Run) -> Comparison:
-    """A soft ball that turns, falls and bounces ends where it does from event to event: balls of 0.3 to 3 kg, undamped,
-    no two springs alike, by rk4 and symplectic Euler, in 64 parts of 0.8 of the stable step."""
-    return undamped_ends(run, 64, ("rk4", "symplectic_euler"))
+    """A soft ball that turns and bounces ends as between events.
+
+    It falls, undamped, of 0.3 to 3 kg, no two springs alike, by rk4 and symplectic Euler. Steps are 64 parts of 0.8 of
+    the stable step.
+    """
+    cases = itertools.product(balls(run.seed, run.count(2, 4, 16), 0.0), ("rk4", "symplectic_euler"))
+    return ends(64, [(ball, World(integrator=integrator), 0.0) for ball, integrator in cases])
 
 
-@check(
-    section="2, 5.1, 9",
-    piece="softbody.stepping.step.run_alone, softbody.dynamics.particle_ground",
-    reference="SciPy's DOP853 between events: particles touch the ground, and leave it",
+@check_bounce(
     engines=("scipy",),
     unit="of the radius",
     tolerance=6e-4,
@@ -147,10 +136,13 @@ def balls_bounce_as_between_events(run: Run) -> Comparison:
     ),
 )
 def default_balls_bounce_so_too(run: Run) -> Comparison:
-    """Balls in a World of the defaults, integrator and damping, come to the end that damped ones come to from event to
-    event, as the step is made shorter: here 64 parts of 0.8 of the stable step. How far they are off in whole ones is
-    noted."""
-    found, whole = default_ends(run, 64), default_ends(run, 1)
+    """Balls in default Worlds end where damped ones do between events.
+
+    Integrator and damping are the defaults, and the step is made shorter: here 64 parts of 0.8 of the stable step. How
+    far they are off in whole ones is noted.
+    """
+    cases = balls(run.seed, run.count(2, 4, 16), 0.1)
+    found, whole = (ends(parts, [(ball, World(), None) for ball in cases]) for parts in (64, 1))
     off = np.linalg.norm(whole.measured - whole.expected, axis=1) / whole.scale
     found.notes.append(f"in whole steps {off.max():.2g} of the radius")
     return found

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import pairwise
+from functools import partial
+from itertools import product
+from typing import Any
 
 import numpy as np
 
 import softbody
+from references import analytic, printed
 from softbody import Mesh, World
 from softbody.collision.contact import Touch, add_contact, box_side, new_contacts, soft_side
 from softbody.collision.soft import edge_mesh, soft_contacts, soft_response
@@ -19,8 +22,10 @@ from softbody.model.arrays import Particles, RigidBodies
 from softbody.model.material import Material
 from softbody.model.surface_point import SurfacePoint
 from validation import accounts
+from validation.answers import Answers
 from validation.cases import ROOF, ROOF_FACES, random_orientations, rotated, rotation_matrix
 from validation.check import Comparison, Misprint, Run, check
+from validation.checks.soft.cases import CONTACTS, ONE_SIDED, RESPONSE, weightless
 from validation.fault import Fault
 
 FAMILY = "soft bodies that collide"
@@ -31,15 +36,10 @@ HALF_AN_IMPULSE = Fault(
     soft_response._apply_impulse,
     "apply_impulse(boxes_, box_, point_, back_) → apply_impulse(boxes_, box_, point_, scale(0.5, back_))",
 )
-ONE_SIDED = Fault(
-    "the surface does not feel the particle",
-    soft_response._apply_impulse,
-    "_push(particles_, SurfacePoint(p_, place_), back_, ago_)"
-    " → _push(particles_, SurfacePoint(p_, place_), scale(0.0, back_), ago_)",
-)
 
 RADIUS = 0.5  # [m] of the spheres at their rest lengths
 GAS = 0.15  # [m²] nRT over stiffness: a sphere of any stiffness is blown up by the same 4 %
+SMOOTH: dict[str, Any] = {"friction": 0.0, "damping": 0.0}
 BOX = (0.6, 1.0, 0.8)  # [m]
 STIFFER = 16.0  # times, from one row of a ladder to the next; the depth of a dent falls with √k, to a quarter
 
@@ -60,17 +60,13 @@ def _two_spheres(
 
     They close in along x at 2 m/s, their centres `aside` [m] apart in y; no friction, no weight.
     """
-    world = World(gravity=(0.0, 0.0, 0.0), integrator=integrator)
+    world = weightless(integrator=integrator)
     half = 0.5 * np.sqrt(1.1**2 - aside**2)  # blown up, their radii are 0.52 m
-    bodies = [
-        world.add_soft_body(
-            mesh, mass, stiffness, GAS * stiffness, (side * half, side * 0.5 * aside, 0.0),
-            restitution=restitution, friction=0.0, damping=0.0,
-        )
-        for mesh, mass, side in zip(meshes, masses, (-1.0, 1.0))
-    ]  # fmt: skip
+    for mesh, mass, side in zip(meshes, masses, (-1.0, 1.0)):
+        place = (side * half, side * 0.5 * aside, 0.0)
+        world.add_soft_body(mesh, mass, stiffness, GAS * stiffness, place, restitution=restitution, **SMOOTH)
     world.equilibrium()
-    for body, other, side in zip(bodies, reversed(masses), (-1.0, 1.0)):
+    for body, other, side in zip(world.soft_bodies, reversed(masses), (-1.0, 1.0)):
         body.velocities[:] = (-side * 2.0 * other / sum(masses), 0.0, 0.0)
     return world
 
@@ -79,31 +75,28 @@ def _sphere_and_box(
     mesh: Mesh, stiffness: float, strike: tuple[float, float], restitution: float = 0.0, integrator: str = "rk4"
 ) -> World:
     """Return a sphere of 1 kg that flies along x at 2 m/s at a box of 1.5 kg, to strike its face at `strike` (y, z)."""
-    world = World(gravity=(0.0, 0.0, 0.0), integrator=integrator, gyroscopic=True)
-    body = world.add_soft_body(
-        mesh, 1.0, stiffness, GAS * stiffness, (-0.84, *strike),
-        restitution=restitution, friction=0.0, damping=0.0,
-    )  # fmt: skip
+    world = weightless(integrator=integrator, gyroscopic=True)
+    place = (-0.84, *strike)
+    body = world.add_soft_body(mesh, 1.0, stiffness, GAS * stiffness, place, restitution=restitution, **SMOOTH)
     world.add_box(BOX, 1.5, restitution=restitution, friction=0.0)
     world.equilibrium()
     body.velocities[:] = (2.0, 0.0, 0.0)
     return world
 
 
-def _collide(world: World, part: float) -> World:
-    """Run until the bodies have parted, in steps of `part` of the longest stable one."""
+def _collide(world: World) -> World:
+    """Run until the bodies have parted, in steps of 0.8 of the longest stable one."""
     # Contact lasts about π √(m/k), and here k counts about tenfold, for the whole dent.
-    world.run(0.05 + 5.0 / np.sqrt(world.model.edge_stiffness[0]), part * world.stable_time_step())
+    world.run(0.05 + 5.0 / np.sqrt(world.model.edge_stiffness[0]), 0.8 * world.stable_time_step())
     return world
 
 
 def _mean_velocities(world: World) -> np.ndarray:
     """Return (b, 3): the velocity [m/s] of each soft body's centre."""
-    start = world.model.soft_particle_start
-    return np.array([world.state.particle_velocity[a:b].mean(axis=0) for a, b in pairwise(start)])
+    return np.array([body.velocities.mean(axis=0) for body in world.soft_bodies])
 
 
-def _gains(kind: str, seed: int, part: float, restitution: float, integrator: str) -> tuple[float, float]:
+def _gains(kind: str, seed: int, restitution: float, integrator: str) -> tuple[float, float]:
     """Return by how much a collision raises the energy and changes the angular momentum, relative to these."""
     rng = np.random.default_rng(seed)
     if kind == "soft–soft":
@@ -113,9 +106,21 @@ def _gains(kind: str, seed: int, part: float, restitution: float, integrator: st
         world = _sphere_and_box(_sphere(rng, 2), 400.0, (0.25, 0.15), restitution, integrator)
         kinetic = 2.0
     energy, spin = accounts.energy(world), accounts.angular_momentum(world)
-    _collide(world, part)
+    _collide(world)
     turned = np.linalg.norm(accounts.angular_momentum(world) - spin) / np.linalg.norm(spin)
     return (accounts.energy(world) - energy) / kinetic, float(turned)
+
+
+def _gained(run: Run, which: int, integrators: tuple[str, ...], next_too: int = 0) -> Comparison:
+    """Compare one of the gains of collisions with none, of every kind and by each of the integrators.
+
+    Each seed has the next restitution, and each integrator too, by so many.
+    """
+    seeds, answers = run.fresh_rng().integers(2**32, size=run.count(2, 10, 40)), Answers()
+    for (n, seed), kind, (k, integrator) in product(enumerate(seeds), KINDS, enumerate(integrators)):
+        gains = _gains(kind, int(seed), 0.5 * ((n + next_too * k) % 3), integrator)
+        answers.add(np.maximum(0.0, gains[which]), 0.0, kind=f"{kind}, {integrator}")
+    return answers.comparison()
 
 
 KINDS = ("soft–soft", "soft–rigid")
@@ -123,13 +128,13 @@ KINDS = ("soft–soft", "soft–rigid")
 
 @check(
     section="4.2, 4.3",
-    piece="softbody.collision.soft.soft_response",
+    piece=RESPONSE,
     reference="invariant",
     unit="energy gained, of the kinetic",
     kind="invariant",
     tolerance=1e-13,
-    because="a bound that counts gains only, and rounding of energies of some hundred terms: what has closed in a step"
-    " is undone as if it had not been, which does no work; each of 180 collisions lost 2 % at least",
+    because="gains only, and rounding of some hundred terms: what closed in a step is undone; 180 collisions lost 2 %"
+    " at least",
     faults=(
         Fault(
             "soft bodies that bounce off each other faster than they came",
@@ -139,21 +144,16 @@ KINDS = ("soft–soft", "soft–rigid")
     ),
 )
 def collisions_add_no_energy(run: Run) -> Comparison:
-    """A collision off-centre, of two soft spheres or of one with a box, of restitution 0, ½ or 1, adds no energy."""
-    gained: list[float] = []
-    kinds = []
-    for seed in run.fresh_rng().integers(2**32, size=run.count(2, 10, 40)):
-        for kind in KINDS:
-            for k, integrator in enumerate(("rk4_velocity", "rk4", "symplectic_euler")):
-                restitution = 0.5 * ((len(gained) // 6 + k) % 3)
-                gained.append(np.maximum(0.0, _gains(kind, int(seed), 0.8, restitution, integrator)[0]))
-                kinds.append(f"{kind}, {integrator}")
-    return Comparison(gained, np.zeros(len(gained)), groups=kinds)
+    """A collision off-centre adds no energy.
+
+    Of two soft spheres or of one with a box, of restitution 0, ½ or 1.
+    """
+    return _gained(run, 0, ("rk4_velocity", "rk4", "symplectic_euler"), 1)
 
 
 @check(
     section="4.2, 4.3",
-    piece="softbody.collision.soft.soft_response",
+    piece=RESPONSE,
     reference="invariant",
     unit="of the angular momentum",
     kind="invariant",
@@ -169,66 +169,54 @@ def collisions_add_no_energy(run: Run) -> Comparison:
     ),
 )
 def collisions_keep_angular_momentum(run: Run) -> Comparison:
-    """A collision off-centre, of two soft spheres or of one with a box, keeps the angular momentum."""
-    turned: list[float] = []
-    kinds = []
-    for seed in run.fresh_rng().integers(2**32, size=run.count(2, 10, 40)):
-        for kind in KINDS:
-            for integrator in ("rk4", "symplectic_euler"):
-                restitution = 0.5 * ((len(turned) // 4) % 3)
-                turned.append(_gains(kind, int(seed), 0.8, restitution, integrator)[1])
-                kinds.append(f"{kind}, {integrator}")
-    return Comparison(turned, np.zeros(len(turned)), groups=kinds)
+    """A soft sphere's collision off-centre, with sphere or box, keeps angular momentum."""
+    return _gained(run, 1, ("rk4", "symplectic_euler"))
 
 
 @check(
     section="4.3",
-    piece="softbody.collision.soft.soft_contacts, softbody.collision.soft.soft_response",
+    piece=CONTACTS,
     reference="closed form: in the centre's frame both velocities turn round; restitution 0 is that of a particle only",
     unit="of the closing speed",
     kind="closed form",
     least=2,
     tolerance=0.03,
-    because="each hit takes a particle's share; the surface rings: 2.04 % at worst of ten seeds at 642 particles, ten"
-    " times that at 42",
+    because="a hit takes a particle's share; the surface rings: 2.04 % of ten seeds at 642 particles, 20 % at 42",
     faults=(ONE_SIDED,),
 )
 def head_on_spheres_bounce(run: Run) -> Comparison:
-    """Soft spheres that meet head-on part with the speeds of elastic balls, as stiffness and mesh are refined."""
-    rng = run.fresh_rng()
-    measured, expected, kinds, notes = [], [], [], []
+    """Soft spheres, stiffer and finer, meet head-on and part like elastic balls."""
+    rng, answers, notes = run.fresh_rng(), Answers(), []
     for masses in ((1.0, 1.0), (1.0, 3.0)):
-        meshes = _sphere(rng, 3), _sphere(rng, 3)
-        world = _two_spheres(meshes, 6_400.0, 0.0, masses)
-        before = _mean_velocities(world)
-        measured.append(_mean_velocities(_collide(world, 0.8))[:, 0])
-        expected.append(-before[:, 0])
-        kinds.append("masses {:.0f} : {:.0f}".format(*masses))
+        world = _two_spheres((_sphere(rng, 3), _sphere(rng, 3)), 6_400.0, 0.0, masses)
+        before = _mean_velocities(world)[:, 0]
+        after = _mean_velocities(_collide(world))[:, 0]
+        answers.add(after, -before, 2.0, "masses {:.0f} : {:.0f}".format(*masses))
     for subdivisions, stiffness in ((1, 6_400.0), (2, 6_400.0), (3, 100.0), (3, 6_400.0)):
         world = _two_spheres((_sphere(rng, subdivisions), _sphere(rng, subdivisions)), stiffness, 0.0)
-        speed = np.ptp(_mean_velocities(_collide(world, 0.8))[:, 0]) / 2.0
+        speed = np.ptp(_mean_velocities(_collide(world))[:, 0]) / 2.0
         notes.append(f"{10 * 4**subdivisions + 2} particles, k = {stiffness:.0f} N/m: {speed:.3f} of the closing speed")
-    return Comparison(np.array(measured), np.array(expected), 2.0, kinds, notes=notes)
+    return answers.comparison(notes=notes)
 
 
 ORIENTATIONS = 6  # of the meshes, over which a case is averaged: one vertex touches first, half an edge aside or not
 
 
-def _limit(measure: Callable[[float], np.ndarray]) -> tuple[np.ndarray, float]:
-    """Return what `measure` of the stiffness tends to as that grows, and how far its last value is from there.
+def _limit(measure: Callable[[float], np.ndarray]) -> tuple[np.ndarray, str]:
+    """Return what `measure` of the stiffness tends to as that grows, and in words how far its last value is off.
 
     The depth of a dent, and with it the error, falls to 1/√STIFFER from one row of the ladder to the next.
     """
-    rows = [
-        np.mean([measure(stiffness) for _ in range(ORIENTATIONS)], axis=0) for stiffness in (1_600.0, 1_600.0 * STIFFER)
-    ]
+    ladder = 1_600.0, 1_600.0 * STIFFER
+    rows = [np.mean([measure(stiffness) for _ in range(ORIENTATIONS)], axis=0) for stiffness in ladder]
     limit = rows[1] + (rows[1] - rows[0]) / (np.sqrt(STIFFER) - 1.0)
-    return limit, float(np.linalg.norm(limit - rows[1]))
+    rest = float(np.linalg.norm(limit - rows[1]))
+    return limit, f"at k = {ladder[1]:.0f} N/m still {rest / 2.0:.3f} from the limit"
 
 
 @check(
     section="4.3",
-    piece="softbody.collision.soft.soft_contacts, softbody.collision.soft.soft_response",
+    piece=CONTACTS,
     reference="closed form: hard smooth spheres exchange their velocities along the line of centres",
     unit="of the closing speed",
     kind="closed form",
@@ -238,33 +226,32 @@ def _limit(measure: Callable[[float], np.ndarray]) -> tuple[np.ndarray, float]:
     faults=(Fault("smooth soft bodies that rub", material.combined, "sqrt(a_.friction * b_.friction) → 0.5"),),
 )
 def off_centre_spheres_deflect(run: Run) -> Comparison:
-    """Soft spheres that meet off-centre are deflected like hard ones, as their stiffness grows."""
-    rng = run.fresh_rng()
-    measured, expected, kinds, notes = [], [], [], []
+    """Soft spheres that meet off-centre deflect like hard ones, as they stiffen."""
+    rng, answers, notes = run.fresh_rng(), Answers(), []
+
+    def world_of(aside: float, stiffness: float) -> World:
+        return _two_spheres((_sphere(rng, 3), _sphere(rng, 3)), stiffness, aside)
+
+    def deflected(aside: float, stiffness: float) -> np.ndarray:
+        return _mean_velocities(_collide(world_of(aside, stiffness))).ravel()
+
     for aside in (0.6, 0.3, 0.8)[: run.count(1, 2, 3)]:
-
-        def deflected(stiffness: float, aside: float = aside) -> np.ndarray:
-            world = _two_spheres((_sphere(rng, 3), _sphere(rng, 3)), stiffness, aside)
-            return _mean_velocities(_collide(world, 0.8)).ravel()
-
-        limit, rest = _limit(deflected)
-        start = _two_spheres((_sphere(rng, 3), _sphere(rng, 3)), 1_600.0, aside)
-        ball = start.state.particle_position[: start.model.soft_particle_start[1]]
+        limit, note = _limit(partial(deflected, aside))
+        start = world_of(aside, 1_600.0)
+        ball = start.soft_bodies[0].positions
         radius = np.linalg.norm(ball - ball.mean(axis=0), axis=1).mean()
         sine = aside / (2.0 * radius)
         line = np.array([np.sqrt(1.0 - sine**2), sine, 0.0])
         a, b = _mean_velocities(start)
         exchanged = ((b - a) @ line) * line
-        measured.append(limit)
-        expected.append(np.concatenate([a + exchanged, b - exchanged]))
-        kinds.append(f"{aside} m aside")
-        notes.append(f"{aside} m aside: at k = {1_600 * STIFFER:.0f} N/m still {rest / 2.0:.3f} from the limit")
-    return Comparison(np.array(measured), np.array(expected), 2.0, kinds, notes=notes)
+        answers.add(limit, np.concatenate([a + exchanged, b - exchanged]), 2.0, f"{aside} m aside")
+        notes.append(f"{aside} m aside: {note}")
+    return answers.comparison(notes=notes)
 
 
 @check(
     section="4.2",
-    piece="softbody.collision.soft.soft_contacts, softbody.collision.soft.soft_response",
+    piece=CONTACTS,
     reference="closed form: a smooth ball meets the box as a particle of its mass would, with restitution 1",
     unit="of the speeds before",
     kind="closed form",
@@ -274,39 +261,37 @@ def off_centre_spheres_deflect(run: Run) -> Comparison:
     faults=(HALF_AN_IMPULSE,),
 )
 def stiff_sphere_strikes_box(run: Run) -> Comparison:
-    """A soft sphere that strikes a box off-centre makes it fly and spin like a rigid smooth one, as it stiffens."""
-    from references import analytic
+    """A stiffening soft sphere strikes a box like a rigid smooth one.
 
-    rng = run.fresh_rng()
-    measured, expected, notes = [], [], []
+    Off-centre, so that the box flies and spins.
+    """
+    rng, answers, notes = run.fresh_rng(), Answers(), []
+
+    def struck(strike: tuple[float, float], stiffness: float) -> np.ndarray:
+        world = _collide(_sphere_and_box(_sphere(rng, 3), stiffness, strike))
+        box = world.state.box_velocity[0], world.state.box_angular_velocity[0]
+        return np.concatenate([*box, *_mean_velocities(world)])
+
     for _ in range(run.count(1, 3, 12)):
         strike = tuple(rng.uniform(-0.25, 0.25, 2))
-
-        def struck(stiffness: float, strike: tuple[float, float] = strike) -> np.ndarray:
-            world = _collide(_sphere_and_box(_sphere(rng, 3), stiffness, strike), 0.8)
-            box = world.state.box_velocity[0], world.state.box_angular_velocity[0]
-            return np.concatenate([*box, *_mean_velocities(world)])
-
-        limit, rest = _limit(struck)
+        limit, note = _limit(partial(struck, strike))
         here, still = np.array([[-0.3, *strike]]), np.zeros((1, 3))
         box = np.array([BOX]), np.array([1.5]), still, np.array([[1.0, 0.0, 0.0, 0.0]]), still, still
         ball = np.array([1.0]), here, np.array([[2.0, 0.0, 0.0]]), np.array([[-1.0, 0.0, 0.0]]), np.array([1.0])
-        measured.append(limit)
-        expected.append(np.concatenate(analytic.particle_impact(*box, *ball), axis=1)[0])
-        notes.append(f"at k = {1_600 * STIFFER:.0f} N/m still {rest / 2.0:.3f} from the limit")
-    return Comparison(np.array(measured), np.array(expected), 2.0, notes=notes[:3])
+        answers.add(limit, np.concatenate(analytic.particle_impact(*box, *ball), axis=1)[0], 2.0)
+        notes.append(note)
+    return answers.comparison(notes=notes[:3])
 
 
 @check(
     section="4.3",
-    piece="softbody.collision.soft.soft_contacts, softbody.collision.soft.soft_response",
+    piece=CONTACTS,
     reference="symmetry, of every particle, after 0.065 s, with a box between after 0.3 s",
     unit="of the size",
     kind="invariant",
     tolerance=3e-14,
-    because="only the rounding of sums differs; where a tip or a side meets its own image, which balances, that grows"
-    " up to twentyfold every 5 ms, to 1e-3 at last: such pairs are looked at after 65 ms, 15 ms after they have met:"
-    " 1e-15 at worst of ten seeds, 1.4e-14 of 540 pairs",
+    because="sums are rounded, which grows up to twentyfold every 5 ms where a tip or a side meets its own image, to"
+    " 1e-3 at last: so 65 ms, 15 ms after they have met: 1e-15 at worst of ten seeds, 1.4e-14 of 540 pairs",
     faults=(
         Fault(
             "pairs of soft bodies looked at from one side",
@@ -318,30 +303,29 @@ def stiff_sphere_strikes_box(run: Run) -> Comparison:
     ),
 )
 def symmetric_pairs_stay_symmetric(run: Run) -> Comparison:
-    """Two equal bodies that meet, turned by half a turn, or mirrored, with a box between or without, stay so."""
-    rng = run.fresh_rng()
-    off, kinds = [], []
-    for _ in range(run.count(2, 6, 30)):
-        for what, mesh in (("spheres", softbody.icosphere(2, RADIUS)), ("tori", softbody.torus(0.36, 0.14, 20, 10))):
-            one = rotated(mesh, rng)
-            for how, seconds in (("half a turn", 0.065), ("mirrored", 0.065), ("mirrored, a box", 0.3)):
-                mirror = how != "half a turn"
-                signs = (-1.0, 1.0 if mirror else -1.0, 1.0)
-                other = Mesh(one.vertices * signs, one.triangles[:, ::-1] if mirror else one.triangles)
-                world = _two_spheres((one, other), 400.0, 0.0 if mirror else 0.6)
-                if how == "mirrored, a box":
-                    rows = np.split(np.arange(len(world.state.particle_position)), 2)
-                    for side, own in zip((-1.0, 1.0), rows):
-                        world.state.particle_position[own] += (0.3 * side, 0.0, 0.0)
-                    world.add_box((0.3, 0.5, 0.6), 0.7)
-                world.run(seconds, 0.4 * world.stable_time_step())
-                a, b = world.state.particle_position.reshape(2, -1, 3) * [[[1.0, 1.0, 1.0]], [signs]]
-                off.append(np.abs(a - b).max())
-                kinds.append(f"{what}, {how}")
-    return Comparison(np.array(off), np.zeros(len(off)), 2.0 * RADIUS, kinds)
+    """Two equal bodies that meet symmetrically stay symmetric.
+
+    One is the other turned by half a turn, or mirrored, with a box between or without.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    shapes = {"spheres": softbody.icosphere(2, RADIUS), "tori": softbody.torus(0.36, 0.14, 20, 10)}
+    for what, mesh in [*shapes.items()] * run.count(2, 6, 30):
+        one = rotated(mesh, rng)
+        for how, seconds in (("half a turn", 0.065), ("mirrored", 0.065), ("mirrored, a box", 0.3)):
+            mirror = how != "half a turn"
+            signs = (-1.0, 1.0 if mirror else -1.0, 1.0)
+            other = Mesh(one.vertices * signs, one.triangles[:, ::-1] if mirror else one.triangles)
+            world = _two_spheres((one, other), 400.0, 0.0 if mirror else 0.6)
+            if how == "mirrored, a box":
+                for body, side in zip(world.soft_bodies, (-1.0, 1.0)):
+                    body.positions[:] += (0.3 * side, 0.0, 0.0)
+                world.add_box((0.3, 0.5, 0.6), 0.7)
+            world.run(seconds, 0.4 * world.stable_time_step())
+            a, b = (body.positions for body in world.soft_bodies)
+            answers.add(np.abs(a - b * signs).max(), 0.0, 2.0 * RADIUS, f"{what}, {how}")
+    return answers.comparison()
 
 
-# A roof: its ridge along x, four corners on the ground.
 @check(
     section="6",
     piece="softbody.collision.soft.edge_mesh",
@@ -365,9 +349,8 @@ def symmetric_pairs_stay_symmetric(run: Run) -> Comparison:
     ),
 )
 def crossed_ridges_hold(run: Run) -> Comparison:
-    """Roofs of eight triangles that fall across each other, ridge on ridge, are held by their ridges."""
-    rng = run.fresh_rng()
-    through = []
+    """Roofs of eight triangles, fallen ridge across ridge, hold by their ridges."""
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(4, 20, 100)):
         angle, aside, drop = rng.uniform(0.3, 0.7) * np.pi, rng.uniform(-0.2, 0.2, 2), rng.uniform(0.05, 0.3)
         c, s = np.cos(angle), np.sin(angle)
@@ -377,16 +360,15 @@ def crossed_ridges_hold(run: Run) -> Comparison:
         lower = world.add_soft_body(Mesh(ROOF, ROOF_FACES), 6.0, 2e4, 200.0)
         start = (*aside, 1.0 + drop)
         upper = world.add_soft_body(Mesh(upside_down, ROOF_FACES), 0.6, 2e3, 20.0, start, friction=0.0)
-        step = 0.5 * world.stable_time_step()
-        deepest = 0.0
+        step, deepest = 0.5 * world.stable_time_step(), 0.0
         for _ in range(20):
             world.run(0.02, step)
             (p, q), (u, v) = lower.positions[[2, 5]], upper.positions[[2, 5]]
             t = np.linalg.solve(np.column_stack([(q - p)[:2], (u - v)[:2]]), (u - p)[:2])
             if ((t > 0.05) & (t < 0.95)).all():  # later it may have slid off
                 deepest = np.maximum(deepest, (p + t[0] * (q - p))[2] - (u + t[1] * (v - u))[2])
-        through.append(deepest / 0.5)
-    return Comparison(through, np.zeros(len(through)))
+        answers.add(deepest / 0.5, 0.0)
+    return answers.comparison()
 
 
 def _point_strikes_box(rng: np.random.Generator) -> tuple[np.ndarray, ...]:
@@ -398,26 +380,22 @@ def _point_strikes_box(rng: np.random.Generator) -> tuple[np.ndarray, ...]:
     position, velocity = rng.normal(size=(3, 3)), rng.normal(size=(3, 3))
     mass, weights = 10.0 ** rng.uniform(-1.0, 1.0, 3), rng.dirichlet((1.0, 1.0, 1.0))
     size, box_mass, q = rng.uniform(0.4, 2.0, 3), 10.0 ** rng.uniform(-1.0, 1.0), random_orientations(rng, 1)
-    box = RigidBodies(
-        np.array([1.0 / box_mass]), 1.0 / np.array([box_inertia(tuple(size), box_mass)]),
-        (weights @ position + rotation_matrix(q[0]) @ (rng.uniform(-0.5, 0.5, 3) * size))[None],
-        q, *rng.normal(size=(2, 1, 3)),
-    )  # fmt: skip
+    place, inertia = weights @ position, np.array([box_inertia(tuple(size), box_mass)])
+    centre = place + rotation_matrix(q[0]) @ (rng.uniform(-0.5, 0.5, 3) * size)
+    box = RigidBodies(np.array([1.0 / box_mass]), 1.0 / inertia, centre[None], q, *rng.normal(size=(2, 1, 3)))
     normal = random_orientations(rng, 1)[0, :3]
     normal /= np.linalg.norm(normal)
     e = rng.choice([0.0, 0.5, 1.0])
-    case = (
-        size, box_mass, box.position[0].copy(), q[0], box.velocity[0].copy(), box.angular_velocity[0].copy(),
-        1.0 / (weights**2 @ (1.0 / mass)), weights @ position, weights @ velocity, normal, e,
-    )  # fmt: skip
-    contacts, point = new_contacts(1), soft_side(SurfacePoint((0, 1, 2), tuple(weights)))
-    touch = Touch(tuple(weights @ position), tuple(normal), 0.0, 0)
-    add_contact(contacts, point, box_side(0), touch, Material(float(e), 0.0))
+    start = box.position[0].copy(), q[0], box.velocity[0].copy(), box.angular_velocity[0].copy()
+    point = 1.0 / (weights**2 @ (1.0 / mass)), place, weights @ velocity, normal, e
+    contacts, side = new_contacts(1), soft_side(SurfacePoint((0, 1, 2), tuple(weights)))
+    add_contact(contacts, side, box_side(0), Touch(tuple(place), tuple(normal), 0.0, 0), Material(float(e), 0.0))
     # In a step of no length at all, everything has come as it goes.
     bodies = Bodies(Particles(1.0 / mass, position, velocity), box)
     before = Bodies(Particles(1.0 / mass, position, velocity.copy()), RigidBodies(*(rows.copy() for rows in box)))
     resolve_contacts(contacts, bodies, before, np.zeros(3), 1e-300)
-    return *case, np.concatenate([box.velocity[0], box.angular_velocity[0], weights @ velocity])
+    after = np.concatenate([box.velocity[0], box.angular_velocity[0], weights @ velocity])
+    return size, box_mass, *start, *point, after
 
 
 @check(
@@ -432,13 +410,13 @@ def _point_strikes_box(rng: np.random.Generator) -> tuple[np.ndarray, ...]:
     erratum=Misprint("E13", "L = r × v; bounce from masses alone", "r × impulse; effective mass with the inertia"),
 )
 def patch_strikes_box(run: Run) -> Comparison:
-    """A point on a surface that strikes a box gives way by Σ w²/m, and the box by its mass and inertia."""
-    from references import analytic, printed
+    """A surface's point that strikes a box gives way by Σ w²/m.
 
+    The box gives way by its mass and inertia.
+    """
     rng = run.fresh_rng()
-    *case, measured = (
-        np.array(column) for column in zip(*(_point_strikes_box(rng) for _ in range(run.count(300, 2_000, 20_000))))
-    )
+    rows = [_point_strikes_box(rng) for _ in range(run.count(300, 2_000, 20_000))]
+    *case, measured = (np.array(column) for column in zip(*rows))
     ratio = np.maximum(case[1] / case[6], case[6] / case[1])
     return Comparison(
         measured,

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import softbody
+from references import analytic
 from softbody import Mesh, World
 from softbody.bodies import adding, builder
 from softbody.dynamics import integrators, one_ring_forces
 from softbody.model import settings
 from softbody.scenes import from_file, sphere_on_torus
+from validation.answers import Answers
 from validation.cases import MESH_KINDS, edge_lengths, random_mesh
 from validation.check import Comparison, Run, check
+from validation.checks.soft.cases import SOLIDS, weightless
 from validation.fault import Fault
 
 FAMILY = "integrators"
@@ -85,18 +89,15 @@ def _from_scene(integrator: str, mass: float, stiffness: float) -> float:
     faults=(WHOLE_MASS, ON_A_WALL, FIRST_SPRING, NONE, TWICE),
 )
 def a_tenth_of_critical(run: Run) -> Comparison:
-    """Unless told otherwise springs are damped by a tenth of what is critical for two particles on the mean one: of any
-    mesh, mass and stiffness, alike or each its own, pinned or not, from Python and from files. Where the paper's
-    integrator moves them they are not, and what is said is had."""
-    from references import analytic
+    """Springs are by default damped by a tenth of what is critical.
 
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    Critical for two particles on the mean spring: of any mesh, mass and stiffness, alike or each its own, pinned or
+    not, from Python and from files. Where the paper's integrator moves them they are not damped. What is said is had.
+    """
+    rng, answers = run.fresh_rng(), Answers()
 
     def note(kind: str, damping: float, truth: float) -> None:
-        measured.append(damping)
-        expected.append(truth)
-        kinds.append(kind)
+        answers.add(damping, truth, truth or 1.0, kind)
 
     for kind in MESH_KINDS * run.count(1, 6, 60):
         mesh, mass = random_mesh(kind, rng), 10.0 ** rng.uniform(-3.0, 3.0)
@@ -105,26 +106,24 @@ def a_tenth_of_critical(run: Run) -> Comparison:
         pins, said = rng.choice(count, 3, replace=False), rng.uniform(0.0, 10.0)
         for stiffness in (alike, each):
             truth = 0.1 * float(analytic.critical_damping(np.mean(stiffness), mass / count))
-            note("default", World().add_soft_body(mesh, mass, stiffness, 1.0).damping, truth)
-            note("rk4", World(integrator="rk4").add_soft_body(mesh, mass, stiffness, 1.0, fixed=pins).damping, truth)
-            note("said", World().add_soft_body(mesh, mass, stiffness, 1.0, damping=said).damping, said)
+            body = mesh, mass, stiffness, 1.0
+            note("default", World().add_soft_body(*body).damping, truth)
+            note("rk4", World(integrator="rk4").add_soft_body(*body, fixed=pins).damping, truth)
+            note("said", World().add_soft_body(*body, damping=said).damping, said)
             for paper in (World.paper(), World(integrator="rk4_velocity")):
-                note("the paper's", paper.add_soft_body(mesh, mass, stiffness, 1.0).damping, 0.0)
-                note("said", paper.add_soft_body(mesh, mass, stiffness, 1.0, damping=said).damping, said)
+                note("the paper's", paper.add_soft_body(*body).damping, 0.0)
+                note("said", paper.add_soft_body(*body, damping=said).damping, said)
         note("no springs", World().add_soft_body(mesh, mass, 0.0, 1.0).damping, 0.0)
         truth = 0.1 * float(analytic.critical_damping(alike, mass / 42))
         note("file", _from_scene("symplectic_euler", mass, alike), truth)
         note("file, the paper's", _from_scene("rk4_velocity", mass, alike), 0.0)
-    truths = np.array(expected)
-    return Comparison(measured, truths, np.where(truths > 0.0, truths, 1.0), kinds)
+    return answers.comparison()
 
 
 class Oscillator:
     """A regular solid of random mass and springs, full of gas: by symmetry it only swells and shrinks."""
 
     def __init__(self, mesh: Mesh, rng: np.random.Generator) -> None:
-        from references import analytic
-
         self.mesh, self.mass, self.spring = mesh, 10.0 ** rng.uniform(-1.0, 1.0), 10.0 ** rng.uniform(1.0, 4.0)
         squares, particle_mass = (edge_lengths(mesh.vertices, mesh.edges) ** 2).sum(), self.mass / len(mesh.vertices)
         stiffness, inertia = self.spring * squares, particle_mass * (mesh.vertices**2).sum()
@@ -142,17 +141,22 @@ class Oscillator:
         """
         span, paths = 1.0 / self.free, []
         for nudge in (1e-5, -1e-5):  # half of the difference: what is even in the amplitude cancels
-            world = World(gravity=(0.0, 0.0, 0.0), **choice)
-            body = world.add_soft_body(self.mesh, self.mass, self.spring, self.gas)
+            body = weightless(**choice).add_soft_body(self.mesh, self.mass, self.spring, self.gas)
             body.positions = (self.rest + nudge) * self.mesh.vertices
             path = []
             for _ in range(4):
                 path.append((body.positions * self.mesh.vertices).sum() / (self.mesh.vertices**2).sum())
-                world.step(span / (steps * parts), steps * parts)
+                body.world.step(span / (steps * parts), steps * parts)
             paths.append(path)
         x = np.array(paths[0]) - paths[1]
         trace, determinant = np.linalg.solve([[x[1], -x[0]], [x[2], -x[1]]], x[2:])
         return float(np.arccos(0.5 * trace / np.sqrt(determinant)) / span), float(-0.5 * np.log(determinant) / span)
+
+
+def oscillators(rng: np.random.Generator, times: int) -> Iterator[tuple[str, Oscillator]]:
+    """Yield one of each kind of solid, of any size, so many times."""
+    for name, make in [*SOLIDS.items()] * times:
+        yield name, Oscillator(make(rng.uniform(0.2, 2.0)), rng)
 
 
 @check(
@@ -166,18 +170,17 @@ class Oscillator:
     faults=(HALVED, ON_A_WALL, WHOLE_MASS, NONE, PAPERS),
 )
 def solids_breathe_and_fade(run: Run) -> Comparison:
-    """By default a regular solid full of gas, of any size, mass and springs, nudged from rest, breathes at √(ω² − δ²)
-    and fades at δ = c Σ l0²/2M, with c a tenth of critical, as the step is made shorter."""
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
-    for _ in range(run.count(1, 5, 40)):
-        for name in ("tetrahedron", "octahedron", "icosahedron"):
-            oscillator = Oscillator(getattr(softbody, name)(rng.uniform(0.2, 2.0)), rng)
-            coarse, fine = (np.array(oscillator.rates(400, parts)) for parts in (1, 2))
-            measured += list(2.0 * fine - coarse)
-            expected += [float(np.sqrt(oscillator.free**2 - oscillator.fading**2)), oscillator.fading]
-            kinds += [f"{name}, frequency", f"{name}, fading"]
-    return Comparison(measured, expected, expected, kinds)
+    """Gas-filled regular solids breathe at √(ω² − δ²) and fade at δ.
+
+    By default, of any size, mass and springs, nudged from rest, as the step is made shorter: δ = c Σ l0²/2M, with c a
+    tenth of critical.
+    """
+    answers = Answers()
+    for name, oscillator in oscillators(run.fresh_rng(), run.count(1, 5, 40)):
+        coarse, fine = (np.array(oscillator.rates(400, parts)) for parts in (1, 2))
+        truth = [float(np.sqrt(oscillator.free**2 - oscillator.fading**2)), oscillator.fading]
+        answers.extend(2.0 * fine - coarse, truth, truth, [f"{name}, frequency", f"{name}, fading"])
+    return answers.comparison()
 
 
 @check(
@@ -191,40 +194,36 @@ def solids_breathe_and_fade(run: Run) -> Comparison:
     faults=(HALVED, FIRST_SPRING, NONE, PAPERS, BY_THE_STEP),
 )
 def any_body_moves_as_scipy_says(run: Run) -> Comparison:
-    """A body of any mesh, gas and springs, no two of one alike, that is kicked in a World of the defaults moves as
-    damped springs do, as the step is made shorter."""
-    from references import analytic, scipy
+    """A body kicked in a default World moves as damped springs do.
 
-    rng = run.fresh_rng()
-    measured, expected, scales, kinds = [], [], [], []
+    Of any mesh, gas and springs, no two of one alike, as the step is made shorter.
+    """
+    from references import scipy
+
+    rng, answers = run.fresh_rng(), Answers()
     shapes = {
         "sphere": softbody.icosphere(1, 0.5),
         "torus": softbody.torus(0.7, 0.3, 10, 6),
         "box": softbody.box((0.6, 0.8, 1.0), 2),
     }
-    for _ in range(run.count(1, 3, 20)):
-        for kind, mesh in shapes.items():
-            count, mass = len(mesh.vertices), rng.uniform(0.5, 2.0)
-            stiffness, gas = rng.uniform(50.0, 150.0, len(mesh.edges)), rng.uniform(1.0, 10.0)
-            velocity = rng.normal(size=3) + 0.2 * rng.normal(size=mesh.vertices.shape)
-            damping = 0.1 * float(analytic.critical_damping(stiffness.mean(), mass / count))
-            found = []
-            for parts in (32, 64):
-                world = World()
-                body = world.add_soft_body(mesh, mass, stiffness, gas)
-                body.velocities = velocity
-                steps = parts * int(np.ceil(0.4 / world.stable_time_step()))
-                world.step(0.4 / steps, steps)
-                found.append(body.positions)
-            springs = mesh.edges, edge_lengths(mesh.vertices, mesh.edges), stiffness
-            weight = np.array([0.0, 0.0, -9.81]) * mass / count
-            what = mesh.vertices, velocity, *springs, mesh.triangles, gas, mass / count, 0.4, weight
-            truth, _ = scipy.motion(*what, rtol=1e-10, damping=damping)
-            measured.append(2.0 * found[1] - found[0])
-            expected.append(truth)
-            scales.append(np.full(count, np.ptp(mesh.vertices, axis=0).max()))
-            kinds += [kind] * count
-    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds)
+    for kind, mesh in [*shapes.items()] * run.count(1, 3, 20):
+        mass, stiffness = rng.uniform(0.5, 2.0), rng.uniform(50.0, 150.0, len(mesh.edges))
+        gas, velocity = rng.uniform(1.0, 10.0), rng.normal(size=3) + 0.2 * rng.normal(size=mesh.vertices.shape)
+        found = []
+        for parts in (32, 64):
+            body = World().add_soft_body(mesh, mass, stiffness, gas)
+            body.velocities = velocity
+            steps = parts * int(np.ceil(0.4 / body.world.stable_time_step()))
+            body.world.step(0.4 / steps, steps)
+            found.append(body.positions)
+        particle_mass = mass / len(mesh.vertices)
+        damping = 0.1 * float(analytic.critical_damping(stiffness.mean(), particle_mass))
+        springs = mesh.edges, edge_lengths(mesh.vertices, mesh.edges), stiffness
+        weight = np.array([0.0, 0.0, -9.81]) * mass / len(mesh.vertices)
+        what = mesh.vertices, velocity, *springs, mesh.triangles, gas, particle_mass, 0.4, weight
+        truth, _ = scipy.motion(*what, rtol=1e-10, damping=damping)
+        answers.extend(2.0 * found[1] - found[0], truth, np.ptp(mesh.vertices, axis=0).max(), kind)
+    return answers.comparison()
 
 
 @check(
@@ -238,19 +237,17 @@ def any_body_moves_as_scipy_says(run: Run) -> Comparison:
     faults=(PAPERS, BY_THE_STEP, NONE),
 )
 def fading_does_not_depend_on_the_step(run: Run) -> Comparison:
-    """By default a breath fades at the same rate in steps of a fifth of a radian and of a quarter of that; by the
-    paper's integrator, which damps by itself, at four times the rate."""
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
-    for _ in range(run.count(1, 4, 30)):
-        for name in ("tetrahedron", "octahedron", "icosahedron"):
-            oscillator = Oscillator(getattr(softbody, name)(rng.uniform(0.2, 2.0)), rng)
-            for kind, choice, truth in (("default", {}, 1.0), ("rk4_velocity", {"integrator": "rk4_velocity"}, 4.0)):
-                long, short = (oscillator.rates(5, parts, **choice)[1] for parts in (1, 4))
-                measured.append(long / short)
-                expected.append(truth)
-                kinds.append(f"{name}, {kind}")
-    return Comparison(measured, expected, expected, kinds)
+    """A breath fades at the same rate in long and short steps.
+
+    By default, in steps of a fifth of a radian and of a quarter of that. By the paper's integrator, which damps by
+    itself, it fades at four times the rate.
+    """
+    answers = Answers()
+    for name, oscillator in oscillators(run.fresh_rng(), run.count(1, 4, 30)):
+        for kind, choice, truth in (("default", {}, 1.0), ("rk4_velocity", {"integrator": "rk4_velocity"}, 4.0)):
+            long, short = (oscillator.rates(5, parts, **choice)[1] for parts in (1, 4))
+            answers.add(long / short, truth, truth, f"{name}, {kind}")
+    return answers.comparison()
 
 
 @check(
@@ -265,11 +262,13 @@ def fading_does_not_depend_on_the_step(run: Run) -> Comparison:
     faults=(NONE,),
 )
 def scene_1_comes_to_rest(run: Run) -> Comparison:
-    """Scene 1 comes to rest by what bodies have by default: 8 s after it began, particles are at rest, not only the
-    bodies' centres."""
-    left = []
+    """Scene 1 comes to rest by what bodies have by default.
+
+    8 s after it began, particles are at rest, not only the bodies' centres.
+    """
+    answers = Answers()
     for subdivisions in (3, 2, 4)[: run.count(1, 2, 3)]:
         world = sphere_on_torus.build(subdivisions)
         world.run(8.0)
-        left.append(np.sqrt((world.state.particle_velocity**2).sum(axis=1).mean()))
-    return Comparison(left, np.zeros(len(left)))
+        answers.add(np.sqrt((world.state.particle_velocity**2).sum(axis=1).mean()), 0.0)
+    return answers.comparison()

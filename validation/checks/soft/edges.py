@@ -2,27 +2,38 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from softbody import Mesh, World
 from softbody.collision.contact import Listing, new_contacts
-from softbody.collision.soft import edge_box, edge_mesh, soft_response, soft_soft
+from softbody.collision.soft import soft_soft
+from softbody.collision.soft.edge_box import edge_in_box
 from softbody.collision.soft.edge_mesh import Ridge, bits_across, edge_across_edge
+from softbody.collision.soft.soft_response import line_meets_triangle
 from softbody.geometry.segments import put_segment
-from softbody.linalg.vec import Vec
 from softbody.model.arrays import Particles
-from validation.cases import ROOF, ROOF_FACES, random_orientations
+from validation.answers import Answers
+from validation.cases import ROOF, ROOF_FACES, edge_lengths, random_orientations
 from validation.check import Comparison, Run, check
+from validation.checks.soft.cases import weightless
 from validation.fault import Fault
 
 FAMILY = "soft bodies that collide"
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process
+check_edges = partial(check, section="beyond the paper")
+
+CORNERS = np.stack(np.meshgrid(*[(-0.5, 0.5)] * 3), axis=-1).reshape(-1, 3)
+EDGES = np.unique(np.sort(ROOF_FACES[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)), axis=0)
+RIDGE = np.array([2, 5, 1, 3])  # its ends, and the third corners to its left and right
+SPIKE_FACES = np.array([(0, 2, 1), (0, 3, 2), (0, 1, 3), (1, 2, 3)])  # the tip is 0
+SPIKE_EDGES = np.array([(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)])
 
 
-@check(
-    section="beyond the paper",
+@check_edges(
     piece="softbody.collision.soft.edge_box.edge_in_box",
     reference="the nearest facet of their Minkowski difference, by Qhull; the surface of the box",
     kind="third-party library",
@@ -31,115 +42,101 @@ LANE = "worlds"  # claims that share the kernels of a whole world, and a process
     tolerance=2e-13,
     because="Qhull's normals of facets with corners that lie close: 7.1e-15 at worst of three seeds at full",
     faults=(
-        Fault("one axis twice", edge_box.edge_in_box, "half[1] * abs(across_[1]) → half[1] * abs(across[0])"),
-        Fault("the nearer side of the box", edge_box.edge_in_box, "normal_[2] > 0.0 → normal[2] < 0.0"),
+        Fault("one axis twice", edge_in_box, "half[1] * abs(across_[1]) → half[1] * abs(across[0])"),
+        Fault("the nearer side of the box", edge_in_box, "normal_[2] > 0.0 → normal[2] < 0.0"),
         Fault(
             "lengths that are squares",
-            edge_box.edge_in_box,
+            edge_in_box,
             "dot(cross(sub(corner, a), direction), across_) / (length_ * length_)"
             " → dot(cross(sub(corner, a), direction), across) / length",
         ),
-        Fault(
-            "the face that is farther off",
-            edge_box.edge_in_box,
-            "1.0 if up_ < down_ else -1.0 → 1.0 if up > down else -1.0",
-        ),
+        Fault("the face that is farther off", edge_in_box, "1.0 if up_ < down_ else -1.0 → 1.0 if up > down else -1.0"),
     ),
 )
 def edges_in_a_box(run: Run) -> Comparison:
-    """How deep an edge goes through a box, the shortest way out, and where the two touch when it has gone that way, or,
-    if that was beyond the box, where it comes in: edges through sides, faces and the middle, and aside."""
-    rng, corners = run.fresh_rng(), np.stack(np.meshgrid(*[(-0.5, 0.5)] * 3), axis=-1).reshape(-1, 3)
-    measured, expected, kinds = [], [], []
+    """An edge leaves a box by the Minkowski difference's nearest facet.
+
+    Told are the depth, the shortest way out, and where the two touch when it has gone that way. If that was beyond the
+    box, told is where it comes in. Edges go through sides, faces and the middle, and aside.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(150, 1_500, 15_000)):
         size, place, q = rng.uniform(0.2, 3.0, 3), rng.normal(0.0, 3.0, 3), random_orientations(rng, 1)[0]
         turn = Rotation.from_quat(q, scalar_first=True)
-        through = rng.uniform(-0.5, 0.5, 3) * size
-        way = rng.normal(size=3) * size
+        through, way = rng.uniform(-0.5, 0.5, 3) * size, rng.normal(size=3) * size
         ends = np.array([through - rng.random() * way, through + rng.random() * way]) + rng.normal(0.0, 0.1, 3) * size
-        hull = ConvexHull((corners * size - ends[:, None]).reshape(-1, 3), qhull_options="Qt")
+        hull = ConvexHull((CORNERS * size - ends[:, None]).reshape(-1, 3), qhull_options="Qt")
         ways = hull.equations[np.unique(hull.equations.round(7), axis=0, return_index=True)[1]]
-        depths = np.sort(-ways[:, 3])
-        unit = size.max() + np.abs(place).max()
+        depths, unit = np.sort(-ways[:, 3]), size.max() + np.abs(place).max()
         if abs(depths[0]) < 1e-9 or depths[1] - depths[0] < 1e-9:
             continue  # they just touch; or two ways out are as short
         p, end = turn.apply(ends) + place
-        depth, normal, where = edge_box.edge_in_box(tuple(p), tuple(end), tuple(size), tuple(place), tuple(q))
+        depth, normal, where = edge_in_box(tuple(p), tuple(end), tuple(size), tuple(place), tuple(q))
         if depths[0] < 0.0 or depth <= 0.0:  # apart, or so it is said
-            measured.append([np.maximum(depth, 0.0) / unit, 0.0, 0.0, 0.0, 0.0])
-            expected.append([np.maximum(depths[0], 0.0) / unit, 0.0, 0.0, 0.0, 0.0])
-            kinds.append("apart")
+            ours, theirs = (np.maximum(each, 0.0) / unit for each in (depth, depths[0]))
+            answers.add([ours, 0.0, 0.0, 0.0, 0.0], [theirs, 0.0, 0.0, 0.0, 0.0], kind="apart")
             continue
-        out = ways[np.argmin(-ways[:, 3]), :3]
-        through_face = np.abs(out).max() > 1.0 - 1e-9
-        from_surface = (
-            np.inf
-        )  # of where they touch once it has gone, or, if that was beyond the box, of where it comes in
+        out, off = ways[np.argmin(-ways[:, 3]), :3], []
+        # Where they touch once it has gone; or, if that was beyond the box, where it comes in.
         for gone in (depth, 0.0):
             beyond = np.abs(turn.inv().apply(p + where * (end - p) + gone * np.array(normal) - place)) - 0.5 * size
-            from_surface = np.minimum(from_surface, np.abs(beyond).min() + np.maximum(beyond, 0.0).sum())
-        measured.append([depth / unit, *normal, from_surface / unit])
-        expected.append([depths[0] / unit, *turn.apply(out), 0.0])
-        kinds.append("through a face" if through_face else "across a side")
-    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+            off.append(np.abs(beyond).min() + np.maximum(beyond, 0.0).sum())
+        kind = "through a face" if np.abs(out).max() > 1.0 - 1e-9 else "across a side"
+        ours, theirs = [depth / unit, *normal, np.min(off) / unit], [depths[0] / unit, *turn.apply(out), 0.0]
+        answers.add(ours, theirs, kind=kind)
+    return answers.comparison()
 
 
-@check(
-    section="beyond the paper",
+@check_edges(
     piece="softbody.collision.soft.edge_mesh.edge_across_edge",
     reference="nearest points of two lines by least squares, sides by determinants, in NumPy",
     kind="closed form",
     unit="of lengths of 1, of a unit vector; 0 or 1",
     tolerance=2e-12,
-    because="rounding, of lines at 6° and more that are a hundredth apart at least: 1.2e-13 at worst of ten seeds at"
-    " standard",
+    because="rounding, of lines at 6° and more, a hundredth apart at least: 1.2e-13 at worst of ten seeds at standard",
     faults=(
-        Fault("ways up alone", edge_mesh.bits_across, "up | down → up"),
-        Fault(
-            "half as deep", edge_mesh.bits_across, "bits_at_most(depth, deepest) → bits_at_most(2.0 * depth, deepest)"
-        ),
-        Fault("no deeper, the other way round", edge_mesh.bits_across, "bits_at_most(-deepest, depth) → 0"),
+        Fault("ways up alone", bits_across, "up | down → up"),
+        Fault("half as deep", bits_across, "bits_at_most(depth, deepest) → bits_at_most(2.0 * depth, deepest)"),
+        Fault("no deeper, the other way round", bits_across, "bits_at_most(-deepest, depth) → 0"),
         Fault(
             "own sides that rise both",
-            edge_mesh.edge_across_edge,
+            edge_across_edge,
             "dot(normal, own_left) < 0.0 or dot(normal, own_right) < 0.0"
             " → dot(normal, own_left) < 0.0 and dot(normal, own_right) < 0.0",
         ),
-        Fault(
-            "reentrant ridges of its own",
-            edge_mesh.edge_across_edge,
-            "dot(cross(along, own_left), own_right) >= 0.0 → False",
-        ),
+        Fault("reentrant ridges of its own", edge_across_edge, "dot(cross(along, own_left), own_right) >= 0.0 → False"),
         Fault(
             "faces not by their angle",
-            edge_mesh.edge_across_edge,
+            edge_across_edge,
             "dot(normal, face_left) * norm(face_right) → dot(normal, face_left) * norm(face_left)",
         ),
     ),
 )
 def ridges_across(run: Run) -> Comparison:
-    """Which of eight edges of one body cross an edge of another, how deep, along which way, where, and which of its two
-    triangles faces it more: ridges that part, and such that miss by an end, by a side that rises, by being reentrant,
-    or by 0.1 per cent of the greatest depth that is asked for."""
-    rng, measured, expected, asked = run.fresh_rng(), [], [], []
+    """Edges of two bodies cross as their lines' nearest points say.
+
+    Which of eight edges cross another body's, how deep, along which way, where, and which of its triangles faces it
+    more. Some ridges part. Others miss by an end, by a side that rises, by being reentrant, or by 0.1 per cent of the
+    greatest depth asked for.
+    """
+    rng, answers, asked = run.fresh_rng(), Answers(), []
     for _ in range(run.count(150, 600, 10_000)):
         other, eight = ridges(rng)
-        depths = np.array([crossing_of(one, other)[0] for one in eight])
+        nearest = [crossing_of(one, other) for one in eight]
+        depths = np.array([each[0] for each in nearest])
         deepest = float(rng.choice([*depths[depths > 0.0], 1.0]) * rng.choice([0.999, 1.001, 3.0]))
         segments = np.empty((9, 8))
         for lane, one in enumerate(eight.tolist()):
             put_segment(segments, lane, tuple(one[0]), tuple(one[1]))
         bits = bits_across(segments, ridge_of(other), deepest)
-        for lane, one in enumerate(eight):
+        for lane, (one, truth) in enumerate(zip(eight, nearest)):
             row = np.zeros(7)
             if bits >> lane & 1:
-                depth, normal, place, other_place, on_left = edge_across_edge(ridge_of(one), ridge_of(other), deepest)
-                row = np.array([depth, *normal, place, other_place, on_left]) if depth > 0.0 else row
-            nearest = crossing_of(one, other)
-            measured.append(row)
-            expected.append(nearest if nearest[0] <= deepest else np.zeros(7))
+                depth, normal, *rest = edge_across_edge(ridge_of(one), ridge_of(other), deepest)
+                row = np.array([depth, *normal, *rest]) if depth > 0.0 else row
+            answers.add(row, truth if truth[0] <= deepest else np.zeros(7))
             asked.append(np.concatenate([one.ravel(), other.ravel(), [deepest]]))
-    return Comparison(np.array(measured), np.array(expected), inputs={"ridges, deepest": np.array(asked)})
+    return answers.comparison(inputs={"ridges, deepest": np.array(asked)})
 
 
 def ridge_of(corners: np.ndarray) -> Ridge:
@@ -156,22 +153,19 @@ def ridges(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         part, length = rng.uniform(-0.1, 1.1), rng.uniform(0.5, 2.0)
         start = middle - part * length * way
         drop = np.where(rng.random(2) < 0.9, 1.0, -1.0) * rng.uniform(0.05, 1.0, 2)
-        left, right = rng.choice([1.0, 1.0, 1.0, -1.0]) * rng.uniform(0.2, 1.0, 2) * [1.0, -1.0]
-        sides = [
-            start + part * to_left + rng.uniform(0.0, length) * way + each * down
-            for part, each in ((left, drop[0]), (right, drop[1]))
-        ]
-        return np.array([start, start + length * way, *sides])
+        sides = rng.choice([1.0, 1.0, 1.0, -1.0]) * rng.uniform(0.2, 1.0, 2) * [1.0, -1.0]
+        corners = [start + s * to_left + rng.uniform(0.0, length) * way + d * down for s, d in zip(sides, drop)]
+        return np.array([start, start + length * way, *corners])
 
-    other = ridge(along, aside, -up, place)
-    eight = []
+    other, eight = ridge(along, aside, -up, place), []
     for _ in range(8):
         turn = rng.uniform(0.1, np.pi - 0.1) * rng.choice([1.0, -1.0])
         way, to_left = np.cos(turn) * along + np.sin(turn) * aside, np.sin(turn) * along - np.cos(turn) * aside
-        middle = (
-            place + rng.uniform(-0.3, 0.3) * along - rng.choice([1.0, 1.0, 1.0, -1.0]) * rng.uniform(0.01, 0.5) * up
+        middle, deep = (
+            place + rng.uniform(-0.3, 0.3) * along,
+            rng.choice([1.0, 1.0, 1.0, -1.0]) * rng.uniform(0.01, 0.5),
         )
-        eight.append(ridge(way, to_left, up, middle))
+        eight.append(ridge(way, to_left, up, middle - deep * up))
     return other, np.array(eight)
 
 
@@ -193,12 +187,7 @@ def crossing_of(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.array([depth, *normal, place, other_place, facing[0] >= facing[1]])
 
 
-EDGES = np.unique(np.sort(ROOF_FACES[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)), axis=0)
-RIDGE = np.array([2, 5, 1, 3])  # its ends, and the third corners to its left and right
-
-
-@check(
-    section="beyond the paper",
+@check_edges(
     piece="softbody.collision.soft.soft_soft.find_soft_soft_contacts",
     reference="nearest points of two lines by least squares, sides by determinants, in NumPy",
     kind="closed form",
@@ -222,21 +211,23 @@ RIDGE = np.array([2, 5, 1, 3])  # its ends, and the third corners to its left an
     ),
 )
 def ridges_in_a_world(run: Run) -> Comparison:
-    """Two crooked roofs in a World, one upside down across the other, that overlap by their ridges alone: each ridge is
-    held once by the other, as deep, that way and there as the nearest points of both lines are, half-way between them,
-    and by the triangle that faces it more; or not, where that place on it is not inside."""
-    rng, measured, expected = run.fresh_rng(), [], []
-    asked: list[np.ndarray] = []
-    while len(asked) < run.count(80, 200, 1_000):
+    """Two crooked roofs that overlap by ridges alone hold each ridge once.
+
+    One is upside down across the other, in a World. A ridge is held as deep, that way and there as the nearest points
+    of both lines are. It is held half-way between them, by the triangle that faces it more, or not at all where its
+    place is not inside.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    while len(answers) < 2 * run.count(80, 200, 1_000):
         turn, up = rng.uniform(0.3, 0.7) * np.pi * rng.choice([-1.0, 1.0]), rng.uniform(0.01, 0.06)
         over = Rotation.from_rotvec([np.pi, 0.0, 0.0]) * Rotation.from_rotvec([0.0, 0.0, turn])
-        roofs = [ROOF + rng.uniform(-0.08, 0.08, (6, 3)) + np.outer(np.arange(6) % 3 == 2, [0.0, y, 0.0])
-                 for y in rng.uniform(-0.3, 0.3, 2)]  # fmt: skip
+        aside = [np.outer(np.arange(6) % 3 == 2, [0.0, y, 0.0]) for y in rng.uniform(-0.3, 0.3, 2)]
+        roofs = [ROOF + rng.uniform(-0.08, 0.08, (6, 3)) + each for each in aside]
         roofs[1] = over.apply(roofs[1]) + [0.0, 0.0, 1.0 - up]
         about = Rotation.random(random_state=rng)
         roofs = [about.apply(roof) for roof in roofs]
         nearest = [crossing_of(roofs[k][RIDGE], roofs[1 - k][RIDGE]) for k in range(2)]
-        lengths = [np.linalg.norm(roof[EDGES[:, 0]] - roof[EDGES[:, 1]], axis=1).mean() for roof in roofs]
+        lengths = [edge_lengths(roof, EDGES).mean() for roof in roofs]
         # Of bodies of unlike coarseness only the finer one's edges are asked for, and of a ridge what is inside.
         if not all(0.01 < each[0] < 0.1 for each in nearest) or abs(np.log(lengths[0] / lengths[1])) > 0.1:
             continue
@@ -244,17 +235,23 @@ def ridges_in_a_world(run: Run) -> Comparison:
         under = [below(places[k], roofs[1 - k][RIDGE]) for k in range(2)]
         if np.abs(under).min() < 1e-6:
             continue
-        world = World((0.0, 0.0, 0.0))
-        for roof in roofs:
-            world.add_soft_body(Mesh(roof, ROOF_FACES), 1.0, 10.0, 0.0)
-        world.step(1e-4)
+        world = stepped([Mesh(roof, ROOF_FACES) for roof in roofs])
         for k, (depth, *normal, place, other_place, on_left) in enumerate(nearest):
-            third = 6 * (1 - k) + RIDGE[2 if on_left else 3]
+            own, other = 6 * k, 6 * (1 - k)
+            third = other + RIDGE[2 if on_left else 3]
             row = [1.0, depth, *normal, *(places[k] + 0.5 * depth * np.array(normal)), place, other_place, third]
-            expected.append(row if under[k] > 0.0 else [0.0] * 11)
-            measured.append(held(world, k))
-        asked.append(np.concatenate(roofs).ravel())
-    return Comparison(np.array(measured), np.array(expected), inputs={"roofs": np.repeat(asked, 2, axis=0)})
+            truth = row if under[k] > 0.0 else [0.0] * 11
+            answers.add(held(world, (own + 2, own + 5), other), truth, roofs=np.concatenate(roofs).ravel())
+    return answers.comparison()
+
+
+def stepped(meshes: list[Mesh]) -> World:
+    """Return a world of soft bodies that has made one short step."""
+    world = weightless()
+    for mesh in meshes:
+        world.add_soft_body(mesh, 1.0, 10.0, 0.0)
+    world.step(1e-4)
+    return world
 
 
 def below(point: np.ndarray, ridge: np.ndarray) -> float:
@@ -263,20 +260,22 @@ def below(point: np.ndarray, ridge: np.ndarray) -> float:
     return float((np.array([np.cross(way, left), np.cross(right, way)]) @ (ridge[0] - point)).min())
 
 
-def held(world: World, k: int) -> np.ndarray:
-    """Return (11,) how often the ridge of roof k is held by the other's, and the last time: how, where, by what."""
+def held(world: World, edge: tuple[int, int], roof: int) -> np.ndarray:
+    """Return (11,) how often an edge is held by the ridge of the roof that begins at a particle; the last time, how.
+
+    That is the depth, the normal, the point, the places on edge and ridge, and the third particle of the triangle.
+    """
     contacts, found = world.store.contacts, np.zeros(11)
     for row in range(contacts.number[0]):
         particles, weights = contacts.particles[row], contacts.weights[row]
-        if sorted(set(particles[0])) == [6 * k + 2, 6 * k + 5] and list(particles[1, :2] - 6 * (1 - k)) == [2, 5]:
-            places = weights[0, particles[0] == 6 * k + 5].sum(), weights[1, 1]
+        if sorted(set(particles[0])) == sorted(edge) and list(particles[1, :2]) == [roof + 2, roof + 5]:
+            places = weights[0, particles[0] == edge[1]].sum(), weights[1, 1]
             how = contacts.depth[row], *contacts.normal[row], *contacts.point[row], *places, particles[1, 2]
             found = np.array([found[0] + 1.0, *how])
     return found
 
 
-@check(
-    section="beyond the paper",
+@check_edges(
     piece="softbody.collision.soft.soft_soft.find_soft_soft_contacts",
     reference="nearest points of two lines by least squares, sides by determinants, the slopes' normals, in NumPy",
     kind="specification",
@@ -299,12 +298,14 @@ def held(world: World, k: int) -> np.ndarray:
     ),
 )
 def edges_that_lead_out(run: Run) -> Comparison:
-    """A spike that is stuck into a crooked roof, its tip beside the ridge: an edge of it that leads out from where the
-    tip is, towards the nearer slope's outside, is not held by the ridge besides, for its tip is; one that leads farther
-    in, and passes under the ridge, is, as deep as the nearest points of both lines are."""
-    rng, measured, expected, kinds = run.fresh_rng(), [], [], []
-    wanted = run.count(80, 300, 2_000)
-    left = {"leads out": wanted // 2, "leads in": wanted // 2}
+    """Of a spike's edges a roof's ridge holds those that lead in.
+
+    The spike is stuck into a crooked roof, its tip beside the ridge. An edge that leads out from the tip, towards the
+    nearer slope's outside, is not held besides the tip. One that leads farther in, and passes under the ridge, is, as
+    deep as the nearest points of both lines are.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    left = dict.fromkeys(("leads out", "leads in"), run.count(80, 300, 2_000) // 2)
     while any(left.values()):
         roof = ROOF * (1.0, 2.5, 1.0) + rng.uniform(-0.05, 0.05, (6, 3))  # so flat that what is below a ridge is inside
         # The tip is under a slope, near the ridge; the base is above, and turned anyhow.
@@ -315,52 +316,38 @@ def edges_that_lead_out(run: Run) -> Comparison:
         base = tip + np.column_stack([wide * np.cos(corners), wide * np.sin(corners), np.full(3, high)])
         base += rng.uniform(-0.2, 0.2, (3, 3))
         spike = np.concatenate([[tip], base])
-        faces = np.array([(0, 2, 1), (0, 3, 2), (0, 1, 3), (1, 2, 3)])
-        edges = np.array([(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)])
-        length = np.linalg.norm(roof[EDGES[:, 0]] - roof[EDGES[:, 1]], axis=1).mean()
-        spike = tip + (spike - tip) * length / np.linalg.norm(spike[edges[:, 0]] - spike[edges[:, 1]], axis=1).mean()
+        spike = tip + (spike - tip) * edge_lengths(roof, EDGES).mean() / edge_lengths(spike, SPIKE_EDGES).mean()
         slopes = [(roof[5] - roof[2], roof[1] - roof[2]), (roof[3] - roof[2], roof[5] - roof[2])]
         normals = np.array([np.cross(a, b) / np.linalg.norm(np.cross(a, b)) for a, b in slopes])
         normals *= np.sign(normals[:, 2:])
         depths = normals @ (roof[2] - tip)
         if depths.min() < 0.01 or abs(np.diff(depths)[0]) < 0.01:
             continue
-        out = normals[depths.argmin()]
-        found = []
+        out, crossing, all_clear = normals[depths.argmin()], [], True
         for k, (one, two) in enumerate(((3, 2), (1, 3), (2, 1)), 1):  # third corners left and right of tip → corner k
-            way = spike[k] - spike[0]
-            near = crossing_of(np.array([spike[0], spike[k], spike[one], spike[two]]), roof[RIDGE])
-            clear = abs(way @ out) > 1e-3 and (near[0] == 0.0 or 0.01 < near[0] < 0.2)
-            clear &= near[0] == 0.0 or below(spike[0] + near[4] * way, roof[RIDGE]) > 1e-6
-            found.append((k, near[0], "leads out" if way @ out > 0.0 else "leads in", clear))
-        crossing = [each for each in found if each[1] > 0.0]
-        if len(crossing) != 1 or not all(each[3] for each in found) or not left[crossing[0][2]]:
+            way, near = spike[k] - spike[0], crossing_of(spike[[0, k, one, two]], roof[RIDGE])
+            all_clear &= bool(abs(way @ out) > 1e-3)
+            if near[0] > 0.0:
+                crossing.append((k, near[0], "leads out" if way @ out > 0.0 else "leads in"))
+                inside = below(spike[0] + near[4] * way, roof[RIDGE]) > 1e-6
+                all_clear &= bool(0.01 < near[0] < 0.2 and inside)
+        if len(crossing) != 1 or not all_clear or not left[crossing[0][2]]:
             continue
-        k, depth, kind, _ = crossing[0]
+        k, depth, kind = crossing[0]
         left[kind] -= 1
-        about_all, order = Rotation.random(random_state=rng), rng.random() < 0.5
-        world, names = World((0.0, 0.0, 0.0)), rng.permutation(4)  # the numbers of the spike's vertices
+        about_all, spike_first = Rotation.random(random_state=rng), rng.random() < 0.5
+        names = rng.permutation(4)  # the numbers of the spike's vertices
         turned_spike = np.empty((4, 3))
         turned_spike[names] = about_all.apply(spike)
-        meshes = [Mesh(about_all.apply(roof), ROOF_FACES), Mesh(turned_spike, names[faces])]
-        for mesh in meshes[::-1] if order else meshes:
-            world.add_soft_body(mesh, 1.0, 10.0, 0.0)
-        world.step(1e-4)
-        first_spike, first_roof = (0, 4) if order else (6, 0)
-        contacts, row = world.store.contacts, np.zeros(2)
-        for number in range(contacts.number[0]):
-            particles = contacts.particles[number]
-            is_edge = sorted(set(particles[0] - first_spike)) == sorted((names[0], names[k]))
-            if is_edge and list(particles[1, :2] - first_roof) == [2, 5]:
-                row = np.array([row[0] + 1.0, contacts.depth[number]])
-        measured.append(row)
-        expected.append([1.0, depth] if kind == "leads in" else [0.0, 0.0])
-        kinds.append(kind)
-    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+        meshes = [Mesh(about_all.apply(roof), ROOF_FACES), Mesh(turned_spike, names[SPIKE_FACES])]
+        world = stepped(meshes[::-1] if spike_first else meshes)
+        first_spike, first_roof = (0, 4) if spike_first else (6, 0)
+        row = held(world, (first_spike + names[0], first_spike + names[k]), first_roof)[:2]
+        answers.add(row, [1.0, depth] if kind == "leads in" else [0.0, 0.0], kind=kind)
+    return answers.comparison()
 
 
-@check(
-    section="beyond the paper",
+@check_edges(
     piece="softbody.collision.soft.soft_response.resolve_contacts",
     reference="three linear equations, by NumPy",
     kind="closed form",
@@ -370,26 +357,27 @@ def edges_that_lead_out(run: Run) -> Comparison:
     faults=(
         Fault(
             "a cosine that is a hundredth larger",
-            soft_response.line_meets_triangle,
+            line_meets_triangle,
             "ALONG_SURFACE * np.sqrt(s_) → 1.01 * ALONG_SURFACE * np.sqrt(square)",
         ),
-        Fault("any line", soft_response.line_meets_triangle, "ALONG_SURFACE * np.sqrt(s_) → 0.0 * np.sqrt(square)"),
-        Fault("weights that do not add up", soft_response.line_meets_triangle, "w_[0] - u - v → weights[0] - u + v"),
+        Fault("any line", line_meets_triangle, "ALONG_SURFACE * np.sqrt(s_) → 0.0 * np.sqrt(square)"),
+        Fault("weights that do not add up", line_meets_triangle, "w_[0] - u - v → weights[0] - u + v"),
         Fault(
             "a corner as it is now",
-            soft_response.line_meets_triangle,
+            line_meets_triangle,
             "_place(particles, at_particle(corners[2]), time_since) → _place(particles, at_particle(corners[2]), 0.0)",
         ),
     ),
 )
 def where_pushes_act(run: Run) -> Comparison:
-    """A push on a triangle acts where its line meets the triangle's plane, both as they were when it happened; or where
-    they touch, if the line is at a cosine of 0.05 to the normal or less: at 0.5, 0.997, 1.003 and 2 to 20 times that,
-    of triangles of any shape."""
-    rng, expected, kinds = run.fresh_rng(), [], []
-    measured: list[Vec] = []
-    while len(measured) < run.count(80, 400, 4_000):
-        times = (0.5, 0.997, 1.003, rng.uniform(2.0, 20.0))[len(measured) % 4]
+    """A push on a triangle acts where its line meets the plane.
+
+    Both are as they were when it happened. If the line is at a cosine of 0.05 to the normal or less, it acts where they
+    touch. Lines are at 0.5, 0.997, 1.003 and 2 to 20 times that, triangles of any shape.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    while len(answers) < run.count(80, 400, 4_000):
+        times = (0.5, 0.997, 1.003, rng.uniform(2.0, 20.0))[len(answers) % 4]
         position, velocity, ago = rng.normal(size=(6, 3)), rng.normal(size=(6, 3)), rng.uniform(0.0, 0.1)
         then = position - ago * velocity
         a, b, c = then[3:]
@@ -402,14 +390,15 @@ def where_pushes_act(run: Run) -> Comparison:
         direction *= 10.0 ** rng.uniform(-3.0, 3.0)
         own, others = rng.dirichlet((1.0, 1.0, 1.0), 2)
         contacts = new_contacts(1)
-        contacts.number[0] = 1
-        contacts.box[0] = -1
+        contacts.number[0], contacts.box[0] = 1, -1
         contacts.particles[0], contacts.weights[0] = [(0, 1, 2), (3, 4, 5)], [own, others]
         particles = Particles(np.ones(6), position, velocity)
         rows = Listing(*(getattr(contacts, name) for name in Listing._fields))
-        measured.append(soft_response.line_meets_triangle(rows, 0, particles, tuple(direction.tolist()), ago))
+        found = line_meets_triangle(rows, 0, particles, tuple(direction.tolist()), ago)
         # p + t d = a + v (b − a) + w (c − a)
-        solved = np.linalg.solve(np.column_stack([direction, a - b, a - c]), a - own @ then[:3])
-        expected.append(others if times < 1.0 else np.array([1.0 - solved[1] - solved[2], solved[1], solved[2]]))
-        kinds.append("along the plane" if times < 1.0 else "through the plane")
-    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+        _, v, w = np.linalg.solve(np.column_stack([direction, a - b, a - c]), a - own @ then[:3])
+        if times < 1.0:
+            answers.add(found, others, kind="along the plane")
+        else:
+            answers.add(found, [1.0 - v - w, v, w], kind="through the plane")
+    return answers.comparison()

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 import softbody
 from softbody import World
-from softbody.collision.soft import soft_response
 from validation import accounts
+from validation.answers import Answers
 from validation.cases import random_orientations, rotated
 from validation.check import Comparison, Run, check
-from validation.fault import Fault
+from validation.checks.soft.cases import ALL_OF_THE_MASS, FASTER, RESPONSE, STRUCK_WHERE_IT_IS, weightless
 
 FAMILY = "soft bodies that collide"
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process
@@ -45,51 +45,40 @@ class Collision(NamedTuple):
 
 def collision(rng: np.random.Generator, integrator: str, part: float, friction: float) -> Collision:
     """Return two of MESHES, turned anyhow, of unlike masses and any restitution."""
-    world = World(gravity=(0.0, 0.0, 0.0), integrator=integrator)
+    world = weightless(integrator=integrator)
     masses, restitution = np.exp(rng.uniform(-1.0, 1.0, 2)), rng.random(2)
-    a, b = (
-        world.add_soft_body(
-            rotated(MESHES[rng.integers(len(MESHES))], rng), masses[k], STIFFNESS, GAS, position,
-            friction=friction, restitution=restitution[k], damping=0.0,
-        )
-        for k, position in enumerate(((-1.0, 0.0, 0.0), (1.0, *rng.uniform(-0.3, 0.3, 2))))
-    )  # fmt: skip
+    places = ((-1.0, 0.0, 0.0), (1.0, *rng.uniform(-0.3, 0.3, 2)))
+    for mass, place, e in zip(masses, places, restitution):
+        mesh = rotated(MESHES[rng.integers(len(MESHES))], rng)
+        world.add_soft_body(mesh, mass, STIFFNESS, GAS, place, friction=friction, restitution=e, damping=0.0)
     world.equilibrium()
-    a.velocities[:], b.velocities[:] = (1.0, 0.0, 0.0), (-1.0, 0.0, 0.0)
+    for body, speed in zip(world.soft_bodies, (1.0, -1.0)):
+        body.velocities[:] = (speed, 0.0, 0.0)
     return Collision(world, float(0.5 * masses.sum()), part * world.stable_time_step())
 
 
 @check(
     section="4.3",
-    piece="softbody.collision.soft.soft_response",
+    piece=RESPONSE,
     reference="invariant; springs and gas by SciPy's judge",
     engines=("scipy",),
     unit="most energy gained, of (ω h)² times the kinetic",
     kind="invariant",
     least=5,
     tolerance=0.05,
-    because="springs do not answer, till the step ends, what a bounce up to h ago has moved since: of order (ω h)² of"
-    " what the struck particles have, and at most half of it of all; up to 0.016 in some hundred pairs, where the"
-    " restitution is almost 1 and particles few, and 1e-12 where the bounce loses more",
-    faults=(
-        Fault(
-            "sides that part faster than they came",
-            soft_response._velocity_deficit,
-            "contacts_.restitution[k_] → (contacts_.restitution[k_] + 1.2)",
-        ),
-        Fault(
-            "contacts that each have all of a particle's mass",
-            soft_response._split_inverse_mass,
-            "weight_ * sum_[i_] * inverse_mass_[i_] → weight_ * weight_ * inverse_mass_[i_]",
-        ),
-    ),
+    because="springs answer what a bounce up to h ago has moved when the step ends: of order (ω h)² of the struck"
+    " particles' share, half of all at most: 0.016 in some hundred pairs, of few particles and a restitution of"
+    " almost 1; 1e-12 where the bounce loses more",
+    faults=(FASTER, ALL_OF_THE_MASS),
 )
 def unlike_bodies_add_no_energy(run: Run) -> Comparison:
-    """Unlike soft bodies that collide, coarse ones and fine ones, edges and all, with friction and without, of any
-    restitution, by any integrator, never have more energy than at the start, but for a term of second order in the
-    step: at most (ω h)² / 20 of the kinetic energy, with ω the highest frequency."""
-    rng = run.fresh_rng()
-    gained, kinds = [], []
+    """Unlike soft bodies that collide add no energy above second order.
+
+    They are coarse or fine, touch by edges and all, with friction or without, of any restitution, by any integrator.
+    They never have more energy than at the start, but for at most (ω h)² / 20 of the kinetic energy. There ω is the
+    highest frequency.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for k in range(run.count(5, 20, 250)):
         integrator, part = STEPS[k % len(STEPS)]
         case = collision(rng, integrator, part, 0.3 * (k % 2))
@@ -98,32 +87,28 @@ def unlike_bodies_add_no_energy(run: Run) -> Comparison:
         while case.world.time < SECONDS:
             case.world.step(case.step, max(1, int(LOOK / case.step)))
             most = np.maximum(most, accounts.energy(case.world, behind) - start)
-        gained.append(most / case.kinetic / (LIMITS[integrator] * part) ** 2)
-        kinds.append(f"{integrator}, {part} of the stable step")
-    return Comparison(gained, np.zeros(len(gained)), groups=kinds)
+        gained = most / case.kinetic / (LIMITS[integrator] * part) ** 2
+        answers.add(gained, 0.0, kind=f"{integrator}, {part} of the stable step")
+    return answers.comparison()
 
 
 def crowd(rng: np.random.Generator) -> World:
     """Return 2 to 5 soft bodies and up to 3 boxes that fly at each other, without weight: all of them unlike."""
-    world = World(gravity=(0.0, 0.0, 0.0), integrator="symplectic_euler", gyroscopic=True)
-    bodies = []
+    world = weightless(integrator="symplectic_euler", gyroscopic=True)
     soft, boxes = int(rng.integers(2, 6)), int(rng.integers(0, 4))
     places = apart(rng, soft + boxes)
     for place in places[:soft]:
         mesh, mass = rotated(MESHES[rng.integers(len(MESHES))], rng), float(np.exp(rng.uniform(-1.0, 1.0)))
-        material: dict[str, Any] = {"restitution": rng.random(), "friction": rng.uniform(0.0, 0.6), "damping": 0.0}
-        bodies.append(world.add_soft_body(mesh, mass, STIFFNESS, GAS, place, **material))
+        e, friction = rng.random(), rng.uniform(0.0, 0.6)
+        world.add_soft_body(mesh, mass, STIFFNESS, GAS, place, restitution=e, friction=friction, damping=0.0)
     world.equilibrium()
-    for body, place in zip(bodies, places, strict=False):
+    for body, place in zip(world.soft_bodies, places, strict=False):
         body.velocities[:] = -0.8 * place + 0.2 * rng.normal(size=3)
     for place in places[soft:]:
-        size, mass, turn = (
-            rng.uniform(0.3, 0.8, 3),
-            float(np.exp(rng.uniform(-1.0, 1.0))),
-            random_orientations(rng, 1)[0],
-        )
-        material = {"restitution": rng.random(), "friction": rng.uniform(0.0, 0.6)}
-        world.add_box(size, mass, place, turn, -0.8 * place, rng.normal(size=3), **material)
+        size, mass = rng.uniform(0.3, 0.8, 3), float(np.exp(rng.uniform(-1.0, 1.0)))
+        turn, e, friction = random_orientations(rng, 1)[0], rng.random(), rng.uniform(0.0, 0.6)
+        spin = rng.normal(size=3)
+        world.add_box(size, mass, place, turn, -0.8 * place, spin, restitution=e, friction=friction)
     return world
 
 
@@ -150,35 +135,25 @@ def drift_and_gain(world: World, step: float) -> tuple[float, float]:
 
 @check(
     section="4.2, 4.3",
-    piece="softbody.collision.soft.soft_response",
+    piece=RESPONSE,
     reference="invariants; springs and gas by SciPy's judge, boxes by their inertia, in NumPy",
     engines=("scipy",),
     unit="of the angular momenta; of a thousandth of the kinetic energy",
     kind="invariant",
     tolerance=2e-5,
-    because="what later sweeps add to the moment is of second order: 1e-9 in most worlds, 7e-6 at worst of 18, since "
-    "sweeps go on while they are rough; energy gained in 2 s: 6e-11 of the kinetic energy",
-    faults=(
-        Fault(
-            "a box struck where the particle is now, not where they met",
-            soft_response._place_on_b,
-            "_place(bodies_.particles, point_, ago_) → _place(bodies_.particles, point_, 0.0)",
-        ),
-        Fault(
-            "sides that part faster than they came",
-            soft_response._velocity_deficit,
-            "contacts_.restitution[k_] → (contacts_.restitution[k_] + 1.2)",
-        ),
-    ),
+    because="later sweeps add moment of second order: 1e-9 in most worlds, 7e-6 at worst of 18; energy in 2 s: 6e-11",
+    faults=(STRUCK_WHERE_IT_IS, FASTER),
 )
 def crowds_keep_what_they_must(run: Run) -> Comparison:
-    """Worlds of 2 to 5 unlike soft bodies and up to 3 boxes that spin, all of which fly at each other, with any
-    restitution and friction, never have more energy than at the start, and keep their angular momentum."""
-    rng = run.fresh_rng()
-    off, kinds = [], []
+    """Crowds of unlike bodies gain no energy and keep angular momentum.
+
+    Worlds of 2 to 5 soft bodies and up to 3 boxes that spin fly at each other, with any restitution and friction. They
+    never have more energy than at the start.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for k in range(run.count(3, 6, 60)):
         world = crowd(rng)
         drift, gain = drift_and_gain(world, (0.05, 0.3)[k % 2] * world.stable_time_step())
-        off += [drift, gain / 1e-3]
-        kinds += ["angular momentum", "energy"]
-    return Comparison(off, np.zeros(len(off)), groups=kinds)
+        answers.add(drift, 0.0, kind="angular momentum")
+        answers.add(gain / 1e-3, 0.0, kind="energy")
+    return answers.comparison()

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 
 from softbody import World
 from softbody.dynamics import pressure
+from validation.answers import Answers
 from validation.cases import MESH_KINDS, edge_lengths, random_mesh
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
@@ -26,34 +29,25 @@ GRAVITY = -9.81  # [m/s²]
     faults=(Fault("pressure off by 1e-11", pressure.gas_pressure, "gas_ / volume_ → gas_ / volume_ * (1.0 + 1e-11)"),),
 )
 def motion(run: Run) -> Comparison:
-    """Any soft body, damped and full of gas, moves as MuJoCo makes it move, step by step, by two integrators."""
+    """Damped, gas-filled soft bodies move as MuJoCo makes them, by two integrators."""
     from references import mujoco_flex
 
-    rng = run.fresh_rng()
-    measured, expected, scales, kinds = [], [], [], []
-    for _ in range(run.count(1, 3, 20)):
-        for kind in MESH_KINDS:
-            for integrator in mujoco_flex.INTEGRATORS:
-                mesh = random_mesh(kind, rng)
-                edges, mass = mesh.edges, 10.0 ** rng.uniform(-1.0, 1.0)
-                stiffness, gas = rng.uniform(20.0, 200.0), rng.uniform(1.0, 100.0)
-                shortest = edge_lengths(mesh.vertices, edges).min()
-                # A tenth of the critical damping of one particle on one spring.
-                damping = 0.1 * 2.0 * np.sqrt(stiffness * mass / len(mesh.vertices))
-                world = World(gravity=(0.0, 0.0, GRAVITY), integrator=integrator)
-                body = world.add_soft_body(mesh, mass, stiffness, gas, damping=damping)
-                step = 0.3 * world.stable_time_step()
-                velocity = 0.03 * shortest / step * rng.normal(size=mesh.vertices.shape)
-                body.velocities[:] = velocity
-                world.step(step, STEPS)
-                measured.append(body.positions)
-                expected.append(
-                    mujoco_flex.motion(
-                        mesh.vertices, edges, mesh.triangles, velocity, stiffness, damping, gas, mass, GRAVITY, step,
-                        STEPS, integrator,
-                    )
-                )  # fmt: skip
-                way = np.abs(expected[-1] - mesh.vertices).max()
-                scales.append(np.full(len(mesh.vertices), np.ptp(mesh.vertices, axis=0).max() + way))
-                kinds += [f"{kind}, {integrator}"] * len(mesh.vertices)
-    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds)
+    rng, answers = run.fresh_rng(), Answers()
+    for kind, integrator in [*product(MESH_KINDS, mujoco_flex.INTEGRATORS)] * run.count(1, 3, 20):
+        mesh = random_mesh(kind, rng)
+        edges, mass = mesh.edges, 10.0 ** rng.uniform(-1.0, 1.0)
+        stiffness, gas = rng.uniform(20.0, 200.0), rng.uniform(1.0, 100.0)
+        shortest = edge_lengths(mesh.vertices, edges).min()
+        # A tenth of the critical damping of one particle on one spring.
+        damping = 0.1 * 2.0 * np.sqrt(stiffness * mass / len(mesh.vertices))
+        world = World(gravity=(0.0, 0.0, GRAVITY), integrator=integrator)
+        body = world.add_soft_body(mesh, mass, stiffness, gas, damping=damping)
+        step = 0.3 * world.stable_time_step()
+        velocity = 0.03 * shortest / step * rng.normal(size=mesh.vertices.shape)
+        body.velocities[:] = velocity
+        world.step(step, STEPS)
+        what = mesh.vertices, edges, mesh.triangles, velocity, stiffness, damping, gas, mass
+        judged = mujoco_flex.motion(*what, GRAVITY, step, STEPS, integrator)
+        way, size = np.abs(judged - mesh.vertices).max(), np.ptp(mesh.vertices, axis=0).max()
+        answers.extend(body.positions, judged, size + way, f"{kind}, {integrator}")
+    return answers.comparison()

@@ -2,46 +2,52 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 import softbody
-from softbody import Mesh, SimulationError, World
-from softbody.dynamics import integrators, one_ring_forces, pressure, reference_forces, soft_bodies
+from references import analytic
+from softbody import Mesh, SimulationError, SoftBody, World
+from softbody.dynamics import integrators, one_ring_forces, pressure, reference_forces
 from softbody.dynamics.reference_forces import add_pressure_forces, spring_virial
-from softbody.geometry import polyhedron
+from softbody.geometry.polyhedron import signed_volume
 from softbody.stepping import shape_at_rest as resting
+from validation.answers import Answers
 from validation.cases import dented_sphere, edge_lengths, lumpy_sphere, random_mesh
 from validation.check import Comparison, Run, check
+from validation.checks.soft.cases import (
+    PRESSURE,
+    SOLIDS,
+    WRONG_AXES,
+    regular_solids,
+    springs_of,
+    squared_edges,
+    weightless,
+)
 from validation.checks.soft.soft import accelerations
 from validation.fault import Fault
 
 FAMILY = "pressure and volume"
 
-PRESSURE = Fault("pressure off by 1e-9", pressure.gas_pressure, "gas_ / volume_ → gas_ / volume_ * (1.0 + 1e-9)")
+check_forces = partial(check, piece="softbody.dynamics.one_ring_forces")
 
 
-REST_SECONDS = 40.0
-REST_FORCE = 5e-15  # of k × size: the largest force that is left when the shape counts as at rest
+def at_rest(mesh: Mesh, stiffness: ArrayLike, gas: float) -> SoftBody:
+    """Return a body without weight, for which the core has found where it comes to rest."""
+    body = weightless().add_soft_body(mesh, mass=1.0, stiffness=stiffness, gas=gas)
+    body.world.equilibrium(5e-15)  # of k × size: the largest force that is left
+    return body
 
 
-def at_rest(mesh: Mesh, stiffness: ArrayLike, gas: float) -> World:
-    """Return a world in which the core has found where a soft body without weight comes to rest."""
-    world = World(gravity=(0.0, 0.0, 0.0))
-    world.add_soft_body(mesh, mass=1.0, stiffness=stiffness, gas=gas)
-    world.equilibrium(REST_FORCE)
-    return world
+def _mean_distance(body: SoftBody) -> float:
+    """Return the mean distance [m] of a body's particles from its centre."""
+    return float(np.linalg.norm(body.positions - body.positions.mean(axis=0), axis=1).mean())
 
 
-def _mean_distance(world: World) -> float:
-    """Return the mean distance [m] of the particles of one body from its centre."""
-    position = world.state.particle_position
-    return float(np.linalg.norm(position - position.mean(axis=0), axis=1).mean())
-
-
-@check(
+@check_forces(
     section="2.1, 2.3",
-    piece="softbody.dynamics.one_ring_forces",
     reference="the identity itself: it holds at every equilibrium of every closed mesh, without a fitted constant",
     kind="closed form",
     least=4,
@@ -50,9 +56,11 @@ def _mean_distance(world: World) -> float:
     faults=(PRESSURE,),
 )
 def virial_identity(run: Run) -> Comparison:
-    """Spheres, tori, dented and random meshes at rest fulfil the virial identity Σ k (l − l0) l = 3 nRT."""
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    """Closed meshes at rest fulfil the virial identity.
+
+    Σ k (l − l0) l = 3 nRT, of spheres, tori, dented and random meshes.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(1, 4, 30)):
         stiffness, gas = rng.uniform(50.0, 200.0), rng.uniform(20.0, 100.0)
         for kind, mesh in (
@@ -61,18 +69,13 @@ def virial_identity(run: Run) -> Comparison:
             ("dented sphere", dented_sphere(2)),
             ("random mesh", lumpy_sphere(rng, 2)),
         ):
-            world = at_rest(mesh, stiffness, gas)
-            model, position = world.model, world.state.particle_position
-            springs = model.edge_particles, model.edge_rest_length, model.edge_stiffness
-            measured.append(spring_virial(position, *springs))
-            expected.append(3.0 * gas)
-            kinds.append(kind)
-    return Comparison(measured, expected, expected, kinds)
+            body = at_rest(mesh, stiffness, gas)
+            answers.add(spring_virial(body.positions, *springs_of(body.world)), 3.0 * gas, 3.0 * gas, kind)
+    return answers.comparison()
 
 
-@check(
+@check_forces(
     section="2.1, 2.3",
-    piece="softbody.dynamics.one_ring_forces",
     reference="closed form: symmetry leaves one unknown",
     kind="closed form",
     tolerance=1e-14,
@@ -80,28 +83,17 @@ def virial_identity(run: Run) -> Comparison:
     faults=(PRESSURE,),
 )
 def equilibrium_scale(run: Run) -> Comparison:
-    """A tetrahedron, octahedron or icosahedron comes to rest at the scale λ with λ² − λ = 3nRT/(k Σ l0²)."""
-    from references import analytic
-
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    """A regular solid rests at scale λ: λ² − λ = 3nRT/Σkl0²."""
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(5, 30, 300)):
         stiffness, radius = rng.uniform(10.0, 1000.0), rng.uniform(0.3, 2.0)
-        for kind, make in (
-            ("tetrahedron", softbody.tetrahedron),
-            ("octahedron", softbody.octahedron),
-            ("icosahedron", softbody.icosahedron),
-        ):
+        for kind, make in SOLIDS.items():
             mesh = make(radius)
-            i, j = mesh.edges.T
-            rest_squared = ((mesh.vertices[i] - mesh.vertices[j]) ** 2).sum()
-            # Gas from "hardly stretched" to "nearly twice the size".
-            gas = stiffness * rest_squared / 3.0 * 10.0 ** rng.uniform(-3.0, 0.3)
-            world = at_rest(mesh, stiffness, gas)
-            measured.append(_mean_distance(world) / radius)
-            expected.append(analytic.equilibrium_scale(gas, stiffness * rest_squared))
-            kinds.append(kind)
-    return Comparison(measured, expected, expected, kinds)
+            total = stiffness * squared_edges(mesh)
+            gas = total / 3.0 * 10.0 ** rng.uniform(-3.0, 0.3)  # from "hardly stretched" to "nearly twice the size"
+            scale = analytic.equilibrium_scale(gas, total)
+            answers.add(_mean_distance(at_rest(mesh, stiffness, gas)) / radius, scale, float(scale), kind)
+    return answers.comparison()
 
 
 @check(
@@ -114,25 +106,20 @@ def equilibrium_scale(run: Run) -> Comparison:
     because="both volumes round some 300 terms",
     faults=(
         PRESSURE,
-        Fault(
-            "volume off by 1e-12", polyhedron.signed_volume, "six_volumes_ / 6.0 → six_volumes_ / 6.0 * (1.0 + 1e-12)"
-        ),
+        Fault("volume off by 1e-12", signed_volume, "six_volumes_ / 6.0 → six_volumes_ / 6.0 * (1.0 + 1e-12)"),
     ),
 )
 def ideal_gas_law(run: Run) -> Comparison:
-    """The pressure that a body tells, times the volume that trimesh measures, is nRT, over nine decades."""
+    """Pressure as told, times trimesh's volume, is nRT, over nine decades."""
     from references import trimesh
 
-    rng = run.fresh_rng()
-    measured, expected = [], []
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(5, 30, 300)):
         mesh = random_mesh(str(rng.choice(["sphere", "torus", "lumpy sphere"])), rng)
-        world = World(gravity=(0.0, 0.0, 0.0))
         gas = 10.0 ** rng.uniform(-3.0, 6.0)
-        body = world.add_soft_body(mesh, mass=1.0, stiffness=100.0, gas=gas)
-        measured.append(body.pressure * trimesh.volume(body.positions, mesh.triangles))
-        expected.append(gas)
-    return Comparison(measured, expected, expected)
+        body = weightless().add_soft_body(mesh, mass=1.0, stiffness=100.0, gas=gas)
+        answers.add(body.pressure * trimesh.volume(body.positions, mesh.triangles), gas, gas)
+    return answers.comparison()
 
 
 @check(
@@ -145,27 +132,22 @@ def ideal_gas_law(run: Run) -> Comparison:
     faults=(PRESSURE,),
 )
 def gas_laws(run: Run) -> Comparison:
-    """Boyle's law: P V = nRT over twelve decades of nRT, in which T is, and six of V, in regular solids."""
-    from references import analytic
+    """Boyle's law holds over twelve decades of nRT and six of V.
 
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
-    for name in ("tetrahedron", "octahedron", "icosahedron"):
-        world = World(gravity=(0.0, 0.0, 0.0))
-        mesh = getattr(softbody, name)()
-        body = world.add_soft_body(mesh, mass=1.0, stiffness=100.0, gas=1.0)
+    P V = nRT, in which T is, of regular solids.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    for name, mesh in regular_solids():
+        body = weightless().add_soft_body(mesh, mass=1.0, stiffness=100.0, gas=1.0)
         for _ in range(run.count(20, 200, 2000)):
             radius, body.gas = 10.0 ** rng.uniform(-1.0, 1.0), 10.0 ** rng.uniform(-6.0, 6.0)
             body.positions[:] = radius * mesh.vertices
-            measured.append(body.pressure * analytic.regular_solid_volume(name, radius))
-            expected.append(body.gas)
-            kinds.append(name)
-    return Comparison(measured, expected, expected, kinds)
+            answers.add(body.pressure * analytic.regular_solid_volume(name, radius), body.gas, body.gas, name)
+    return answers.comparison()
 
 
-@check(
+@check_forces(
     section="2",
-    piece="softbody.dynamics.one_ring_forces",
     reference="closed forms of the two ends, to the second order",
     kind="closed form",
     tolerance=2e-12,
@@ -180,27 +162,24 @@ def gas_laws(run: Run) -> Comparison:
     ),
 )
 def limits(run: Run) -> Comparison:
-    """Regular solids without gas rest in the shape of their springs; with little, q = 3nRT/(kΣl0²) ≤ 1e-6, they are 1 +
-    q as large; with very much, q ≥ 1e12, they swell as ½ + √q."""
-    measured, expected, kinds = [], [], []
-    for name in ("tetrahedron", "octahedron", "icosahedron"):
-        mesh = getattr(softbody, name)()
+    """Regular solids swell as closed forms of little and much gas say.
+
+    Without gas they rest in the shape of their springs. With little, q = 3nRT/(kΣl0²) ≤ 1e-6, they are 1 + q as
+    large. With very much, q ≥ 1e12, they swell as ½ + √q.
+    """
+    answers = Answers()
+    cases = [("no gas", 0.0, 1.0)]
+    cases += [("little gas", q, 1.0 + q) for q in 10.0 ** np.linspace(-9.0, -6.0, run.count(2, 5, 20))]
+    cases += [("much gas", q, 0.5 + np.sqrt(q)) for q in 10.0 ** np.linspace(12.0, 15.0, run.count(2, 5, 20))]
+    for _, mesh in regular_solids():
         rest_squared = (edge_lengths(mesh.vertices, mesh.edges) ** 2).sum()
-        little, much = np.linspace(-9.0, -6.0, run.count(2, 5, 20)), np.linspace(12.0, 15.0, run.count(2, 5, 20))
-        cases = [("no gas", 0.0, 1.0)]
-        cases += [("little gas", q, 1.0 + q) for q in 10.0**little]
-        cases += [("much gas", q, 0.5 + np.sqrt(q)) for q in 10.0**much]
         for kind, q, scale in cases:
-            world = at_rest(mesh, 1.0, q * rest_squared / 3.0)
-            measured.append(_mean_distance(world) / scale)
-            expected.append(1.0)
-            kinds.append(kind)
-    return Comparison(measured, expected, groups=kinds)
+            answers.add(_mean_distance(at_rest(mesh, 1.0, q * rest_squared / 3.0)) / scale, 1.0, kind=kind)
+    return answers.comparison()
 
 
-@check(
+@check_forces(
     section="2",
-    piece="softbody.dynamics.one_ring_forces",
     reference="SciPy minimiser, on one of each family",
     engines=("scipy",),
     unit="of V/V0",
@@ -210,29 +189,26 @@ def limits(run: Run) -> Comparison:
     faults=(PRESSURE,),
 )
 def scaling(run: Run) -> Comparison:
-    """A torus at rest grows with nRT/(kΣl0²) alone: bodies of any size and stiffness, by that ratio, are similar."""
+    """Tori at rest grow with nRT/(kΣl0²) alone, whatever their size and stiffness."""
     from references import scipy
 
-    rng = run.fresh_rng()
-    measured, expected = [], []
+    rng, answers = run.fresh_rng(), Answers()
     mesh = softbody.torus(1.0, 0.4, 12, 6)
-    i, j = mesh.edges.T
-    lengths = np.linalg.norm(mesh.vertices[i] - mesh.vertices[j], axis=1)
+    lengths = edge_lengths(mesh.vertices, mesh.edges)
     for decade in np.linspace(-3.0, -1.0, run.count(2, 4, 12)):
         gas = (lengths**2).sum() / 3.0 * 10.0**decade
-        judged = scipy.equilibrium(mesh.vertices, mesh.edges, lengths, np.ones(len(i)), mesh.triangles, gas)
+        judged = scipy.equilibrium(mesh.vertices, mesh.edges, lengths, np.ones(len(lengths)), mesh.triangles, gas)
         volume = Mesh(judged.positions, mesh.triangles).volume / mesh.volume
         for _ in range(2):
             size, stiffness = 10.0 ** rng.uniform(-2.0, 2.0), 10.0 ** rng.uniform(-1.0, 4.0)
-            world = at_rest(mesh.scaled(size), stiffness, gas * stiffness * size**2)
-            measured.append(Mesh(world.state.particle_position, mesh.triangles).volume / (mesh.volume * size**3))
-            expected.append(volume)
-    return Comparison(measured, expected, expected)
+            body = at_rest(mesh.scaled(size), stiffness, gas * stiffness * size**2)
+            found = Mesh(body.positions, mesh.triangles).volume / (mesh.volume * size**3)
+            answers.add(found, volume, volume)
+    return answers.comparison()
 
 
-@check(
+@check_forces(
     section="2, 5.1",
-    piece="softbody.dynamics.one_ring_forces",
     reference="SciPy minimiser of ½ Σ k (l − l0)² − nRT ln V, on its own energy and gradient",
     engines=("scipy",),
     unit="of l0",
@@ -248,25 +224,19 @@ def scaling(run: Run) -> Comparison:
     ),
 )
 def shape_at_rest(run: Run) -> Comparison:
-    """The shape that a body comes to rest in is the one of least energy that SciPy finds."""
+    """A body rests in the shape of least energy that SciPy finds."""
     from references import scipy
 
-    rng = run.fresh_rng()
-    measured, expected, scales, kinds = [], [], [], []
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(1, 3, 20)):
         for kind, mesh in (("sphere", softbody.icosphere(2)), ("torus", softbody.torus(1.0, 0.4, 16, 8))):
-            stiffness, gas = rng.uniform(50.0, 200.0), rng.uniform(20.0, 100.0)
-            world = at_rest(mesh, stiffness, gas)
-            model = world.model
-            judged = scipy.equilibrium(
-                mesh.vertices, model.edge_particles, model.edge_rest_length, model.edge_stiffness, mesh.triangles, gas
-            )
+            body = at_rest(mesh, rng.uniform(50.0, 200.0), rng.uniform(20.0, 100.0))
+            edges, lengths, stiffness = springs_of(body.world)
+            judged = scipy.equilibrium(mesh.vertices, edges, lengths, stiffness, mesh.triangles, body.gas)
             # The shape may have turned or drifted as a whole: compare the lengths of the springs.
-            measured.append(edge_lengths(world.state.particle_position, model.edge_particles))
-            expected.append(edge_lengths(judged.positions, model.edge_particles))
-            scales.append(model.edge_rest_length)
-            kinds += [kind] * len(model.edge_particles)
-    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds)
+            ours, theirs = (edge_lengths(shape, edges) for shape in (body.positions, judged.positions))
+            answers.extend(ours, theirs, lengths, kind)
+    return answers.comparison()
 
 
 @check(
@@ -276,7 +246,7 @@ def shape_at_rest(run: Run) -> Comparison:
     engines=("scipy",),
     unit="of the size, and m/s",
     tolerance=5e-12,
-    because="forces of 1e-14 k × size are left, in soft modes of 1e-2 k: 2.3e-13 at worst of ten seeds, 7e-13 of more"
+    because="forces of 1e-14 k × size are left, in modes of 1e-2 k: 2.3e-13 at worst of ten seeds, 7e-13 of more"
     " bodies",
     faults=(
         Fault("no weight at all", resting.shape_at_rest, "controls.gravity if is_held else np.zeros(3) → np.zeros(3)"),
@@ -300,15 +270,16 @@ def shape_at_rest(run: Run) -> Comparison:
     ),
 )
 def hanging_and_floating(run: Run) -> Comparison:
-    """`World.equilibrium` moves bodies of any springs to the shape of least energy that SciPy finds: where they hang on
-    fixed particles, under their weight and forces; where they float, without weight; and stops them."""
+    """`World.equilibrium` moves bodies to SciPy's shapes of least energy, and stops them.
+
+    Of any springs: some hang on fixed particles, under their weight and forces; some float, without weight.
+    """
     from references import scipy
 
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(2, 6, 40)):
         gravity = rng.normal(0.0, 5.0, 3)
-        world, judged = World(gravity=gravity), []
+        world, judged = World(gravity=gravity), {}
         for kind, mesh in (("hangs", softbody.icosphere(1, 0.5)), ("floats", softbody.torus(0.6, 0.25, 12, 6))):
             count, mass, gas = len(mesh.vertices), rng.uniform(0.2, 1.0), rng.uniform(5.0, 30.0)
             lengths = edge_lengths(mesh.vertices, mesh.edges) * rng.uniform(0.95, 1.05, len(mesh.edges))
@@ -318,22 +289,18 @@ def hanging_and_floating(run: Run) -> Comparison:
             body = world.add_soft_body(mesh, mass, stiffness, gas, rest_length=lengths, fixed=pins)
             body.velocities[np.setdiff1d(np.arange(count), pins)] = rng.normal(size=3)
             if kind == "hangs":
-                force = rng.normal(size=(count, 3)) / count
-                body.external_force = force
+                body.external_force = force = rng.normal(size=(count, 3)) / count
                 load = force + mass / count * gravity
-                judged.append(scipy.hanging(mesh.vertices, *springs, load, pins).positions)
+                judged[kind] = scipy.hanging(mesh.vertices, *springs, load, pins).positions
             else:
-                judged.append(scipy.equilibrium(mesh.vertices, *springs).positions)
+                judged[kind] = scipy.equilibrium(mesh.vertices, *springs).positions
         world.equilibrium(1e-14)
-        for body, kind, shape in zip(world.soft_bodies, ("hangs", "floats"), judged):
-            if kind == "hangs":
-                measured.append(np.append(body.positions.ravel(), np.abs(body.velocities).max()))
-                expected.append(np.append(shape.ravel(), 0.0))
-            else:  # it may have turned, or drifted
-                measured.append(np.append(edge_lengths(body.positions, body.edges), np.abs(body.velocities).max()))
-                expected.append(np.append(edge_lengths(shape, body.edges), 0.0))
-            kinds += [kind] * len(expected[-1])
-    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+        for body, (kind, shape) in zip(world.soft_bodies, judged.items()):
+            ours, theirs = body.positions.ravel(), shape.ravel()
+            if kind == "floats":  # it may have turned, or drifted
+                ours, theirs = edge_lengths(body.positions, body.edges), edge_lengths(shape, body.edges)
+            answers.extend(np.append(ours, np.abs(body.velocities).max()), np.append(theirs, 0.0), kind=kind)
+    return answers.comparison()
 
 
 @check(
@@ -352,32 +319,34 @@ def hanging_and_floating(run: Run) -> Comparison:
     ),
 )
 def at_rest_without_springs(run: Run) -> Comparison:
-    """A body with neither springs nor gas is at rest as it is, unless a force acts on one of its particles that can
-    move, or its weight while others are fixed: then `World.equilibrium` says that it is not, and nothing moves."""
-    rng, mesh = run.fresh_rng(), softbody.octahedron(0.5)
-    right, kinds = [], []
+    """A body without springs and gas rests unless it is pulled.
+
+    A force pulls that acts on one of its particles that can move, or its weight while others are fixed. Then
+    `World.equilibrium` says that it is not at rest. Nothing moves.
+    """
+    rng, mesh, answers = run.fresh_rng(), softbody.octahedron(0.5), Answers()
     for trial in range(run.count(36, 180, 1_800)):
-        weight, pinned, push = (rng.random() < 0.5, int(rng.integers(0, 6)), ("nowhere", "one", "fixed")[trial % 3])
-        world = World(gravity=(0.0, 0.0, -9.81 * weight))
-        pins = rng.choice(6, pinned, replace=False)
+        weight, pinned, push = rng.random() < 0.5, int(rng.integers(0, 6)), ("nowhere", "one", "fixed")[trial % 3]
+        world, pins = World(gravity=(0.0, 0.0, -9.81 * weight)), rng.choice(6, pinned, replace=False)
         body = world.add_soft_body(mesh, 1.0, 0.0, 0.0, fixed=pins)
         body.positions = mesh.vertices * rng.uniform(0.5, 2.0, 3)
-        free = np.setdiff1d(np.arange(6), pins)
-        force = np.zeros((6, 3))
+        free, force = np.setdiff1d(np.arange(6), pins), np.zeros((6, 3))
         pushed = pins if push == "fixed" else free
         if push != "nowhere" and len(pushed):
             force[rng.choice(pushed), rng.integers(3)] = rng.normal()
             body.external_force = force
-        is_pulled = force[free].any() or (weight and pinned > 0)
-        before = body.positions.copy()
+        is_pulled, before = bool(force[free].any() or (weight and pinned > 0)), body.positions.copy()
         try:
             world.equilibrium()
-            right.append(not is_pulled)
+            said = False
         except SimulationError:
-            right.append(bool(is_pulled))
-        right.append(body.positions.tobytes() == before.tobytes())
-        kinds += [f"pushed: {push}, {'held' if pinned else 'floating'}"] * 2
-    return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
+            said = True
+        stays, kind = (
+            body.positions.tobytes() == before.tobytes(),
+            f"pushed: {push}, {'held' if pinned else 'floating'}",
+        )
+        answers.extend([said == is_pulled, stays], [True, True], kind=kind)
+    return answers.comparison()
 
 
 @check(
@@ -403,42 +372,30 @@ def at_rest_without_springs(run: Run) -> Comparison:
     ),
 )
 def run_to_rest(run: Run) -> Comparison:
-    """A body with damping and drag that runs in a World as it comes, comes to rest in the shape of least energy that
-    SciPy finds: at that pressure, and in that volume."""
+    """A damped, dragged body that runs comes to SciPy's shape at rest.
+
+    In a World as it comes: to the shape of least energy, at that pressure, and in that volume.
+    """
     from references import scipy
 
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    rng, answers = run.fresh_rng(), Answers()
     shapes = {
         "sphere": softbody.icosphere(1),
         "torus": softbody.torus(1.0, 0.4, 10, 6),
         "box": softbody.box((1.0, 0.7, 1.3), 2),
     }
-    for _ in range(run.count(1, 2, 10)):
-        for kind, mesh in shapes.items():
-            gas, mass = rng.uniform(5.0, 30.0), rng.uniform(0.5, 2.0)
-            stiffness = 100.0 * rng.uniform(0.8, 1.2, len(mesh.edges))
-            world = World(gravity=(0.0, 0.0, 0.0))
-            body = world.add_soft_body(mesh, mass, stiffness, gas, damping=0.1, drag=2.0)
-            world.run(REST_SECONDS, 0.5 * world.stable_time_step())
-            lengths = edge_lengths(mesh.vertices, mesh.edges)
-            judged = scipy.equilibrium(mesh.vertices, mesh.edges, lengths, stiffness, mesh.triangles, gas)
-            volume = Mesh(judged.positions, mesh.triangles).volume
-            measured.append(
-                np.append(
-                    edge_lengths(body.positions, mesh.edges) / lengths,
-                    [body.pressure * volume / gas, body.volume / volume],
-                )
-            )
-            expected.append(np.append(edge_lengths(judged.positions, mesh.edges) / lengths, [1.0, 1.0]))
-            kinds += [kind] * len(measured[-1])
-    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
-
-
-def _pressure_force(mesh: Mesh, pascal: float) -> np.ndarray:
-    force = np.zeros_like(mesh.vertices)
-    add_pressure_forces(mesh.vertices, mesh.triangles, pascal, force)
-    return force
+    for kind, mesh in [*shapes.items()] * run.count(1, 2, 10):
+        gas, mass = rng.uniform(5.0, 30.0), rng.uniform(0.5, 2.0)
+        stiffness = 100.0 * rng.uniform(0.8, 1.2, len(mesh.edges))
+        body = weightless().add_soft_body(mesh, mass, stiffness, gas, damping=0.1, drag=2.0)
+        body.world.run(40.0, 0.5 * body.world.stable_time_step())
+        lengths = edge_lengths(mesh.vertices, mesh.edges)
+        judged = scipy.equilibrium(mesh.vertices, mesh.edges, lengths, stiffness, mesh.triangles, gas)
+        volume = Mesh(judged.positions, mesh.triangles).volume
+        ours, theirs = (edge_lengths(shape, mesh.edges) / lengths for shape in (body.positions, judged.positions))
+        gas_told = [body.pressure * volume / gas, body.volume / volume]
+        answers.extend(np.append(ours, gas_told), np.append(theirs, [1.0, 1.0]), kind=kind)
+    return answers.comparison()
 
 
 @check(
@@ -458,48 +415,36 @@ def _pressure_force(mesh: Mesh, pascal: float) -> np.ndarray:
     ),
 )
 def force_is_gradient_of_volume(run: Run) -> Comparison:
-    """The pressure force on a particle is exactly P ∂V/∂x: the gas does the work P dV."""
+    """The pressure force is exactly P ∂V/∂x: work is P dV."""
     from references import scipy
 
-    rng = run.fresh_rng()
-    measured, expected, scales = [], [], []
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(3, 10, 100)):
         mesh, pascal = lumpy_sphere(rng), 10.0 ** rng.uniform(-2.0, 5.0)
-        measured.append(_pressure_force(mesh, pascal))
-        expected.append(pascal * scipy.pressure_gradient(mesh.vertices, mesh.triangles))
-        scales.append(np.full(len(mesh.vertices), np.linalg.norm(expected[-1], axis=1).max()))
-    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales))
+        force = np.zeros_like(mesh.vertices)
+        add_pressure_forces(mesh.vertices, mesh.triangles, pascal, force)
+        truth = pascal * scipy.pressure_gradient(mesh.vertices, mesh.triangles)
+        answers.extend(force, truth, np.linalg.norm(truth, axis=1).max())
+    return answers.comparison()
 
 
-@check(
+@check_forces(
     section="2",
-    piece="softbody.dynamics.one_ring_forces",
     reference="invariant: action equals reaction",
     unit="of Σ |force| × size",
     kind="invariant",
     tolerance=3e-16,
-    because="forces of some 642 particles cancel, with a rounding of 1e-16 each: of their sum 2.1e-17 at worst of ten"
-    " seeds, 3e-17 at full",
-    faults=(
-        Fault(
-            "the gas pushes along the wrong axes in the update",
-            soft_bodies.ring_accelerations,
-            "push_ * area_[c_, i_] → push_ * area_[c_ - 1, i_]",
-        ),
-    ),
+    because="some 642 forces cancel, rounded by 1e-16 each: 2.1e-17 of their sum at worst of ten seeds, 3e-17 at full",
+    faults=(WRONG_AXES,),
 )
 def no_net_force_or_torque(run: Run) -> Comparison:
-    """Springs and gas exert no net force and no net torque on the body that they belong to."""
-    rng = run.fresh_rng()
-    nets, kinds = [], []
+    """Springs and gas exert no net force or torque on their body."""
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(3, 20, 200)):
-        mesh = lumpy_sphere(rng)
-        world = World(gravity=(0.0, 0.0, 0.0))
-        body = world.add_soft_body(mesh, mass=1.0, stiffness=100.0, gas=50.0)
+        body = weightless().add_soft_body(lumpy_sphere(rng), mass=1.0, stiffness=100.0, gas=50.0)
         body.positions[:] *= rng.uniform(0.9, 1.1, body.positions.shape)
-        acceleration = accelerations(world)
+        acceleration = accelerations(body.world)
         total = np.linalg.norm(acceleration, axis=1).sum() * np.ptp(body.positions, axis=0).max()
-        nets.append(acceleration.sum(axis=0) / total)
-        nets.append(np.cross(body.positions, acceleration).sum(axis=0) / total)
-        kinds += ["force", "torque"]
-    return Comparison(np.array(nets), np.zeros((len(nets), 3)), groups=kinds)
+        answers.add(acceleration.sum(axis=0) / total, np.zeros(3), kind="force")
+        answers.add(np.cross(body.positions, acceleration).sum(axis=0) / total, np.zeros(3), kind="torque")
+    return answers.comparison()

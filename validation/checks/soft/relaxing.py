@@ -9,14 +9,16 @@ from softbody.dynamics import equilibrium
 from softbody.dynamics.soft_bodies import motion_of
 from softbody.dynamics.stability import highest_frequency
 from softbody.model.arrays import soft_bodies_of
-from softbody.stepping import shape_at_rest
+from softbody.stepping.shape_at_rest import shape_at_rest
+from validation.answers import Answers
 from validation.cases import MESH_KINDS, edge_lengths, random_mesh
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
 
+FAMILY = "pressure and volume"
+
 
 @check(
-    family="pressure and volume",
     section="2.3",
     piece="softbody.dynamics.equilibrium.relax",
     reference="the algorithm of Bitzek et al. (2006), in NumPy, on forces as the gradient of the energy",
@@ -32,12 +34,14 @@ from validation.fault import Fault
     ),
 )
 def as_fire_has_it(run: Run) -> Comparison:
-    """A soft body that is stretched, pinned and full of gas relaxes as FIRE has it, with the parameters of its authors:
-    after 20 and 60 steps it is where NumPy's is, at its velocity, and so long is its next step."""
+    """A stretched, pinned, gas-filled soft body relaxes as FIRE has it.
+
+    With the parameters of its authors. After 20 and 60 steps it is where NumPy's is, at its velocity, and so long is
+    its next step.
+    """
     from references import fire
 
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    rng, answers = run.fresh_rng(), Answers()
     for kind in MESH_KINDS * run.count(1, 3, 20):
         mesh, mass = random_mesh(kind, rng), 10.0 ** rng.uniform(-1.0, 1.0)
         count, lengths = len(mesh.vertices), edge_lengths(mesh.vertices, mesh.edges)
@@ -47,9 +51,8 @@ def as_fire_has_it(run: Run) -> Comparison:
         world.add_soft_body(mesh, mass, stiffness, gas, damping=0.0, fixed=pins)
         model, controls, state, rings, _ = world.store.parts
         start = mesh.vertices * rng.uniform(0.8, 1.2, 3)
-        longest = 1.0 / highest_frequency(model, controls, start, 0)
-        free = np.ones(count, bool)
-        free[pins] = False
+        size, longest = np.ptp(start, axis=0).max(), 1.0 / highest_frequency(model, controls, start, 0)
+        free = ~np.isin(np.arange(count), pins)
         what = mesh.edges, lengths, stiffness, mesh.triangles, gas, mass / count, world.gravity, free
         for steps in (20, 60):
             state.particle_position[:] = start
@@ -58,64 +61,50 @@ def as_fire_has_it(run: Run) -> Comparison:
             motion = motion_of(model.soft_particle_start, rings)
             equilibrium.relax(soft_bodies_of(model, controls, state), motion, longest, steps, glide)
             x, v, step_size = fire.relaxed(start, longest, steps, *what)
-            size, fastest = np.ptp(start, axis=0).max(), np.abs(v).max()
-            measured += [
-                *(state.particle_position / size),
-                *(glide.velocity / fastest),
-                [glide.step_size[0] / longest] * 3,
-            ]
-            expected += [*(x / size), *(v / fastest), [step_size / longest] * 3]
-            kinds += [f"{steps} steps"] * (2 * count + 1)
-    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+            fastest, label = np.abs(v).max(), f"{steps} steps"
+            answers.extend(state.particle_position / size, x / size, kind=label)
+            answers.extend(glide.velocity / fastest, v / fastest, kind=label)
+            answers.add([glide.step_size[0] / longest] * 3, [step_size / longest] * 3, kind=label)
+    return answers.comparison()
 
 
 @check(
-    family="pressure and volume",
     section="2.3",
     piece="softbody.World.equilibrium",
-    reference="FIRE (Bitzek et al. 2006) in NumPy, from rest every 500 steps, with steps of one over the bound of"
-    " Anderson and Morley (1985); the largest acceleration times the least mass, over stiffness and size",
+    reference="FIRE (Bitzek et al. 2006) in NumPy, from rest every 500 steps, of one over the bound of Anderson and"
+    " Morley (1985); the largest acceleration times the least mass, over stiffness and size",
     kind="specification",
     engines=("scipy",),
     unit="relative",
     tolerance=6e-3,
     because="three digits are told: 5e-3 at worst",
     faults=(
-        Fault(
-            "a step more in a round",
-            shape_at_rest.shape_at_rest,
-            "min(steps - done, ROUND) → min(steps - done, ROUND + 1)",
-        ),
-        Fault("rounds to the end", shape_at_rest.shape_at_rest, "min(steps - done, ROUND) → min(steps, ROUND)"),
-        Fault(
-            "the softest spring", shape_at_rest.shape_at_rest, "model.edge_stiffness.max() → model.edge_stiffness.min()"
-        ),
-        Fault(
-            "the shortest side",
-            shape_at_rest.shape_at_rest,
-            "np.ptp(position, axis=0).max() → np.ptp(position, axis=0).min()",
-        ),
+        Fault("a step more in a round", shape_at_rest, "min(steps - done, ROUND) → min(steps - done, ROUND + 1)"),
+        Fault("rounds to the end", shape_at_rest, "min(steps - done, ROUND) → min(steps, ROUND)"),
+        Fault("the softest spring", shape_at_rest, "model.edge_stiffness.max() → model.edge_stiffness.min()"),
+        Fault("the shortest side", shape_at_rest, "np.ptp(position, axis=0).max() → np.ptp(position, axis=0).min()"),
     ),
 )
 def steps_that_it_may_make(run: Run) -> Comparison:
-    """`World.equilibrium` makes as many steps as it may, and no more, and says what is left then, to three digits: of
-    bodies whose springs differ a thousandfold, pinned, in 1 to 1 234 steps, of which every 500th begins anew."""
+    """`World.equilibrium` makes the steps that it may, and says what is left.
+
+    It makes no more, and says it to three digits. Bodies have springs that differ a thousandfold, and are pinned. Steps
+    are 1 to 1 234, of which every 500th begins anew.
+    """
     from references import fire
 
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    rng, answers = run.fresh_rng(), Answers()
     for trial in range(run.count(16, 48, 400)):
         steps = (1, 37, 499, 500, 501, 777, 1_000, 1_234)[trial % 8]
         mesh, mass = random_mesh(str(rng.choice(MESH_KINDS)), rng), 10.0 ** rng.uniform(-1.0, 1.0)
         count, lengths = len(mesh.vertices), edge_lengths(mesh.vertices, mesh.edges)
         stiffness = 10.0 ** rng.uniform(0.5, 3.0, len(mesh.edges))
-        pins, free = rng.choice(count, 3, replace=False), np.ones(count, bool)
-        free[pins] = False
+        pins = rng.choice(count, 3, replace=False)
+        free = ~np.isin(np.arange(count), pins)
         world = World(gravity=rng.normal(0.0, 0.02, 3))  # a little: a surface that caves in does so by rounding
         world.add_soft_body(mesh, mass, stiffness, 0.0, damping=rng.random(), drag=rng.random(), fixed=pins)
-        x, left, per_particle = mesh.vertices, 0.0, np.where(free, count / mass, 0.0)
-        sums = np.bincount(mesh.edges.ravel(), np.repeat(stiffness, 2), count) * per_particle
-        longest = 1.0 / np.sqrt(sums[mesh.edges].sum(axis=1).max())
+        sums = np.bincount(mesh.edges.ravel(), np.repeat(stiffness, 2), count) * np.where(free, count / mass, 0.0)
+        x, longest = mesh.vertices, 1.0 / np.sqrt(sums[mesh.edges].sum(axis=1).max())
         what = mesh.edges, lengths, stiffness, mesh.triangles, 0.0, mass / count, world.gravity, free
         for begun in range(0, steps, 500):
             x, _, _ = fire.relaxed(x, longest, min(500, steps - begun), *what)
@@ -130,7 +119,5 @@ def steps_that_it_may_make(run: Run) -> Comparison:
             told = 0.0
         except SimulationError as error:
             told = float(str(error).split("a force of ")[1].split(" ×")[0])
-        measured.append(told / truth)
-        expected.append(1.0)
-        kinds.append(f"{steps} steps")
-    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+        answers.add(told / truth, 1.0, kind=f"{steps} steps")
+    return answers.comparison()

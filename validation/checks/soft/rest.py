@@ -7,12 +7,15 @@ from typing import NamedTuple
 import numpy as np
 
 import softbody
+from references import printed
 from softbody import Box, SoftBody, World
 from softbody.collision.boxes import manifold
 from softbody.collision.soft import soft_contacts, soft_response
 from softbody.dynamics import particle_ground, pressure
-from validation.cases import rotated
+from validation.answers import Answers
+from validation.cases import edge_lengths, rotated
 from validation.check import Comparison, Misprint, Run, check
+from validation.checks.soft.cases import CONTACTS
 from validation.fault import Fault
 
 FAMILY = "soft bodies at rest"
@@ -46,7 +49,7 @@ def _press(rng: np.random.Generator, subdivisions: int, mass: float, plate: floa
     world.run(24.0, STEP * world.stable_time_step())
     x = body.positions.copy()
     a, b, c = (x[body.triangles[:, k]] for k in range(3))
-    lengths = np.linalg.norm(np.diff(mesh.vertices[mesh.edges], axis=1)[:, 0], axis=1)
+    lengths = edge_lengths(mesh.vertices, mesh.edges)
     force = scipy.forces(x, mesh.edges, lengths, np.full(len(mesh.edges), 200.0), mesh.triangles, 60.0)
     force[:, 2] -= mass / len(x) * GRAVITY
     sides = {"ground": x[:, 2] <= 1e-9}
@@ -54,16 +57,6 @@ def _press(rng: np.random.Generator, subdivisions: int, mass: float, plate: floa
         sides["plate"] = x[:, 2] >= plate - 1e-9
     area = 0.5 * np.abs(np.cross(b - a, c - a)[:, 2])
     return Pressed(mass * GRAVITY, force, area, mesh.triangles, 60.0 / trimesh.volume(x, mesh.triangles), sides)
-
-
-def _pressed_spheres(run: Run) -> dict[str, Pressed]:
-    rng = run.fresh_rng()
-    cases: dict[str, Pressed] = {}
-    for k in range(run.count(1, 2, 8)):
-        fine = 4 if run.level == "full" and k == 0 else 3
-        cases[f"{k}: heavy, on the ground"] = _press(rng, fine, 4.0, None)
-        cases[f"{k}: between ground and plate"] = _press(rng, fine, 1.0, 0.8)
-    return cases
 
 
 @check(
@@ -83,45 +76,49 @@ def _pressed_spheres(run: Run) -> dict[str, Pressed]:
     ),
 )
 def reactions_carry_the_weight(run: Run) -> Comparison:
-    """At rest, contacts push a soft sphere with its weight and no more, upwards, and only where it touches."""
-    off, kinds = [], []
-    for pressed in _pressed_spheres(run).values():
-        force, touching = pressed.force, np.logical_or.reduce(list(pressed.sides.values()))
-        total = -force[touching].sum(axis=0) - [0.0, 0.0, pressed.weight]
-        pulled = np.max(
-            [(sign * force[mask, 2]).max(initial=0.0) for mask, sign in zip(pressed.sides.values(), (1.0, -1.0))]
-        )
-        loose, sideways = np.abs(force[~touching]).max(), np.abs(force[:, :2]).max()
-        off += [value / pressed.weight for value in (np.linalg.norm(total), loose, sideways, np.maximum(0.0, pulled))]
-        kinds += ["reaction less weight", "force on a free particle", "force sideways", "pull of a contact"]
-    return Comparison(off, np.zeros(len(off)), groups=kinds)
+    """Contacts push a soft sphere at rest up by its weight alone.
+
+    And only where it touches.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    for k in range(run.count(1, 2, 8)):
+        fine = 4 if run.level == "full" and k == 0 else 3
+        for mass, plate in ((4.0, None), (1.0, 0.8)):
+            pressed = _press(rng, fine, mass, plate)
+            force, touching = pressed.force, np.logical_or.reduce(list(pressed.sides.values()))
+            total = np.linalg.norm(-force[touching].sum(axis=0) - [0.0, 0.0, pressed.weight])
+            loose, sideways = np.abs(force[~touching]).max(), np.abs(force[:, :2]).max()
+            signs = zip(pressed.sides.values(), (1.0, -1.0))
+            pulled = np.max([(sign * force[mask, 2]).max(initial=0.0) for mask, sign in signs])
+            kinds = "reaction less weight", "force on a free particle", "force sideways", "pull of a contact"
+            answers.extend(np.array([total, loose, sideways, pulled]) / pressed.weight, np.zeros(4), kind=kinds)
+    return answers.comparison()
 
 
 @check(
     section="2.2, 4.2",
     piece="softbody.dynamics.pressure, softbody.dynamics.particle_ground.resolve_ground",
-    reference="balance of a membrane, which leaves the ground along it and so without pull: P A of the triangles that"
-    " touch with three corners, and of those with one, enclose the weight",
+    reference="balance of a membrane that leaves the ground without pull: P A of the triangles that touch with three"
+    " corners, and with one, enclose the weight",
     engines=("scipy", "trimesh"),
     unit="outside of the enclosure, of the weight",
     least=1,
     tolerance=0.016,
-    because="a bound that counts only what is outside the enclosure, and a surface of facets leaves the rim at an"
-    " angle, and pulls: by up to 1.6 % of a load at 642 particles; the weight is 10 % inside and more",
+    because="only what is outside counts, and a surface of facets leaves the rim at an angle, and pulls: by up to 1.6"
+    " % of a load at 642 particles; the weight is 10 % inside and more",
     faults=(Fault("a gas of half the pressure", pressure.gas_pressure, "gas_ / volume_ → 0.5 * gas_ / volume_"),),
 )
 def pressure_carries_the_load(run: Run) -> Comparison:
-    """The gas carries the load: pressure times area of contact is the weight of a soft sphere on the ground."""
-    rng = run.fresh_rng()
-    outside, kinds, notes = [], [], []
+    """Pressure times contact area is a soft sphere's weight on the ground."""
+    rng, answers, notes = run.fresh_rng(), Answers(), []
     for mass in (4.0, 2.0, 3.0)[: run.count(1, 3, 3)] * run.count(1, 1, 6):
         pressed = _press(rng, 3, mass, None)
         corners = pressed.sides["ground"][pressed.triangles].sum(axis=1)
         least, most = (pressed.pressure * pressed.area[corners >= k].sum() for k in (3, 1))
-        outside.append(np.max([0.0, least - pressed.weight, pressed.weight - most]) / pressed.weight)
-        kinds.append(f"{mass} kg")
+        outside = np.max([0.0, least - pressed.weight, pressed.weight - most])
+        answers.add(outside / pressed.weight, 0.0, kind=f"{mass} kg")
         notes.append(f"weight {pressed.weight:.1f} N, P A between {least:.1f} and {most:.1f} N")
-    return Comparison(outside, np.zeros(len(outside)), groups=kinds, notes=notes[:3])
+    return answers.comparison(notes=notes[:3])
 
 
 def _box_on_torus(segments: int, speed: float = 0.0, mass: float = 1.0) -> tuple[World, SoftBody, Box]:
@@ -148,7 +145,7 @@ def _rest_height(segments: int, part: float, seconds: float) -> float:
 
 @check(
     section="4.2, 9",
-    piece="softbody.collision.soft.soft_contacts, softbody.collision.soft.soft_response",
+    piece=CONTACTS,
     reference="refinement: the step from 0.8 of the stable one to a quarter of that; twice as many segments",
     unit="of the height",
     kind="the core in another form",
@@ -164,23 +161,24 @@ def _rest_height(segments: int, part: float, seconds: float) -> float:
     ),
 )
 def rest_height_converges(run: Run) -> Comparison:
-    """A box that falls on a soft torus comes to rest at a height that does not depend on the step, and less and less on
-    the mesh."""
+    """A box's height on a soft torus converges with step and mesh.
+
+    The box falls on it and comes to rest. The height does not depend on the step, and less and less on the mesh.
+    """
     seconds = float(run.count(6, 12, 20))
-    base = _rest_height(24, 0.8, seconds)
-    rows = [("step / 2", _rest_height(24, 0.4, seconds)), ("48 segments", _rest_height(48, 0.8, seconds))]
-    if run.level != "quick":
-        rows += [("step / 4", _rest_height(24, 0.2, seconds))]
-    if run.level == "full":
-        rows += [("72 segments", _rest_height(72, 0.8, seconds))]
-    notes = [f"12 segments: {_rest_height(12, 0.8, seconds):.4f} m", f"24 segments: {base:.4f} m"]
-    notes += [f"{name}: {height:.4f} m" for name, height in rows]
-    return Comparison([h for _, h in rows], [base] * len(rows), base, [name for name, _ in rows], notes=notes)
+    base, coarse = _rest_height(24, 0.8, seconds), _rest_height(12, 0.8, seconds)
+    tried = [("step / 2", 24, 0.4), ("48 segments", 48, 0.8), ("step / 4", 24, 0.2), ("72 segments", 72, 0.8)]
+    answers, notes = Answers(), [f"12 segments: {coarse:.4f} m", f"24 segments: {base:.4f} m"]
+    for name, segments, part in tried[: run.count(2, 3, 4)]:
+        height = _rest_height(segments, part, seconds)
+        answers.add(height, base, base, name)
+        notes.append(f"{name}: {height:.4f} m")
+    return answers.comparison(notes=notes)
 
 
 @check(
     section="4.2, 6",
-    piece="softbody.collision.soft.soft_contacts, softbody.collision.soft.soft_response",
+    piece=CONTACTS,
     reference="invariant: the box above the torus's centre, and no particle of it above the box",
     kind="invariant",
     because="yes or no, at every hundredth of a second",
@@ -193,17 +191,18 @@ def rest_height_converges(run: Run) -> Comparison:
     ),
 )
 def box_never_goes_through(run: Run) -> Comparison:
-    """A box that falls on a soft torus, or is thrown at it, never goes through: it stays above the middle."""
-    above, kinds = [], []
+    """A box dropped or thrown on a soft torus never goes through."""
+    answers = Answers()
     for speed in (0.0, 2.0, 5.0, 10.0)[: run.count(2, 4, 4)]:
         for mass in (0.3, 1.0, 3.0):
             world, torus, box = _box_on_torus(24, speed, mass)
             step = STEP * world.stable_time_step()
             for _ in range(run.count(100, 200, 1_000)):
                 world.run(0.01, step)
-                above.append(box.position[2] > torus.centre[2] and torus.positions[:, 2].max() < box.position[2] + 0.1)
-                kinds.append(f"{mass} kg at {speed} m/s")
-    return Comparison(np.array(above), np.ones(len(above), bool), groups=kinds)
+                height = box.position[2]
+                is_above = height > torus.centre[2] and torus.positions[:, 2].max() < height + 0.1
+                answers.add(is_above, True, kind=f"{mass} kg at {speed} m/s")
+    return answers.comparison()
 
 
 @check(
@@ -213,8 +212,7 @@ def box_never_goes_through(run: Run) -> Comparison:
     unit="of the speed that one step of weight gives",
     kind="closed form",
     tolerance=8e-6,
-    because="the solver ends its sweeps where one corrects less than 1e-4 of that speed, and piles are solved finer:"
-    " 7.1e-7 at worst of ten seeds, 9.2e-7 of 1 000 boxes",
+    because="sweeps end where one corrects less than 1e-4 of that speed: 7.1e-7 at worst of ten seeds, 9.2e-7 of 1 000",
     faults=(
         Fault(
             "boxes that touch at one point only",
@@ -225,22 +223,19 @@ def box_never_goes_through(run: Run) -> Comparison:
     erratum=Misprint("E18", "one contact half-way between the bodies", "contacts on the surfaces that touch"),
 )
 def stacked_boxes_stay(run: Run) -> Comparison:
-    """A box that lies off-centre on another stays: it is held on the surfaces, not half-way between the bodies."""
-    from references import printed
-
-    rng = run.fresh_rng()
-    measured, turned = [], []
+    """A box off-centre on another is held on their surfaces, and stays."""
+    rng, answers, turned = run.fresh_rng(), Answers(), []
     step = 1e-3
     for _ in range(run.count(20, 100, 1_000)):
         lower, upper = np.append(rng.uniform(1.5, 3.0, 2), 0.5), rng.uniform(0.4, 1.0, 3)
         mass, aside = float(rng.uniform(0.5, 5.0)), rng.uniform(-0.4, 0.4, 2)
-        height = 0.5 * (lower[2] + upper[2])
+        place = (*aside, 0.5 * (lower[2] + upper[2]))
         world = World(gravity=(0.0, 0.0, -GRAVITY))
         world.add_box(lower, None)
-        box = world.add_box(upper, mass, (*aside, height))
+        box = world.add_box(upper, mass, place)
         world.step(step)
-        measured.append(np.concatenate([box.velocity, box.angular_velocity]) / (GRAVITY * step))
+        answers.add(np.concatenate([box.velocity, box.angular_velocity]) / (GRAVITY * step), np.zeros(6))
         fall = 0.0, 0.0, -GRAVITY * step
-        printed_turn = printed.support_half_way(upper, mass, (*aside, height), fall, (0.0, 0.0, 0.0))
+        printed_turn = printed.support_half_way(upper, mass, place, fall, (0.0, 0.0, 0.0))
         turned.append(np.concatenate(printed_turn) / (GRAVITY * step))
-    return Comparison(np.array(measured), np.zeros((len(measured), 6)), printed=np.array(turned))
+    return answers.comparison(printed=np.array(turned))

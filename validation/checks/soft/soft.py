@@ -5,12 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 import softbody
+from references import analytic
 from softbody import Mesh, World
-from softbody.dynamics import integrators, one_ring_forces, reference_forces, soft_bodies
+from softbody.dynamics import integrators, one_ring_forces, reference_forces
 from softbody.dynamics.soft_bodies import motion_of, ring_accelerations
 from softbody.model.arrays import soft_bodies_of
+from validation.answers import Answers
 from validation.cases import MESH_KINDS, edge_lengths, lumpy_sphere, random_mesh, random_orientations, rotation_matrix
 from validation.check import Comparison, Run, check
+from validation.checks.soft.cases import WRONG_AXES, regular_solids, springs_of, squared_edges, weightless
 from validation.fault import Fault
 
 FAMILY = "soft bodies"
@@ -30,19 +33,15 @@ PIECE = "softbody.dynamics.one_ring_forces"
     engines=("scipy",),
     unit="of the largest force",
     tolerance=5e-14,
-    because="up to 24 edges a particle, each rounded a few times on both sides; near l0 springs cancel:"
-    " 2.4e-14 at worst of two seeds at standard",
+    because="up to 24 edges a particle, rounded on both sides, that cancel near l0: 2.4e-14 at worst of two at"
+    " standard",
     faults=(
-        Fault(
-            "the gas pushes along the wrong axes in the update",
-            soft_bodies.ring_accelerations,
-            "push_ * area_[c_, i_] → push_ * area_[c_ - 1, i_]",
-        ),
+        WRONG_AXES,
         NEIGHBOUR_LEFT_OUT,
     ),
 )
 def force_is_slope_of_energy(run: Run) -> Comparison:
-    """The force on every particle is the downhill slope of the energy, on any mesh and with springs that differ."""
+    """Forces are the energy's downhill slope on any mesh, of unlike springs."""
     measured, expected, kinds, _ = forces(run, "double")
     scales = [np.full(len(judged), np.linalg.norm(judged, axis=1).max()) for judged in expected]
     return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds)
@@ -56,8 +55,7 @@ def force_is_slope_of_energy(run: Run) -> Comparison:
     unit="of the largest acceleration",
     least=4,
     tolerance=3e-13,
-    because="rounding of a volume some metres from the origin, and of springs that cancel: 4.6e-14 at worst of ten"
-    " seeds",
+    because="a volume some metres from the origin, and springs that cancel: 4.6e-14 at worst of ten seeds",
     faults=(
         Fault("no springs", reference_forces.plain_accelerations, "add_spring_forces(p_, e_, r_, s_, a_) → "),
         Fault(
@@ -73,15 +71,16 @@ def force_is_slope_of_energy(run: Run) -> Comparison:
     ),
 )
 def readable_form_is_slope_of_energy(run: Run) -> Comparison:
-    """The readable form of the accelerations, of several bodies with springs that differ, gas and weight, some of them
-    pinned or pushed from outside, is the slope of the energy and what acts besides, over the mass: compiled, and as
-    plain Python, which allows no index beside an array."""
+    """The readable form of accelerations is the energy's slope over the mass.
+
+    Of several bodies with springs that differ, gas and weight, some of them pinned or pushed from outside, with what
+    acts besides. It is compiled, and plain Python, which allows no index beside an array.
+    """
     from references import scipy
 
-    rng = run.fresh_rng()
-    measured, expected, scales, kinds = [], [], [], []
+    rng, answers = run.fresh_rng(), Answers()
     for trial in range(run.count(4, 12, 80)):
-        world, judged = World(gravity=rng.normal(0.0, 5.0, 3)), []
+        world, parts = World(gravity=rng.normal(0.0, 5.0, 3)), []
         for kind in rng.choice(MESH_KINDS, 1 + trial // 2 % 2):
             mesh, mass, gas = random_mesh(kind, rng), rng.uniform(0.5, 2.0), rng.uniform(1.0, 50.0)
             count, stiffness = len(mesh.vertices), rng.uniform(10.0, 100.0, len(mesh.edges))
@@ -91,25 +90,19 @@ def readable_form_is_slope_of_energy(run: Run) -> Comparison:
             lengths = edge_lengths(mesh.vertices, mesh.edges)
             force = scipy.forces(body.positions, mesh.edges, lengths, stiffness, mesh.triangles, gas)
             if trial % 2:
-                push = rng.normal(size=(count, 3))
-                body.external_force = push
+                body.external_force = push = rng.normal(size=(count, 3))
                 force += push
-            result = force * count / mass + world.gravity
-            result[pins] = 0.0
-            judged.append(result)
-        largest = np.abs(np.concatenate(judged)).max()
-        kernel = reference_forces.plain_accelerations
+            parts.append(force * count / mass + world.gravity)
+            parts[-1][pins] = 0.0
+        judged, kernel = np.concatenate(parts), reference_forces.plain_accelerations
         for how, form in (("compiled", kernel), ("plain Python", getattr(kernel, "py_func", kernel))):
-            found = np.full(world.state.particle_position.shape, np.nan)
+            found = np.full(judged.shape, np.nan)
             try:
                 form(world.model, world.controls, world.state.particle_position, found)
             except IndexError:
                 found[:] = np.nan
-            measured.append(found)
-            expected.append(np.concatenate(judged))
-            scales.append(np.full(len(found), largest))
-            kinds += [how] * len(found)
-    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds)
+            answers.extend(found, judged, np.abs(judged).max(), how)
+    return answers.comparison()
 
 
 def accelerations(world: World) -> np.ndarray:
@@ -130,15 +123,12 @@ def forces(run: Run, precision: str) -> tuple[list[np.ndarray], list[np.ndarray]
         for kind in MESH_KINDS:
             mesh = random_mesh(kind, rng)
             stiffness = rng.uniform(10.0, 100.0, len(mesh.edges)) if n % 2 else 40.0
-            world = World(gravity=(0.0, 0.0, 0.0), precision=precision)
-            body = world.add_soft_body(mesh, mass=len(mesh.vertices), stiffness=stiffness, gas=20.0)
+            worlds.append(weightless(precision=precision))
+            body = worlds[-1].add_soft_body(mesh, mass=len(mesh.vertices), stiffness=stiffness, gas=20.0)
             body.positions[:] *= rng.uniform(0.9, 1.3, 3)
-            model, state = world.model, world.state
-            springs = model.edge_particles, model.edge_rest_length, model.edge_stiffness
-            measured.append(accelerations(world))  # of particles of 1 kg
-            expected.append(scipy.forces(state.particle_position, *springs, mesh.triangles, 20.0))
+            measured.append(accelerations(worlds[-1]))  # of particles of 1 kg
+            expected.append(scipy.forces(body.positions, *springs_of(worlds[-1]), mesh.triangles, 20.0))
             kinds += [kind] * len(mesh.vertices)
-            worlds.append(world)
     return measured, expected, kinds, worlds
 
 
@@ -160,34 +150,28 @@ def forces(run: Run, precision: str) -> tuple[list[np.ndarray], list[np.ndarray]
     ),
 )
 def same_anywhere(run: Run) -> Comparison:
-    """A body moves the same far from the origin, in any orientation and with its vertices in any order."""
-    rng = run.fresh_rng()
-    measured, expected, scales, kinds = [], [], [], []
+    """Bodies move the same far away, in any orientation and vertex order."""
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(1, 4, 20)):
         mesh = lumpy_sphere(rng, 2)
-        judged = _lengths_after(mesh, mesh.vertices, mesh.triangles, np.arange(len(mesh.vertices)))
+        same = np.arange(len(mesh.vertices))
         turned = mesh.vertices @ rotation_matrix(random_orientations(rng, 1)[0]).T
-        order = rng.permutation(len(mesh.vertices))
-        place = np.argsort(order)
-        for kind, vertices, triangles, size in (
-            ("1e6 m away", mesh.vertices + np.array([1e6, -1e6, 1e6]), mesh.triangles, 1e6),
-            ("turned", turned, mesh.triangles, 1.0),
-            ("vertices in another order", mesh.vertices[order], place[mesh.triangles], 1.0),
-        ):
-            same_order = triangles is mesh.triangles
-            lengths = _lengths_after(mesh, vertices, triangles, np.arange(len(place)) if same_order else place)
-            measured.append(lengths)
-            expected.append(judged)
-            scales.append(np.full(len(judged), size))
-            kinds += [kind] * len(judged)
-    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds)
+        order = rng.permutation(len(same))
+        place, far = np.argsort(order), mesh.vertices + np.array([1e6, -1e6, 1e6])
+        judged = _lengths_after(mesh, mesh.vertices, same)
+        answers.extend(_lengths_after(mesh, far, same), judged, 1e6, "1e6 m away")
+        answers.extend(_lengths_after(mesh, turned, same), judged, 1.0, "turned")
+        answers.extend(_lengths_after(mesh, mesh.vertices[order], place), judged, 1.0, "vertices in another order")
+    return answers.comparison()
 
 
-def _lengths_after(mesh: Mesh, vertices: np.ndarray, triangles: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """Return the lengths (e,) of the mesh's edges after 100 steps of a body that starts at `vertices`, swollen."""
-    world = World(gravity=(0.0, 0.0, 0.0))
-    body = world.add_soft_body(Mesh(vertices, triangles), mass=1.0, stiffness=100.0, gas=30.0)
-    world.step(1e-3, 100)
+def _lengths_after(mesh: Mesh, vertices: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """Return the lengths (e,) of the mesh's edges after 100 steps of a body that starts swollen at `vertices`.
+
+    `place` tells where among these the mesh's own are.
+    """
+    body = weightless().add_soft_body(Mesh(vertices, place[mesh.triangles]), mass=1.0, stiffness=100.0, gas=30.0)
+    body.world.step(1e-3, 100)
     return edge_lengths(body.positions[place], mesh.edges)
 
 
@@ -203,25 +187,22 @@ def _lengths_after(mesh: Mesh, vertices: np.ndarray, triangles: np.ndarray, plac
     faults=(NEIGHBOUR_LEFT_OUT,),
 )
 def refinement(run: Run) -> Comparison:
-    """Finer spheres converge: volume and radius at rest with at least the square of the edge length."""
-    finest = run.count(4, 5, 6)
+    """Spheres' volume and resting radius converge as edge length squared, or faster."""
     volumes, radii = [], []
-    for level in range(2, finest + 1):
+    for level in range(2, run.count(4, 5, 6) + 1):
         mesh = softbody.icosphere(level)
-        world = World(gravity=(0.0, 0.0, 0.0))
-        body = world.add_soft_body(mesh, mass=1.0, stiffness=20.0, gas=50.0)
-        world.equilibrium(1e-10)
+        body = weightless().add_soft_body(mesh, mass=1.0, stiffness=20.0, gas=50.0)
+        body.world.equilibrium(1e-10)
         volumes.append(mesh.volume)
         radii.append(np.linalg.norm(body.positions - body.centre, axis=1).mean())
-    measured, kinds, notes = [], [], []
+    answers, notes = Answers(), []
     for kind, values in (("volume of the mesh", volumes), ("radius at rest", radii)):
         steps = np.diff(values)
         orders = np.log2(np.abs(steps[:-1] / steps[1:]))
-        measured += list(np.minimum(orders, 2.0 + 0.05))  # the radius does better: 2.4
-        kinds += [kind] * (len(steps) - 1)
+        answers.extend(np.minimum(orders, 2.0 + 0.05), np.full(len(orders), 2.0), kind=kind)  # the radius: 2.4
         limit = values[-1] + steps[-1] / 3.0
         notes.append(f"{kind}: {limit:.6g} in the limit, {abs(values[-1] / limit - 1.0):.1e} off at the finest mesh")
-    return Comparison(measured, np.full(len(measured), 2.0), groups=kinds, notes=notes)
+    return answers.comparison(notes=notes)
 
 
 @check(
@@ -241,28 +222,20 @@ def refinement(run: Run) -> Comparison:
     ),
 )
 def damped_springs(run: Run) -> Comparison:
-    """Damped springs: a regular solid without gas swings as the damped oscillator of its scale."""
-    from references import analytic
-
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
-    for _ in range(run.count(2, 10, 60)):
-        for name in ("tetrahedron", "octahedron", "icosahedron"):
-            mesh, stiffness, share = getattr(softbody, name)(), rng.uniform(10.0, 100.0), rng.uniform(0.05, 0.9)
-            world = World(gravity=(0.0, 0.0, 0.0), integrator="rk4")
-            i, j = mesh.edges.T
-            squared = ((mesh.vertices[i] - mesh.vertices[j]) ** 2).sum()
-            moment = (mesh.vertices**2).sum() / len(mesh.vertices)
-            frequency = np.sqrt(stiffness * squared / moment)
-            damping = share * frequency * moment / squared
-            body = world.add_soft_body(mesh, 1.0, stiffness, 0.0, damping=damping)
-            body.positions[:] *= 1.1
-            seconds = rng.uniform(0.5, 6.0) / frequency
-            world.step(seconds / 1200, 1200)
-            measured.append(10.0 * ((body.positions * mesh.vertices).sum() / (mesh.vertices**2).sum() - 1.0))
-            expected.append(analytic.damped_oscillation(seconds, frequency, damping * squared / moment))
-            kinds.append(name)
-    return Comparison(measured, expected, groups=kinds)
+    """A gasless regular solid of damped springs swings as a damped oscillator."""
+    rng, answers = run.fresh_rng(), Answers()
+    for name, mesh in regular_solids(run.count(2, 10, 60)):
+        stiffness, share = rng.uniform(10.0, 100.0), rng.uniform(0.05, 0.9)
+        squared, moment = squared_edges(mesh), (mesh.vertices**2).sum() / len(mesh.vertices)
+        frequency = np.sqrt(stiffness * squared / moment)
+        damping = share * frequency * moment / squared
+        body = weightless(integrator="rk4").add_soft_body(mesh, 1.0, stiffness, 0.0, damping=damping)
+        body.positions[:] *= 1.1
+        seconds = rng.uniform(0.5, 6.0) / frequency
+        body.world.step(seconds / 1200, 1200)
+        swing = 10.0 * ((body.positions * mesh.vertices).sum() / (mesh.vertices**2).sum() - 1.0)
+        answers.add(swing, analytic.damped_oscillation(seconds, frequency, damping * squared / moment), kind=name)
+    return answers.comparison()
 
 
 @check(
@@ -278,27 +251,21 @@ def damped_springs(run: Run) -> Comparison:
     ),
 )
 def drag_push_and_pins(run: Run) -> Comparison:
-    """Drag and a steady push bring a body's centre to its terminal velocity, and fixed particles stay."""
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    """Drag and steady push bring centres to terminal velocity, and pins stay."""
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(2, 8, 40)):
         mesh, rate = lumpy_sphere(rng, 1), rng.uniform(0.5, 3.0)
         start, force = rng.normal(size=3), rng.normal(size=(42, 3))
-        world = World(gravity=(0.0, 0.0, 0.0), integrator="rk4")
-        body = world.add_soft_body(mesh, 2.0, 50.0, 10.0, velocity=start, drag=rate)
+        body = weightless(integrator="rk4").add_soft_body(mesh, 2.0, 50.0, 10.0, velocity=start, drag=rate)
         body.external_force = force
         seconds = rng.uniform(0.2, 2.0)
         steps = int(np.ceil(seconds * rate / 2e-3))
-        world.step(seconds / steps, steps)
+        body.world.step(seconds / steps, steps)
         final = force.sum(axis=0) / 2.0 / rate
-        measured.append(body.velocities.mean(axis=0))
-        expected.append(final + (start - final) * np.exp(-rate * seconds))
-        kinds.append("drag and push")
-        world = World()
+        truth = final + (start - final) * np.exp(-rate * seconds)
+        answers.add(body.velocities.mean(axis=0), truth, kind="drag and push")
         fixed = rng.choice(42, 5, replace=False)
-        body = world.add_soft_body(mesh, 2.0, 50.0, 10.0, velocity=start, fixed=fixed)
-        world.step(1e-3, 200)
-        measured += list(body.positions[fixed])
-        expected += list(mesh.vertices[fixed])
-        kinds += ["pins"] * 5
-    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+        body = World().add_soft_body(mesh, 2.0, 50.0, 10.0, velocity=start, fixed=fixed)
+        body.world.step(1e-3, 200)
+        answers.extend(body.positions[fixed], mesh.vertices[fixed], kind="pins")
+    return answers.comparison()

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
+from references import stability as documented
 from softbody import Mesh, World, icosphere, octahedron, tetrahedron
 from softbody.dynamics import integrators, one_ring_forces, stability, vertex_rings
+from softbody.dynamics.vertex_rings import build_rings
 from softbody.model.settings import INTEGRATORS
 from softbody.stepping.runner import Runner
+from validation.answers import Answers
 from validation.cases import MESH_KINDS, edge_lengths, random_mesh, rotated
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
 
+FAMILY = "integrators"
 STEPS = 25
 PINCHED, ALIKE = "solids, corner to corner", "solids, corner to corner, of like springs"
 
@@ -37,7 +41,6 @@ def _mesh(kind: str, rng: np.random.Generator) -> Mesh:
 
 
 @check(
-    family="integrators",
     section="5.1",
     piece="softbody.stepping.step.run_alone",
     reference="the three schemes as their sources write them, in NumPy, on forces as the gradient of the energy",
@@ -70,18 +73,20 @@ def _mesh(kind: str, rng: np.random.Generator) -> Mesh:
             vertex_rings.with_springs,
             "(stiffness[a:b] == stiffness[a]).all() → (stiffness[a + 1 : b] == stiffness[b - 1]).all()",
         ),
-        Fault("a vertex of two fans taken for one of one", vertex_rings.build_rings, "-1 if cycle else behind → -1"),
-        Fault("neighbours of another vertex of two fans", vertex_rings.build_rings, "behind += entry.size → "),
+        Fault("a vertex of two fans taken for one of one", build_rings, "-1 if cycle else behind → -1"),
+        Fault("neighbours of another vertex of two fans", build_rings, "behind += entry.size → "),
         Fault("gas that leaves out vertices of two fans", one_ring_forces.fan_sums, "turn = add(turn, t_) → "),
     ),
 )
 def schemes_of_any_body(run: Run) -> Comparison:
-    """Any soft body, no two springs alike, or all but one, damped, dragged, pushed, pinned and full of gas, is after 25
-    steps by each scheme, the paper's first, where the same scheme in NumPy has it, at its velocity."""
+    """Any soft body moves by each scheme as by that in NumPy.
+
+    After 25 steps it is where it is there, at its velocity; the paper's scheme is first. No two springs are alike, or
+    all but one. Bodies are damped, dragged, pushed, pinned and full of gas.
+    """
     from references import steppers
 
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    rng, answers = run.fresh_rng(), Answers()
     for kind in (*MESH_KINDS, PINCHED, ALIKE) * run.count(1, 2, 12):
         mesh, mass = _mesh(kind, rng), 10.0 ** rng.uniform(-1.0, 1.0)
         count, lengths = len(mesh.vertices), edge_lengths(mesh.vertices, mesh.edges)
@@ -90,7 +95,8 @@ def schemes_of_any_body(run: Run) -> Comparison:
             stiffness[1:] = stiffness[-1]
         pins, force = rng.choice(count, 3, replace=False), rng.normal(size=(count, 3)) / count
         damping, drag = 0.2 * np.sqrt(50.0 * mass / count), rng.uniform(0.0, 3.0)
-        gas = rng.uniform(1.0, 100.0)
+        gas, free = rng.uniform(1.0, 100.0), ~np.isin(np.arange(count), pins)
+        what = mesh.edges, lengths, stiffness, mesh.triangles, gas, mass / count, gravity, force, damping, drag, free
         for scheme in INTEGRATORS:
             world = World(gravity=gravity, integrator=scheme)
             body = world.add_soft_body(mesh, mass, stiffness, gas, damping=damping, drag=drag, fixed=pins)
@@ -100,34 +106,17 @@ def schemes_of_any_body(run: Run) -> Comparison:
             velocity[pins] = 0.0
             body.velocities[:] = velocity
             world.step(step, STEPS)
-            free = np.ones(count, bool)
-            free[pins] = False
-            what = (
-                mesh.edges,
-                lengths,
-                stiffness,
-                mesh.triangles,
-                gas,
-                mass / count,
-                gravity,
-                force,
-                damping,
-                drag,
-                free,
-            )
             x, v = steppers.motion(steppers.SoftBody(*what), mesh.vertices, velocity, step, STEPS, scheme)
-            size = np.ptp(mesh.vertices, axis=0).max() + np.abs(x - mesh.vertices).max()
-            measured += [body.positions / size, body.velocities / np.abs(v).max()]
-            expected += [x / size, v / np.abs(v).max()]
-            kinds += [f"{kind}, {scheme}"] * (2 * count)
-    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+            size, fastest = np.ptp(mesh.vertices, axis=0).max() + np.abs(x - mesh.vertices).max(), np.abs(v).max()
+            answers.extend(body.positions / size, x / size, kind=f"{kind}, {scheme}")
+            answers.extend(body.velocities / fastest, v / fastest, kind=f"{kind}, {scheme}")
+    return answers.comparison()
 
 
 LIMIT = {"symplectic_euler": 2.0, "rk4_velocity": 2.0, "rk4": 2.0 * np.sqrt(2.0)}  # ω h without damping
 
 
 @check(
-    family="integrators",
     section="5.1",
     piece="softbody.World.stable_time_step, softbody.dynamics.stability",
     reference="the bounds by their formulas, in NumPy",
@@ -152,13 +141,12 @@ LIMIT = {"symplectic_euler": 2.0, "rk4_velocity": 2.0, "rk4": 2.0 * np.sqrt(2.0)
     ),
 )
 def stable_step_as_documented(run: Run) -> Comparison:
-    """The stable time step that the world tells is that of the documented bounds of frequency and damping, for the body
-    of several that is the shortest of all: any meshes, stretched, no two springs alike, or none that pulls, pinned,
-    damped or not."""
-    from references import stability as documented
+    """The stable step told is the shortest that documented bounds allow.
 
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    Bounds of frequency and damping, for the body of several whose step is shortest: any meshes, stretched, no two
+    springs alike, or none that pulls, pinned, damped or not.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for trial in range(run.count(4, 12, 60)):
         for scheme, limit in LIMIT.items():
             parts = 1 + trial % 3
@@ -171,22 +159,19 @@ def stable_step_as_documented(run: Run) -> Comparison:
                     stiffness, gas = 0.0 * stiffness, 0.0
                 pins = rng.choice(count, trial % 4, replace=False)
                 damping, drag = (0.0, 0.0) if trial % 2 else rng.uniform(0.0, [0.3, 5.0])
-                world.add_soft_body(mesh, mass, stiffness, gas, damping=damping, drag=drag, fixed=pins)
-                stretched = world.soft_bodies[-1].positions
-                stretched *= rng.uniform(0.9, 1.2, 3)
+                body = world.add_soft_body(mesh, mass, stiffness, gas, damping=damping, drag=drag, fixed=pins)
+                body.positions[:] *= rng.uniform(0.9, 1.2, 3)
                 inverse = np.full(count, count / mass)
                 inverse[pins] = 0.0
-                frequency = documented.highest_frequency(stretched, edges, stiffness, mesh.triangles, gas, inverse)
+                what = body.positions, edges, stiffness, mesh.triangles, gas, inverse
                 rate = documented.highest_damping(edges, damping, drag, inverse)
-                steps.append(documented.longest_step(frequency, rate, limit))
-            measured.append(world.stable_time_step())
-            expected.append(parts * min(steps))
-            kinds.append(scheme)
-    return Comparison(measured, expected, expected, groups=kinds)
+                steps.append(documented.longest_step(documented.highest_frequency(*what), rate, limit))
+            truth = parts * min(steps)
+            answers.add(world.stable_time_step(), truth, truth, scheme)
+    return answers.comparison()
 
 
 @check(
-    family="integrators",
     section="6",
     piece="softbody.dynamics.vertex_rings.build_rings",
     reference="neighbours counted along the mesh's edges; where particles of a kind end, and every 256th, in NumPy",
@@ -195,24 +180,21 @@ def stable_step_as_documented(run: Run) -> Comparison:
     tolerance=0.0,
     because="whole numbers",
     faults=(
-        Fault("blocks of one", vertex_rings.build_rings, "np.arange(1, count) % BLOCK → np.arange(1, count) // BLOCK"),
-        Fault("blocks of any length", vertex_rings.build_rings, "x_ | (np.arange(1, count) % BLOCK == 0) → x_"),
-        Fault(
-            "windows of half",
-            vertex_rings.build_rings,
-            "np.arange(count) // WINDOW → np.arange(count) // (WINDOW // 2)",
-        ),
+        Fault("blocks of one", build_rings, "np.arange(1, count) % BLOCK → np.arange(1, count) // BLOCK"),
+        Fault("blocks of any length", build_rings, "x_ | (np.arange(1, count) % BLOCK == 0) → x_"),
+        Fault("windows of half", build_rings, "np.arange(count) // WINDOW → np.arange(count) // (WINDOW // 2)"),
     ),
 )
 def blocks_of_particles(run: Run) -> Comparison:
-    """Particles lie in blocks of as many neighbours each, which are one ring or not, of 256 at most: as few blocks as
-    that allows within each 2048 particles, each but for twins of its last one; every particle in one place."""
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
-    for kind, mesh in [
-        *((kind, _mesh(kind, rng)) for kind in (*MESH_KINDS, PINCHED) for _ in range(run.count(1, 3, 20))),
-        *(("a large sphere", rotated(icosphere(sides), rng)) for sides in range(4, run.count(5, 6, 7))),
-    ]:
+    """Particles lie in blocks of as many neighbours each, every one once.
+
+    Those of a block are one ring or not, 256 at most. Within each 2048 particles there are as few blocks as that
+    allows, each but for twins of its last one.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    cases = [(kind, _mesh(kind, rng)) for kind in (*MESH_KINDS, PINCHED) for _ in range(run.count(1, 3, 20))]
+    cases += [("a large sphere", rotated(icosphere(sides), rng)) for sides in range(4, run.count(5, 6, 7))]
+    for kind, mesh in cases:
         world, count = World(), len(mesh.vertices)
         world.add_soft_body(mesh, 1.0, 100.0, 1.0)
         blocks, particle = world.store.rings.block, world.store.rings.particle
@@ -225,11 +207,11 @@ def blocks_of_particles(run: Run) -> Comparison:
         # Within a window those of a kind follow each other: no kind comes twice.
         windows = [alike[first : first + 2_048] for first in range(0, count, 2_048)]
         runs = [1 + int((np.diff(each, axis=0) != 0).any(axis=1).sum()) for each in windows]
-        measured.append([len(blocks), blocks[:, 2].max(), *np.bincount(order, minlength=count)[[0, -1]], sum(runs)])
         most = np.diff(np.concatenate([[0], np.flatnonzero(starts) + 1, [count]])).max()
-        expected.append([1 + int(starts.sum()), most, 1, 1, sum(len(np.unique(each, axis=0)) for each in windows)])
-        kinds.append(kind)
-    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+        ours = [len(blocks), blocks[:, 2].max(), *np.bincount(order, minlength=count)[[0, -1]], sum(runs)]
+        truth = [1 + int(starts.sum()), most, 1, 1, sum(len(np.unique(each, axis=0)) for each in windows)]
+        answers.add(ours, truth, kind=kind)
+    return answers.comparison()
 
 
 def _fans(triangles: np.ndarray, particle: int) -> int:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from softbody import World, icosphere
-from softbody.collision.soft import soft_response
 from softbody.dynamics import soft_bodies
 from softbody.stepping import step
+from validation.answers import Answers
 from validation.check import Comparison, Run, check
 from validation.checks.soft.bounce import balls, ends
+from validation.checks.soft.cases import FASTER, STRUCK_WHERE_IT_IS, weightless
 from validation.checks.soft.energy import crowd, drift_and_gain
 from validation.fault import Fault
 
@@ -27,36 +28,27 @@ PARTS = (2, 3, 4)  # in which soft bodies take a step
     unit="of the bounds, which are parts of the angular momenta and of the kinetic energy",
     kind="invariant",
     tolerance=1.0,
-    because="what later sweeps add to the moment, and what springs do not answer till the step ends: up to 0.37 of the"
-    " bounds in 90 worlds, in most of them 0.01 and less",
-    faults=(
-        Fault(
-            "a box struck where the particle is now, not where they met",
-            soft_response._place_on_b,
-            "_place(bodies_.particles, point_, ago_) → _place(bodies_.particles, point_, 0.0)",
-        ),
-        Fault(
-            "sides that part faster than they came",
-            soft_response._velocity_deficit,
-            "contacts_.restitution[k_] → (contacts_.restitution[k_] + 1.2)",
-        ),
-    ),
+    because="what later sweeps add, and springs answer at the step's end: 0.37 of the bounds in 90 worlds, 0.01 in"
+    " most",
+    faults=(STRUCK_WHERE_IT_IS, FASTER),
 )
 def crowds_in_parts_keep_what_they_must(run: Run) -> Comparison:
-    """Worlds of unlike soft bodies and boxes that fly at each other, where soft bodies take each step in 2, 3 or 4
-    parts and contacts act once, keep angular momentum and have no more energy than at the start, but for terms of
-    second order in the step: at most (ω h)² / 5000 and (ω h)² / 20, with ω the highest frequency."""
-    rng = run.fresh_rng()
-    off, kinds = [], []
+    """Crowds that step in parts keep energy and angular momentum.
+
+    Unlike soft bodies and boxes fly at each other. Soft bodies take each step in 2, 3 or 4 parts, and contacts act
+    once. There is no more energy than at the start, but for terms of second order in the step. They are at most
+    (ω h)² / 5000 of the momenta and (ω h)² / 20 of the energy, with ω the highest frequency.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for k in range(run.count(3, 6, 60)):
         world = crowd(rng)
         world.substeps = parts = PARTS[k % len(PARTS)]
         of_stable = (0.05, 0.3)[k % 2]
         drift, gain = drift_and_gain(world, of_stable * world.stable_time_step())
         square = (2.0 * of_stable * parts) ** 2  # (ω h)², of the whole step
-        off += [5000.0 * drift / square, 20.0 * gain / square]
-        kinds += [f"angular momentum, {parts} parts", f"energy, {parts} parts"]
-    return Comparison(off, np.zeros(len(off)), groups=kinds)
+        answers.add(5000.0 * drift / square, 0.0, kind=f"angular momentum, {parts} parts")
+        answers.add(20.0 * gain / square, 0.0, kind=f"energy, {parts} parts")
+    return answers.comparison()
 
 
 @check(
@@ -73,17 +65,20 @@ def crowds_in_parts_keep_what_they_must(run: Run) -> Comparison:
     ),
 )
 def balls_bounce_in_parts_as_between_events(run: Run) -> Comparison:
-    """A soft ball that bounces on the ground, or on a box that stands, ends where it does from event to event, where it
-    takes each step in 2, 3 or 4 parts and contacts act once, as steps are made shorter: here parts are as short as in
-    128 of 0.8 of a stable step. How far they are off in whole ones is noted."""
-    found, off = balls(run.seed, run.count(3, 3, 12), 0.1), []
+    """A soft ball that steps in parts bounces as between events.
+
+    On the ground, or on a box that stands, it ends where it does from event to event. It takes each step in 2, 3 or 4
+    parts, and contacts act once, as steps are made shorter: parts are as short as in 128 of 0.8 of a stable step. How
+    far they are off in whole ones is noted.
+    """
+    found, off = balls(run.seed, run.count(3, 3, 12), 0.1), dict.fromkeys(PARTS, 0.0)
     cases = [(ball, parts) for k, ball in enumerate(found) for parts in PARTS[k % 3 :] + PARTS[: k % 3]]
     fine = ends(128, [(ball, _world(k, parts), None) for k, (ball, parts) in enumerate(cases)])
     for k, (ball, parts) in enumerate(cases):
         whole = ends(1, [(ball, _world(k, parts), None)])
-        off.append((parts, float(np.linalg.norm(whole.measured - whole.expected, axis=1).max()) / ball.radius))
-    worst = {parts: max(each for of, each in off if of == parts) for parts in PARTS}
-    fine.notes += [f"in whole steps of {parts} parts {each:.2g} of the radius" for parts, each in worst.items()]
+        far = float(np.linalg.norm(whole.measured - whole.expected, axis=1).max()) / ball.radius
+        off[parts] = float(np.maximum(off[parts], far))
+    fine.notes += [f"in whole steps of {parts} parts {each:.2g} of the radius" for parts, each in off.items()]
     return fine
 
 
@@ -102,8 +97,8 @@ def _world(k: int, parts: int) -> World:
     unit="of the plate's way in a step",
     kind="closed form",
     tolerance=0.25,
-    because="particles side by side are parted together, but for what a sweep more would do: 0.108 at worst of 120"
-    " cases, 6 and more where contacts know a part of the way; 1e-12 in one part",
+    because="particles side by side are parted together, but for what a sweep more would do: 0.108 at worst of 120, 6"
+    " and more where contacts know a part of the way; 1e-12 in one part",
     faults=(
         Fault(
             "contacts that act as in a part of the step",
@@ -114,12 +109,14 @@ def _world(k: int, parts: int) -> World:
     ),
 )
 def plate_pushes_a_ball_on(run: Run) -> Comparison:
-    """A plate that moves by script pushes a soft ball on, which takes each step in 2, 3 or 4 parts, and at the end of
-    no step is any of it more than a quarter of the plate's way in that step inside."""
-    rng = run.fresh_rng()
-    deepest, kinds = [], []
+    """A plate that moves by script pushes a soft ball on.
+
+    The ball takes each step in 2, 3 or 4 parts. At the end of no step is any of it more than a quarter of the plate's
+    way in that step inside.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for k in range(run.count(6, 12, 60)):
-        world = World(gravity=(0.0, 0.0, 0.0), substeps=PARTS[k % len(PARTS)])
+        world = weightless(substeps=PARTS[k % len(PARTS)])
         ball = world.add_soft_body(icosphere(2, 0.5), 1.0, rng.uniform(200.0, 800.0), 30.0, (0.0, 0.0, 0.52))
         world.equilibrium()
         below, speed = ball.positions[:, 2].min() - rng.uniform(0.01, 0.1), rng.uniform(1.0, 3.0)
@@ -128,6 +125,5 @@ def plate_pushes_a_ball_on(run: Run) -> Comparison:
         while world.time < 0.4:
             world.step(h)
             deep = np.maximum(deep, below + speed * world.time - ball.positions[:, 2].min())
-        deepest.append(deep / (speed * h))
-        kinds.append(f"{world.substeps} parts")
-    return Comparison(deepest, np.zeros(len(deepest)), groups=kinds)
+        answers.add(deep / (speed * h), 0.0, kind=f"{world.substeps} parts")
+    return answers.comparison()

@@ -11,8 +11,10 @@ from softbody import Box as RigidBox
 from softbody import Mesh, SoftBody, World
 from softbody.collision.soft import edge_mesh, soft_contacts, soft_response, soft_soft
 from softbody.geometry import segments
+from validation.answers import Answers
 from validation.cases import random_orientations, rotated
 from validation.check import Comparison, Run, check
+from validation.checks.soft.cases import CONTACTS
 from validation.fault import Fault
 
 FAMILY = "soft bodies that collide"
@@ -70,23 +72,19 @@ def in_flight(rng: np.random.Generator, kinds: str) -> Scene:
 
 def on_the_ground(rng: np.random.Generator, kinds: str) -> Scene:
     """Return bodies that fall on the ground, and on each other."""
-    bodies = [
-        _some_body(rng, kind, (0.12 * k, -0.1 * k, 0.7 + 1.25 * k), (0.3, 0.1 * k, -1.0))
-        for k, kind in enumerate(kinds)
-    ]
+    motions = [((0.12 * k, -0.1 * k, 0.7 + 1.25 * k), (0.3, 0.1 * k, -1.0)) for k in range(len(kinds))]
+    bodies = [_some_body(rng, kind, *motion) for kind, motion in zip(kinds, motions)]
     return Scene(bodies, True, 0.3 * float(rng.integers(2)))
 
 
-def _some_body(
-    rng: np.random.Generator, kind: str, place: tuple[float, ...], velocity: tuple[float, ...]
-) -> Soft | Box:
+def _some_body(rng: np.random.Generator, kind: str, *motion: tuple[float, ...]) -> Soft | Box:
+    place, velocity = (np.array(each) for each in motion)
     if kind == "s":
-        return Soft(rotated(MESHES[rng.integers(len(MESHES))], rng), np.array(place), np.array(velocity))
-    size, orientation = rng.uniform(0.4, 0.8, 3), random_orientations(rng, 1)[0]
-    return Box(size, np.array(place), orientation, np.array(velocity), rng.normal(size=3))
+        return Soft(rotated(MESHES[rng.integers(len(MESHES))], rng), place, velocity)
+    return Box(rng.uniform(0.4, 0.8, 3), place, random_orientations(rng, 1)[0], velocity, rng.normal(size=3))
 
 
-def ends_of(scene: Scene, step: float) -> list[np.ndarray]:
+def ends_of(scene: Scene) -> list[np.ndarray]:
     """Run a scene, and return where the particles of each soft body, and the centre of each box, come to [m]."""
     world = World(gravity=(0.0, 0.0, -9.81 if scene.ground else 0.0))
     if scene.ground:
@@ -96,17 +94,16 @@ def ends_of(scene: Scene, step: float) -> list[np.ndarray]:
         if isinstance(body, Soft):
             handles.append(world.add_soft_body(body.mesh, 1.0, 300.0, 20.0, body.place, friction=scene.friction))
         else:
-            size, place, orientation, velocity, spin = body
-            handles.append(world.add_box(size, 1.5, place, orientation, velocity, spin, friction=scene.friction))
+            handles.append(world.add_box(body.size, 1.5, *body[1:], friction=scene.friction))
     world.equilibrium()
     for handle, body in zip(handles, scene.bodies, strict=True):
         if isinstance(handle, SoftBody):
             handle.velocities[:] = body.velocity
-    world.run(SECONDS, step)
+    world.run(SECONDS, STEP)
     return [h.positions.copy() if isinstance(h, SoftBody) else h.position[None].copy() for h in handles]
 
 
-def renumbered(scene: Scene, step: float, rng: np.random.Generator) -> list[np.ndarray]:
+def renumbered(scene: Scene, rng: np.random.Generator) -> list[np.ndarray]:
     """Return the ends of a scene whose vertices and triangles are in another order."""
     bodies, orders = list(scene.bodies), []
     for k, body in enumerate(scene.bodies):
@@ -116,16 +113,16 @@ def renumbered(scene: Scene, step: float, rng: np.random.Generator) -> list[np.n
             faces = [np.roll(face, rng.integers(3)) for face in rng.permutation(np.argsort(order)[body.mesh.triangles])]
             bodies[k] = body._replace(mesh=Mesh(body.mesh.vertices[order], np.array(faces)))
         orders.append(order)
-    ends = ends_of(scene._replace(bodies=bodies), step)
+    ends = ends_of(scene._replace(bodies=bodies))
     return [end[np.argsort(order)] for end, order in zip(ends, orders, strict=True)]
 
 
-def added_backwards(scene: Scene, step: float, rng: np.random.Generator) -> list[np.ndarray]:
+def added_backwards(scene: Scene, rng: np.random.Generator) -> list[np.ndarray]:
     """Return the ends of a scene whose bodies are added in the opposite order."""
-    return ends_of(scene._replace(bodies=scene.bodies[::-1]), step)[::-1]
+    return ends_of(scene._replace(bodies=scene.bodies[::-1]))[::-1]
 
 
-def mirrored(scene: Scene, step: float, rng: np.random.Generator) -> list[np.ndarray]:
+def mirrored(scene: Scene, rng: np.random.Generator) -> list[np.ndarray]:
     """Return the ends of the mirror image of a scene, mirrored back."""
     hand, turn = np.array([1.0, -1.0, 1.0]), np.array([-1.0, 1.0, -1.0])  # of a place, and of an axis of rotation
     bodies: list[Soft | Box] = []
@@ -136,13 +133,13 @@ def mirrored(scene: Scene, step: float, rng: np.random.Generator) -> list[np.nda
         else:
             orientation = body.orientation * [1.0, *turn]
             bodies.append(Box(body.size, body.place * hand, orientation, body.velocity * hand, body.spin * turn))
-    return [end * hand for end in ends_of(scene._replace(bodies=bodies), step)]
+    return [end * hand for end in ends_of(scene._replace(bodies=bodies))]
 
 
-def in_another_frame(scene: Scene, step: float, rng: np.random.Generator) -> list[np.ndarray]:
+def in_another_frame(scene: Scene, rng: np.random.Generator) -> list[np.ndarray]:
     """Return the ends of a scene seen from a frame that moves."""
     bodies = [body._replace(velocity=body.velocity + FRAME) for body in scene.bodies]
-    return [end - np.array(FRAME) * SECONDS for end in ends_of(scene._replace(bodies=bodies), step)]
+    return [end - np.array(FRAME) * SECONDS for end in ends_of(scene._replace(bodies=bodies))]
 
 
 CHANGES = {
@@ -153,18 +150,18 @@ CHANGES = {
 }
 
 SCENES = {
-    "two soft bodies": lambda rng: in_flight(rng, "ss"),
-    "a soft body and a box": lambda rng: in_flight(rng, "sb"),
-    "two boxes": lambda rng: in_flight(rng, "bb"),
-    "two soft bodies and two boxes": lambda rng: in_flight(rng, "sbsb"),
-    "a soft body falls on another": lambda rng: on_the_ground(rng, "ss"),
-    "a box falls on a soft body": lambda rng: on_the_ground(rng, "sb"),
+    "two soft bodies": (in_flight, "ss"),
+    "a soft body and a box": (in_flight, "sb"),
+    "two boxes": (in_flight, "bb"),
+    "two soft bodies and two boxes": (in_flight, "sbsb"),
+    "a soft body falls on another": (on_the_ground, "ss"),
+    "a box falls on a soft body": (on_the_ground, "sb"),
 }
 
 
 @check(
     section="4.2, 4.3",
-    piece="softbody.collision.soft.soft_contacts, softbody.collision.soft.soft_response",
+    piece=CONTACTS,
     reference="the same world, changed; every particle, and the centres of boxes, changed back",
     unit="of the size",
     kind="invariant",
@@ -204,24 +201,23 @@ SCENES = {
     ),
 )
 def motion_is_the_same_however_described(run: Run) -> Comparison:
-    """Soft bodies of unlike meshes, and boxes, that collide in flight or on the ground are after 0.6 s where they are
-    if vertices and triangles are numbered otherwise, if bodies are added the other way round, in the mirror, and seen
-    from a frame that moves."""
-    rng = run.fresh_rng()
-    apart, allowed, kinds = [], [], []
-    for _ in range(run.count(1, 3, 30)):
-        for name, make in SCENES.items():
-            scene = make(rng)
-            ends = ends_of(scene, STEP)
-            for change, changed in CHANGES.items():
-                if not (scene.ground and changed is in_another_frame):
-                    apart.append(_distance(ends, changed(scene, STEP, rng)))
-                    few = sum(isinstance(body, Box) for body in scene.bodies) < 2
-                    allowed.append(ROUNDED if few else SWEPT)
-                    if apart[-1] > allowed[-1]:
-                        allowed[-1] = float(np.maximum(allowed[-1], 10.0 * _what_rounding_becomes(scene, ends)))
-                    kinds.append(f"{name}, {change}")
-    return Comparison(apart, np.zeros(len(apart)), np.array(allowed) / ROUNDED, groups=kinds)
+    """Bodies collide in the same way however they are described.
+
+    Soft bodies of unlike meshes, and boxes, collide in flight or on the ground. After 0.6 s they are where they are if
+    vertices and triangles are numbered otherwise, or bodies added the other way round. So they are in the mirror, and
+    seen from a frame that moves.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    for name, (make, kinds) in [*SCENES.items()] * run.count(1, 3, 30):
+        scene = make(rng, kinds)
+        ends, allowed = ends_of(scene), ROUNDED if kinds.count("b") < 2 else SWEPT
+        for change, changed in CHANGES.items():
+            if not (scene.ground and changed is in_another_frame):
+                apart, unit = _distance(ends, changed(scene, rng)), allowed
+                if apart > allowed:
+                    unit = float(np.maximum(allowed, 10.0 * _what_rounding_becomes(scene, ends)))
+                answers.add(apart, 0.0, unit / ROUNDED, f"{name}, {change}")
+    return answers.comparison()
 
 
 def _distance(ends: list[np.ndarray], others: list[np.ndarray]) -> float:
@@ -234,5 +230,5 @@ def _what_rounding_becomes(scene: Scene, ends: list[np.ndarray]) -> float:
     rng, apart = np.random.default_rng(0), []
     for _ in range(4):
         bodies = [body._replace(place=body.place + HARDLY * rng.normal(size=3)) for body in scene.bodies]
-        apart.append(_distance(ends, ends_of(scene._replace(bodies=bodies), STEP)))
+        apart.append(_distance(ends, ends_of(scene._replace(bodies=bodies))))
     return float(np.max(apart))

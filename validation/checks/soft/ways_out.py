@@ -9,30 +9,31 @@ import numpy as np
 
 import softbody
 from softbody import Mesh
-from softbody.collision.soft import edge_mesh, point_mesh, soft_box
+from softbody.collision.soft import edge_mesh, point_mesh
 from softbody.collision.soft.edge_mesh import Ridge, edge_across_edge
 from softbody.collision.soft.point_mesh import way_out
+from softbody.collision.soft.soft_box import find_contacts_in_box
 from softbody.collision.soft.surface import Surface, build_surfaces, surface_of
 from softbody.model.surface_point import value_at
+from validation.answers import Answers
 from validation.cases import random_orientations, rotated, rotation_matrix
 from validation.check import Comparison, Run, check
 from validation.checks.boxes.manifold import turned
+from validation.checks.soft.cases import weightless
 from validation.fault import Fault
 
 FAMILY = "soft bodies that collide"
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 
 
-def _dented(rng: np.random.Generator) -> tuple[Mesh, int]:
-    """Return a ball of which one vertex, of that number, is pushed in, all numbered anyhow."""
+def _dented(rng: np.random.Generator) -> Mesh:
+    """Return a ball of which vertex 0 is pushed in, all numbered anyhow."""
     ball = rotated(softbody.icosphere(int(rng.integers(0, 2))), rng)
-    vertices, order = (
-        ball.vertices * rng.uniform(0.9, 1.1, (len(ball.vertices), 1)),
-        rng.permutation(len(ball.vertices)),
-    )
+    count = len(ball.vertices)
+    vertices, order = ball.vertices * rng.uniform(0.9, 1.1, (count, 1)), rng.permutation(count)
     vertices[order[0]] *= rng.uniform(0.1, 0.4)
     triangles = np.argsort(order)[rng.permutation(ball.triangles)]
-    return Mesh(vertices[order], np.array([np.roll(each, rng.integers(3)) for each in triangles])), 0
+    return Mesh(vertices[order], np.array([np.roll(each, rng.integers(3)) for each in triangles]))
 
 
 def _surface(mesh: Mesh) -> Surface:
@@ -57,43 +58,42 @@ def _surface(mesh: Mesh) -> Surface:
     ),
 )
 def reentrant_places(run: Run) -> Comparison:
-    """From a point inside whose closest point is a reentrant corner or is on a reentrant edge, the way out leads there,
-    and of all triangles that share it the one that faces the way most takes the reaction, whichever of them was found
-    and however they are numbered."""
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    """The way out leads to the closest reentrant corner or edge.
+
+    From a point inside. Of all triangles that share the place, the one that faces the way most takes the reaction. It
+    does so whichever was found and however they are numbered.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(12, 60, 600)):
-        mesh, dent = _dented(rng)
-        surface, corners = _surface(mesh), mesh.vertices[mesh.triangles]
+        mesh = _dented(rng)
+        vertices, triangles, surface = mesh.vertices, mesh.triangles, _surface(mesh)
+        corners = vertices[triangles]
         across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         facing = across / np.linalg.norm(across, axis=1, keepdims=True)
-        fan = np.flatnonzero((mesh.triangles == dent).any(axis=1))
-        others = np.setdiff1d(mesh.triangles[fan], dent)
-        spokes = mesh.vertices[others] - mesh.vertices[dent]
-        for other in (None, *others[:2]):
-            shared = fan if other is None else fan[(mesh.triangles[fan] == other).any(axis=1)]
-            if other is None:  # below the corner, and before none of its edges
-                place, inward = mesh.vertices[dent], -mesh.vertices[dent] + 0.1 * rng.normal(size=3)
-                if (spokes @ inward >= 0.0).any():
+        fan = np.flatnonzero((triangles == 0).any(axis=1))
+        others = np.setdiff1d(triangles[fan], 0)
+        for other in (0, *others[:2]):
+            shared, share = fan[(triangles[fan] == other).any(axis=1)], 0.0
+            if other == 0:  # below the corner, and before none of its edges
+                inward = -vertices[0] + 0.1 * rng.normal(size=3)
+                if ((vertices[others] - vertices[0]) @ inward >= 0.0).any():
                     continue
             else:  # below the edge, and before neither of its triangles
                 share = rng.uniform(0.2, 0.8)
-                place = (1.0 - share) * mesh.vertices[dent] + share * mesh.vertices[other]
                 inward = -rng.uniform(0.2, 1.0, 2) @ facing[shared]
+            place = (1.0 - share) * vertices[0] + share * vertices[other]
             depth = rng.uniform(1e-3, 3e-2)
             p = place + depth * inward / np.linalg.norm(inward)
-            out = (place - p) / depth
-            best = shared[np.argmax(facing[shared] @ out)]
+            best = shared[np.argmax(facing[shared] @ ((place - p) / depth))]
             for triangle in shared:
-                weights = np.where(mesh.triangles[triangle] == dent, 1.0 if other is None else 1.0 - share, 0.0)
-                weights += np.where(mesh.triangles[triangle] == other, share, 0.0) if other is not None else 0.0
+                named = triangles[triangle]
+                weights = np.where(named == 0, 1.0 - share, np.where(named == other, share, 0.0))
                 found = way_out(tuple(p), surface, int(triangle), tuple(weights))
-                end = value_at(mesh.vertices, found.end)
-                is_best = list(found.end.particles) == mesh.triangles[best].tolist()
-                measured.append([found.depth, *(depth * np.array(found.normal)), *end, float(is_best)])
-                expected.append([depth, *(place - p), *place, 1.0])
-                kinds.append("a corner" if other is None else "an edge")
-    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+                is_best = list(found.end.particles) == triangles[best].tolist()
+                way, end = depth * np.array(found.normal), value_at(vertices, found.end)
+                kind = "an edge" if other else "a corner"
+                answers.add([found.depth, *way, *end, float(is_best)], [depth, *(place - p), *place, 1.0], kind=kind)
+    return answers.comparison()
 
 
 def _ridges(rng: np.random.Generator, count: int) -> np.ndarray:
@@ -111,23 +111,29 @@ def _crossing(ridges: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     one, other = ridges[:, 0], ridges[:, 1]
     along, along_other = one[:, 1] - one[:, 0], other[:, 1] - other[:, 0]
     across, way = np.cross(along, along_other), other[:, 0] - one[:, 0]
-    square = (across**2).sum(axis=1)
-    place = (way * np.cross(along_other, across)).sum(axis=1)
-    other_place = (way * np.cross(along, across)).sum(axis=1)
-    rises = [((other[:, k] - other[:, 0]) * across).sum(axis=1) for k in (2, 3)]
+    square = _dots(across, across)
+    places = [_dots(way, np.cross(each, across)) for each in (along_other, along)]
+    rises = [_dots(other[:, k] - other[:, 0], across) for k in (2, 3)]
     sign = np.where((rises[0] <= 0) & (rises[1] <= 0), 1, np.where((rises[0] >= 0) & (rises[1] >= 0), -1, 0))
-    own = [sign * ((one[:, k] - one[:, 0]) * across).sum(axis=1) for k in (2, 3)]
+    own = [sign * _dots(one[:, k] - one[:, 0], across) for k in (2, 3)]
     folds = [
-        (np.cross(way_, each[:, 2] - each[:, 0]) * (each[:, 3] - each[:, 0])).sum(axis=1)
-        for way_, each in ((along, one), (along_other, other))
+        _dots(np.cross(edge, each[:, 2] - each[:, 0]), each[:, 3] - each[:, 0])
+        for edge, each in ((along, one), (along_other, other))
     ]
-    deep = sign * (way * across).sum(axis=1)
-    crosses = (square > 0) & (place >= 0) & (place <= square) & (other_place >= 0) & (other_place <= square)
-    crosses &= (deep > 0) & (own[0] >= 0) & (own[1] >= 0) & (folds[0] < 0) & (folds[1] < 0)
+    deep = sign * _dots(way, across)
+    crosses = (square > 0) & (deep > 0) & (own[0] >= 0) & (own[1] >= 0) & (folds[0] < 0) & (folds[1] < 0)
+    just = (own[0] == 0) | (own[1] == 0)
+    for place in places:
+        crosses &= (place >= 0) & (place <= square)
+        just |= (place == 0) | (place == square)
     root = np.sqrt(np.maximum(1, square))
-    how = np.stack([deep / root, *(sign * across.T / root), place / root**2, other_place / root**2], axis=1)
-    ends = (place == 0) | (place == square) | (other_place == 0) | (other_place == square)
-    return crosses, np.where(crosses[:, None], how, 0.0), ends | (own[0] == 0) | (own[1] == 0)
+    how = np.stack([deep / root, *(sign * across.T / root), *(place / root**2 for place in places)], axis=1)
+    return crosses, np.where(crosses[:, None], how, 0.0), just
+
+
+def _dots(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the scalar products (n,) of rows."""
+    return (a * b).sum(axis=1)
 
 
 def _described(ridges: np.ndarray) -> Iterator[tuple[float, ...]]:
@@ -163,13 +169,14 @@ def _described(ridges: np.ndarray) -> Iterator[tuple[float, ...]]:
     ),
 )
 def ridges_that_just_cross(run: Run) -> Comparison:
-    """Ridges of whole numbers, many of which just meet at an end or have a side that is level, cross where they do, as
-    deep and along the normal that they do, whichever is named first and from whichever end each is told."""
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
-    count = run.count(40, 200, 2_000)
+    """Ridges of whole numbers cross where exact arithmetic says, however told.
+
+    Many just meet at an end, or have a side that is level. They cross as deep and along the normal that they do,
+    whichever is named first and from whichever end each is told.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for kind in ("at an end, or level", "well", "not"):
-        left = count
+        left = run.count(40, 200, 2_000)
         while left > 0:
             ridges = _ridges(rng, 4_000)
             crosses, how, just = _crossing(ridges)
@@ -177,11 +184,10 @@ def ridges_that_just_cross(run: Run) -> Comparison:
             left -= len(rows)
             for row in rows:
                 order = np.roll(np.arange(3), rng.integers(3))  # the axis may be any
+                truth = [float(crosses[row]), how[row, 0], *how[row, 1:4][order], *how[row, 4:]]
                 for found in _described(ridges[row][:, :, order]):
-                    measured.append(found)
-                    expected.append([float(crosses[row]), how[row, 0], *how[row, 1:4][order], *how[row, 4:]])
-                    kinds.append(kind)
-    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+                    answers.add(found, truth, kind=kind)
+    return answers.comparison()
 
 
 @check(
@@ -193,18 +199,17 @@ def ridges_that_just_cross(run: Run) -> Comparison:
     tolerance=1e-13,
     because="rounding: 5.4e-15 at worst of ten seeds",
     faults=(
-        Fault("edges that count as apart", soft_box.find_contacts_in_box, "depth_ > 0.0 → depth > 1.0"),
-        Fault(
-            "edges whose ends are held", soft_box.find_contacts_in_box, "on_edge(i_, j_, place_) → on_edge(i_, j_, 0.5)"
-        ),
+        Fault("edges that count as apart", find_contacts_in_box, "depth_ > 0.0 → depth > 1.0"),
+        Fault("edges whose ends are held", find_contacts_in_box, "on_edge(i_, j_, place_) → on_edge(i_, j_, 0.5)"),
     ),
 )
 def edges_on_a_box(run: Run) -> Comparison:
-    """An edge of a soft body that comes down across an edge of a box, no corner of either inside the other, is back on
-    it after the step: by one impulse, that turns the speed there into e times it, shared by the lever along the soft
-    edge, acting since they met."""
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    """One impulse puts a soft edge back on a box's edge.
+
+    It comes down across it, no corner of either inside the other, and is back on it after the step. The impulse turns
+    the speed there into e times it, shared by the lever along the soft edge, acting since they met.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(12, 60, 600)):
         turn = random_orientations(rng, 1)[0]
         axes, h, e = rotation_matrix(turn), 1e-3, float(rng.choice([0.0, rng.random()]))
@@ -213,21 +218,18 @@ def edges_on_a_box(run: Run) -> Comparison:
         low = np.array([(-share, 0.0, 0.0), (1.0 - share, 0.0, 0.0)])
         corners = np.concatenate([low, rng.uniform(-0.3, 0.3, (2, 3)) + [(0.0, 1.0, 1.0), (0.0, -1.0, 1.0)]])
         mesh = Mesh(corners @ axes.T, np.array([(0, 2, 1), (1, 3, 0), (2, 0, 3), (3, 1, 2)]))
-        world, mass, side = softbody.World((0.0, 0.0, 0.0)), rng.uniform(0.5, 2.0), 0.4
+        world, mass, side = weightless(), rng.uniform(0.5, 2.0), 0.4
         start, fall = (0.0, rng.uniform(-0.5, 0.5), h * speed - depth), np.array((*rng.normal(size=2), -speed))
         body = world.add_soft_body(mesh, mass, 0.0, 0.0, axes @ start, axes @ fall, friction=0.0, restitution=e)
         upright = np.array([np.cos(np.pi / 8), 0.0, np.sin(np.pi / 8), 0.0])
         middle = axes @ (0.0, 0.0, -side * np.sqrt(0.5))
         world.add_box((side, 4.0, side), None, middle, turned(turn, upright), friction=0.0)
-        flown = corners + start + h * fall
         world.step(h)
-        weights = np.zeros(4)
-        weights[1] = share - h * fall[0]
-        weights[0] = 1.0 - weights[1]
+        second = share - h * fall[0]
+        weights = np.array([1.0 - second, second, 0.0, 0.0])
         impulse = (1.0 + e) * speed / (weights**2 / (0.25 * mass)).sum()
         change = np.outer(weights * impulse / (0.25 * mass), (0.0, 0.0, 1.0))
         ago = depth / ((1.0 + e) * speed)
-        measured += [*body.velocities @ axes / speed, *body.positions @ axes]
-        expected += [*(fall + change) / speed, *(flown + ago * change)]
-        kinds += ["velocity"] * 4 + ["place"] * 4
-    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+        answers.extend(body.velocities @ axes / speed, (fall + change) / speed, kind="velocity")
+        answers.extend(body.positions @ axes, corners + start + h * fall + ago * change, kind="place")
+    return answers.comparison()

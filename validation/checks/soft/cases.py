@@ -1,0 +1,67 @@
+"""What claims about soft bodies share: regular solids, and worlds without weight."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+import softbody
+from softbody import Mesh, World
+from softbody.collision.soft import soft_response
+from softbody.dynamics import pressure, soft_bodies
+from validation.fault import Fault
+
+SOLIDS = {"tetrahedron": softbody.tetrahedron, "octahedron": softbody.octahedron, "icosahedron": softbody.icosahedron}
+RESPONSE = "softbody.collision.soft.soft_response"
+CONTACTS = f"softbody.collision.soft.soft_contacts, {RESPONSE}"
+
+PRESSURE = Fault("pressure off by 1e-9", pressure.gas_pressure, "gas_ / volume_ → gas_ / volume_ * (1.0 + 1e-9)")
+
+WRONG_AXES = Fault(
+    "the gas pushes along the wrong axes in the update",
+    soft_bodies.ring_accelerations,
+    "push_ * area_[c_, i_] → push_ * area_[c_ - 1, i_]",
+)
+ONE_SIDED = Fault(
+    "the surface does not feel the particle",
+    soft_response._apply_impulse,
+    "_push(particles_, SurfacePoint(p_, place_), back_, ago_)"
+    " → _push(particles_, SurfacePoint(p_, place_), scale(0.0, back_), ago_)",
+)
+ALL_OF_THE_MASS = Fault(
+    "contacts that each have all of a particle's mass",
+    soft_response._split_inverse_mass,
+    "weight_ * sum_[i_] * inverse_mass_[i_] → weight_ * weight_ * inverse_mass_[i_]",
+)
+FASTER = Fault(
+    "sides that part faster than they came",
+    soft_response._velocity_deficit,
+    "contacts_.restitution[k_] → (contacts_.restitution[k_] + 1.2)",
+)
+STRUCK_WHERE_IT_IS = Fault(
+    "a box struck where the particle is now, not where they met",
+    soft_response._place_on_b,
+    "_place(bodies_.particles, point_, ago_) → _place(bodies_.particles, point_, 0.0)",
+)
+
+
+def weightless(**options: Any) -> World:
+    """Return a world without gravity."""
+    return World(gravity=(0.0, 0.0, 0.0), **options)
+
+
+def regular_solids(times: int = 1) -> list[tuple[str, Mesh]]:
+    """Return the regular solids of radius 1 with their names, all of them so many times."""
+    return [(name, make()) for name, make in SOLIDS.items()] * times
+
+
+def squared_edges(mesh: Mesh) -> float:
+    """Return Σ l0² [m²] over the edges."""
+    i, j = mesh.edges.T
+    return float(((mesh.vertices[i] - mesh.vertices[j]) ** 2).sum())
+
+
+def springs_of(world: World) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the edges (e, 2), lengths at rest (e,) [m] and stiffnesses (e,) [N/m] of all springs of a world."""
+    return world.model.edge_particles, world.model.edge_rest_length, world.model.edge_stiffness
