@@ -81,7 +81,7 @@ def test_each_claim_says_what_kind_of_judge_it_has():
 def test_no_claim_loses_a_nan_in_a_maximum():
     # Python's own max(0.0, nan) is 0.0, and max(most, nan) is most.
     lost = []
-    for path in Path(checks.__file__).parent.glob("*.py"):
+    for path in Path(checks.__file__).parent.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             pair = node.value if isinstance(node, ast.Assign) else node
             if not (isinstance(pair, ast.Call) and ast.unparse(pair.func) in ("max", "min")):
