@@ -305,8 +305,9 @@ def _what_is_left(stiffness: np.ndarray, targets: np.ndarray, later: bool) -> Wo
 def ends_half_way(run: Run) -> Comparison:
     """Joints pull by where their ends are half-way through a step.
 
-    In each step they give bodies, besides what forces do, h times that pull. Ends on soft bodies are ½ h v ahead in the
-    Runge–Kutta scheme, and ½ h (1 − 1/n) v in n sub-steps of the others; those on boxes are where they are.
+    In each step they give bodies, besides what forces do, h times that pull. Ends on soft bodies of
+    the Runge–Kutta scheme are ahead by ½ h v. Of n sub-steps of the others it is ½ h (1 − 1/n) v; those on boxes are
+    where they are.
     """
     rng, answers, mesh = run.fresh_rng(), Answers(), octahedron(0.3)
     corner = mesh.triangles[3]

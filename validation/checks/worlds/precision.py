@@ -255,9 +255,9 @@ def threads_find_the_same_contacts(run: Run) -> Comparison:
 def near_bodies_and_shares(run: Run) -> Comparison:
     """Near bodies, and shares of threads, are as the rule has them.
 
-    Bounding boxes and spheres say which soft bodies and boxes are near which, also where Python runs the kernel and
-    minds the ends of arrays. Each thread gets its share of the work, by the particles that are asked and asked about,
-    but for one body.
+    Bounding boxes and spheres say which soft bodies and boxes are near which. So it is, too, where Python runs the
+    kernel and minds the ends of arrays. Each thread gets its share of the work, but for one body: by the particles that
+    are asked and asked about.
     """
     rng, answers, left = run.fresh_rng(), Answers(), run.count(12, 60, 600)
     while left:
