@@ -44,7 +44,10 @@ COS, SIN = np.cos(np.pi / 8), np.sin(np.pi / 8)  # of quaternions that turn by a
 
 Rows = tuple[np.ndarray, np.ndarray]  # the core's, and the judge's
 
+check_by_formula = partial(check, kind="closed form")
+
 HELD = "contacts_.box[k_, 1] == NOBODY and contacts_.impulse[k_, 2] > 0.0"  # in move_boxes
+BY_AXES = "box_box_separation(a, b, paper_axes)"  # in single_contact
 RESTITUTION = Fault(
     "restitution off by 1e-9", material.normal_impulse, "1.0 + restitution_ → 1.000000001 + restitution_"
 )
@@ -129,12 +132,11 @@ def boxes_bounce(run: Run) -> Comparison:
     return Comparison(measured / scale, expected / scale, groups=kinds, notes=notes)
 
 
-@check(
+@check_by_formula(
     section="4.4",
     piece="softbody.collision.boxes.single_contact.paper_contact",
     reference="the paper's formula as printed: one impulse half-way between the centres",
     unit="of the speed that one step of weight gives",
-    kind="closed form",
     tolerance=2e-14,
     because="rounding",
     faults=(
@@ -277,16 +279,8 @@ def _fly_box(
     engines=("fcl",),
     because="random poses are never within rounding of a touch",
     faults=(
-        Fault(
-            "all axes tried",
-            single_contact._contact,
-            "box_box_separation(a, b, paper_axes) → box_box_separation(a, b, False)",
-        ),
-        Fault(
-            "faces only",
-            single_contact._contact,
-            "box_box_separation(a, b, paper_axes) → box_box_separation(a, b, True)",
-        ),
+        Fault("all axes tried", single_contact._contact, f"{BY_AXES} → box_box_separation(a, b, False)"),
+        Fault("faces only", single_contact._contact, f"{BY_AXES} → box_box_separation(a, b, True)"),
     ),
 )
 def axes_are_those_chosen(run: Run) -> Comparison:
@@ -318,12 +312,11 @@ def _move_apart(world: World, pair: tuple[np.ndarray, ...]) -> bool:
     return any((box.position != pair[3 * k + 1]).any() for k, box in enumerate(boxes))
 
 
-@check(
+@check_by_formula(
     section="6",
     piece="softbody.dynamics.rigid_boxes.limit_speeds",
     reference="closed form: v · min(1, 10/|v|), after every step",
     unit="of the ceiling",
-    kind="closed form",
     tolerance=2e-15,
     because="rounding of a square root, a quotient and a product in each of five steps: 4e-16 at worst of 2 000 boxes",
     faults=(
@@ -401,12 +394,11 @@ def slow_boxes_snap(run: Run) -> Comparison:
     return answers.comparison()
 
 
-@check(
+@check_by_formula(
     section="3, 4",
     piece="softbody.World.paper",
     reference="closed form: v(t) = v(0)",
     unit="of the speed",
-    kind="closed form",
     tolerance=2e-14,
     because="rounding over some hundred steps: 3.2e-15 at worst of ten seeds and of 100 worlds",
     faults=(
@@ -441,12 +433,11 @@ def nothing_rubs(run: Run) -> Comparison:
     return answers.comparison()
 
 
-@check(
+@check_by_formula(
     section="4.2, 4.4",
     piece="softbody.collision.boxes.box_ground.bounce_box, softbody.collision.paper.paper_response",
     reference="closed forms: Newton's restitution and Coulomb's friction at one point, with its inverse effective mass",
     engines=("scipy",),
-    kind="closed form",
     unit="of the speed",
     tolerance=5e-14,
     because="rounding of products of some ten factors: 2.5e-15 at worst of ten seeds",
@@ -590,11 +581,10 @@ def stopped(size: np.ndarray, mass: float, velocity: np.ndarray, top: float, bou
     return v, w
 
 
-@check(
+@check_by_formula(
     section="6",
     piece="softbody.stepping.move_boxes.move_boxes",
     reference="closed form: the yaw is 0, or what it was",
-    kind="closed form",
     unit="rad",
     tolerance=5e-15,
     because="rounding of an angle: 2.3e-16 at worst of ten seeds",
@@ -672,12 +662,11 @@ def _heap(seed: int, pairs: str) -> np.ndarray:
     return np.concatenate([world.state.particle_position.ravel(), world.state.box_position.ravel()])
 
 
-@check(
+@check_by_formula(
     section="4.4, 6",
     piece="softbody.stepping.move_boxes.collide_boxes",
     reference="closed form: free flight; the law of restitution",
     unit="of the speed",
-    kind="closed form",
     tolerance=5e-15,
     because="multiples of powers of two, so that what touches does so exactly; of bounces, rounding: 2.5e-16 at worst",
     faults=(
@@ -709,12 +698,11 @@ def touching_is_not_overlap(run: Run) -> Comparison:
     return answers.comparison()
 
 
-@check(
+@check_by_formula(
     section="4.2, 4.3, 6",
     piece="softbody.model.settings.PAPER",
     reference="closed form: free flight",
     unit="of the speed",
-    kind="closed form",
     tolerance=0.0,
     because="nothing acts, so that velocities keep every bit",
     faults=(
@@ -725,7 +713,7 @@ def touching_is_not_overlap(run: Run) -> Comparison:
 def unseen_by_the_paper(run: Run) -> Comparison:
     """World.paper() does not see what the paper does not look for.
 
-    What flies on: an edge of a soft body across an edge of a box or of another soft body, and a ball that leaps over a
+    An edge of a soft body flies on across an edge of a box or of another soft body. So does a ball that leaps over a
     plate within a step.
     """
     rng, answers = run.fresh_rng(), Answers()
@@ -757,11 +745,10 @@ def _bar(size: tuple[float, float, float], turn: tuple[float, float, float, floa
     return Mesh(bar.vertices @ rotation_matrix(np.array(turn)).T, bar.triangles)
 
 
-@check(
+@check_by_formula(
     section="4.3, 4.5",
     piece="softbody.collision.soft.sat_meshes.faces_part",
     reference="projections of all points on all normals, by NumPy; FCL",
-    kind="closed form",
     engines=("fcl",),
     because="yes or no; pairs whose projections are within 1e-9 m of touching are left out",
     faults=(
@@ -824,11 +811,10 @@ def _widest_gap(a: Mesh, b: Mesh) -> float:
     return float(np.concatenate(gaps).max())
 
 
-@check(
+@check_by_formula(
     section="4.4",
     piece="softbody.collision.boxes.single_contact.box_box_contact",
     reference="closed form: the lowest corner; the middle of a rectangle",
-    kind="closed form",
     unit="of the size",
     tolerance=5e-14,
     because="rounding: 1.9e-15 at worst of ten seeds",
