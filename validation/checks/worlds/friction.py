@@ -394,7 +394,7 @@ def pulled_box_breaks_loose(run: Run) -> Comparison:
     faults=(LESS, LARGER),
 )
 def pulled_from_under(run: Run) -> Comparison:
-    """Of two boxes the pulled lower one takes the upper one along.
+    """A box pulled from under another moves as Newton and Coulomb say.
 
     The upper one is up to eight times as heavy. They go together as long as friction can make them, else each by what
     is left for it.

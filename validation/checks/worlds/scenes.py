@@ -289,7 +289,7 @@ def torus_stays_upright(run: Run) -> Comparison:
     ),
 )
 def order_does_not_matter(run: Run) -> Comparison:
-    """It does not matter in which order bodies are added.
+    """The order in which bodies are added does not matter.
 
     A sphere falls into a torus the same way for 3 s.
     """

@@ -456,8 +456,8 @@ def _way(world: World, h: float, steps: int, body: Any, is_turn: bool) -> np.nda
 def as_if_awake(run: Run) -> Comparison:
     """What hits or passes sleepers does so as if they were awake.
 
-    So do boxes and soft bodies: all are at the same places 0.4 s later as in a world where nobody may sleep, on one
-    thread and on two. Momentum is what it was, by NumPy.
+    Boxes and soft bodies sleep; others hit them, or pass closely. All are at the same places 0.4 s later as in a world
+    where nobody may, on one thread and on two. Momentum is what it was, by NumPy.
     """
     rng, answers = run.fresh_rng(), Answers()
     for case in range(run.count(4, 12, 80)):
@@ -600,7 +600,7 @@ def _bits(body: Any) -> bytes:
     ),
 )
 def goes_on_to_the_same_bits(run: Run) -> Comparison:
-    """Worlds with sleepers go on to the same bits once kept.
+    """Worlds with sleepers go on to the same bits however kept.
 
     They are saved and loaded, pickled, restored from a snapshot, with other threads, or go on step by step. Some of
     their bodies sleep, fall asleep or wake. So it is, too, of worlds that were changed just before.
