@@ -9,8 +9,10 @@ import numpy as np
 import softbody
 from softbody import World
 from softbody.collision.soft import split_steps
+from validation.answers import Answers
 from validation.cases import random_orientations, rotation_matrix
 from validation.check import Comparison, Run, check
+from validation.checks.worlds.cases import WEIGHTLESS, by_turns
 from validation.fault import Fault
 
 FAMILY = "fast bodies"
@@ -34,7 +36,7 @@ def shoot(target: str, rng: np.random.Generator, make: Callable[..., World] = Wo
     aim = np.array([*rng.uniform(-0.5, 0.5, 2), 0.0]) if target != "another ball" else rng.uniform(-0.02, 0.02, 3)
     start, speed = aim - rng.uniform(0.6, 1.2) / abs(course[2]) * course, rng.uniform(20.0, 100.0)
     ball = softbody.icosphere(1, 0.2)
-    world = make(gravity=(0.0, 0.0, 0.0))
+    world = make(gravity=WEIGHTLESS)
     shot = world.add_soft_body(ball, 0.2, 200.0, 200.0, axes @ start, speed * axes @ course)
     if target == "another ball":
         other = world.add_soft_body(ball, 0.2, 200.0, 200.0)
@@ -56,14 +58,14 @@ def shoot(target: str, rng: np.random.Generator, make: Callable[..., World] = Wo
     faults=(Fault("a step that is never split", split_steps.subdivision, "int(ceil(parts_)) → 1"),),
 )
 def nothing_passes_through(run: Run) -> Comparison:
-    """No soft ball shot at up to 100 m/s goes through a plate of 0.1 m, fixed or free, or through another ball."""
-    rng = run.fresh_rng()
-    held, kinds = [], []
-    for _ in range(run.count(40, 200, 3_334)):
-        for target in TARGETS:
-            held.append(shoot(target, rng))
-            kinds.append(target)
-    return Comparison(np.array(held), np.ones(len(held), bool), groups=kinds)
+    """No soft ball shot at up to 100 m/s passes through anything.
+
+    The targets are a plate of 0.1 m, fixed or free, and another ball.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    for target in by_turns(3 * run.count(40, 200, 3_334), *TARGETS):
+        answers.add(shoot(target, rng), True, kind=target)
+    return answers.comparison()
 
 
 @check(
@@ -82,14 +84,14 @@ def nothing_passes_through(run: Run) -> Comparison:
     ),
 )
 def parts_of_a_step(run: Run) -> Comparison:
-    """A step of worlds of soft bodies and boxes that fly, swell and spin anyhow is cut into as few equal parts as let
-    nothing that is near move against a soft body by more than a quarter of the thinner one's thickness a part."""
-    rng = run.fresh_rng()
-    measured: list[int] = []
-    expected: list[int] = []
-    kinds = []
-    while len(measured) < run.count(50, 250, 2_500):
-        world = World(gravity=(0.0, 0.0, 0.0))
+    """A step is cut into as few parts as the rule wants.
+
+    Parts are equal. In one nothing that is near moves against a soft body by more than a quarter of the thinner one's
+    thickness. Soft bodies and boxes fly, swell and spin anyhow.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    while len(answers) < run.count(50, 250, 2_500):
+        world = World(gravity=WEIGHTLESS)
         h, pace = 10.0 ** rng.uniform(-3.0, -1.0), 10.0 ** rng.uniform(-0.5, 2.0)
         rows: list[tuple[np.ndarray, float, np.ndarray, float, float, bool]] = []
         for _ in range(rng.integers(2, 5)):
@@ -125,8 +127,9 @@ def parts_of_a_step(run: Run) -> Comparison:
                     parts = np.maximum(parts, h * closing / (0.25 * min(one[4], other[4])))
                     is_clear &= bool(apart < come + 0.4 * reach)
         if is_clear and (parts > 1.0 or rng.random() < 0.3):
-            found = split_steps.subdivision(world.model, world.state, None, h)
-            measured.append(found)
-            expected.append(int(np.ceil(np.minimum(parts, 1_000.0))))
-            kinds.append("one part" if expected[-1] == 1 else "several" if expected[-1] < 1_000 else "most")
-    return Comparison(np.array(measured, float), np.array(expected, float), groups=kinds)
+            found, judged = (
+                split_steps.subdivision(world.model, world.state, None, h),
+                np.ceil(np.minimum(parts, 1_000.0)),
+            )
+            answers.add(found, judged, kind="one part" if judged == 1 else "several" if judged < 1_000 else "most")
+    return answers.comparison()

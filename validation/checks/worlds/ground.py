@@ -6,6 +6,7 @@ import numpy as np
 
 from softbody import ParameterError, World
 from softbody.bodies import adding, ground
+from validation.answers import Answers
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
 
@@ -50,45 +51,35 @@ FALL = 9.81  # [m/s²]
     ),
 )
 def ground_is_as_told(run: Run) -> Comparison:
-    """On a ground of any height, restitution and friction, which another call had made otherwise, a flat box comes to
-    rest at half its thickness above it, slides for v²/2μg, and jumps e² as high as it fell."""
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    """The ground is as high, hard and rough as told.
+
+    Another call had made it otherwise. A flat box comes to rest at half its thickness above it, slides for v²/2μg, and
+    jumps e² as high as it fell.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(4, 20, 200)):
         height, restitution, friction = rng.uniform(-3.0, 3.0), rng.uniform(0.3, 0.8), rng.uniform(0.2, 0.9)
         size = rng.uniform((0.5, 0.5, 0.1), (1.0, 1.0, 0.3))
         top = height + 0.5 * size[2]
-
-        resting, sliding, jumping = World(), World(), World()
-        for world, numbers in (
-            (resting, {"friction": friction}),
-            (sliding, {"friction": friction}),
-            (jumping, {"restitution": restitution, "friction": friction}),
-        ):
+        resting, sliding, jumping = (World() for _ in range(3))
+        for world in (resting, sliding, jumping):
             world.add_ground(height + 0.3, restitution=0.9, friction=0.05)
-            world.add_ground(height, **numbers)
+            world.add_ground(height, restitution=restitution if world is jumping else 0.0, friction=friction)
         box = resting.add_box(size, 1.0, (0.0, 0.0, top + 0.02))
         resting.step(STEP, 1_000)
-        measured.append(box.position[2] - top)
-        expected.append(0.0)
-        kinds.append("at rest, m")
+        answers.add(box.position[2] - top, 0.0, kind="at rest, m")
 
         speed = rng.uniform(1.0, 2.0)
         box = sliding.add_box(size, 1.0, (0.0, 0.0, top), velocity=(speed, 0.0, 0.0), friction=friction)
-        way = 0.5 * speed**2 / (friction * FALL)
         sliding.run(2.0 * speed / (friction * FALL), STEP)
-        measured.append(box.position[0] / way)
-        expected.append(1.0)
-        kinds.append("slides, of the way")
+        answers.add(box.position[0] / (0.5 * speed**2 / (friction * FALL)), 1.0, kind="slides, of the way")
 
         drop = rng.uniform(0.5, 1.0)
         box = jumping.add_box(size, 1.0, (0.0, 0.0, top + drop))  # it jumps by the ground's restitution alone
         fallen = np.sqrt(2.0 * drop / FALL)
         jumping.run(fallen * (1.0 + restitution), STEP)  # to the highest place after it
-        measured.append((box.position[2] - top) / drop)
-        expected.append(restitution**2)
-        kinds.append("jumps, of its fall")
-    return Comparison(measured, expected, groups=kinds)
+        answers.add((box.position[2] - top) / drop, restitution**2, kind="jumps, of its fall")
+    return answers.comparison()
 
 
 @check(
@@ -102,25 +93,23 @@ def ground_is_as_told(run: Run) -> Comparison:
     ),
 )
 def grounds_are_there_or_not(run: Run) -> Comparison:
-    """A ground that is not there is refused by name, and one that is there, at any height, is not: of worlds new, and
-    restored from each other."""
-    rng = run.fresh_rng()
-    told, judged, kinds = [], [], []
+    """A ground that is not there is refused by name.
+
+    One that is there, at any height, is not: of worlds new, and restored from each other.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(10, 40, 400)):
         bare, grounded = World(), World()
         grounded.add_ground(rng.uniform(-5.0, 5.0))
         for world, has in ((bare, False), (grounded, True)):
             for ask in ("check_there", "height", "friction"):
-                told.append(not _refuses(world, ask))
-                judged.append(has)
-                kinds.append(f"{'a' if has else 'no'} ground: {ask}")
+                answers.add(not _refuses(world, ask), has, kind=f"{'a' if has else 'no'} ground: {ask}")
         kept = bare.snapshot(), grounded.snapshot()
         bare.restore(kept[1])
         grounded.restore(kept[0])
-        told += [not _refuses(bare, "check_there"), not _refuses(grounded, "check_there")]
-        judged += [True, False]
-        kinds += ["restored"] * 2
-    return Comparison(np.array(told), np.array(judged), groups=kinds)
+        for world, has in ((bare, True), (grounded, False)):
+            answers.add(not _refuses(world, "check_there"), has, kind="restored")
+    return answers.comparison()
 
 
 def _refuses(world: World, ask: str) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,18 +11,21 @@ from softbody import Box, Joint, SimulationError, SoftBody, World, icosphere, oc
 from softbody.bodies import adding, builder, joint
 from softbody.dynamics import joint_forces
 from softbody.storage import snapshot
+from validation.answers import Answers
 from validation.cases import edge_lengths, random_orientations, rotation_matrix
 from validation.check import Comparison, Run, check
+from validation.checks.worlds.cases import WEIGHTLESS, by_turns, same_bits
 from validation.fault import Fault
 
 FAMILY = "joints"
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 
+check_joints = partial(check, section="5.1")
+
 INTEGRATORS = ("rk4_velocity", "rk4", "symplectic_euler")
 
 
-@check(
-    section="5.1",
+@check_joints(
     piece="softbody.World.add_joint",
     reference="SciPy's DOP853 on Newton's and Euler's equations, by their own force law",
     engines=("scipy",),
@@ -67,22 +71,23 @@ INTEGRATORS = ("rk4_velocity", "rk4", "symplectic_euler")
     ),
 )
 def chains_by_scipy(run: Run) -> Comparison:
-    """Two cubes and two spring bodies in a chain between places of the world, joined at corners, particles and points
-    of triangles, with and without a length at rest, swing as SciPy has it: 0.4 s, with each integrator."""
+    """Chains of cubes and spring bodies swing as SciPy has it.
+
+    Two of each hang between places of the world, joined at corners, particles and points of triangles, with and without
+    a length at rest: 0.4 s, with each integrator.
+    """
     from references.joined import Cube, Joined, Net, motion
 
-    rng, solid = run.fresh_rng(), octahedron(0.3)
-    measured, expected, scales, kinds = [], [], [], []
+    rng, answers, solid = run.fresh_rng(), Answers(), octahedron(0.3)
     for case in range(run.count(2, 4, 40)):
         gravity = np.array([0.0, 0.0, -9.81]) if case % 2 else rng.normal(size=3)
         turns, spins = random_orientations(rng, 2), rng.normal(0.0, 2.0, (2, 3))
         edges, masses = rng.uniform(0.2, 0.4, 2), rng.uniform(0.5, 3.0, 2)
         stiffness = rng.uniform(2000.0, 5000.0, 2)
-        places = np.array([(0.0, 0.0, -1.0), (0.0, 1.0, -2.2)])
-        speeds = rng.normal(size=(2, 3))
+        places, speeds = np.array([(0.0, 0.0, -1.0), (0.0, 1.0, -2.2)]), rng.normal(size=(2, 3))
         # By turns far apart, so that nothing touches: cube, body, cube, body.
-        weights = rng.dirichlet(np.ones(3))
-        corner = solid.triangles[5]
+        flat, corner = np.zeros(6), solid.triangles[5]
+        flat[corner] = weights = rng.dirichlet(np.ones(3))
         numbers = [
             (rng.uniform(20.0, 60.0), rng.uniform(0.5, 3.0), rest)
             for rest in (0.0, rng.uniform(0.6, 0.9), rng.uniform(1.8, 2.3), rng.uniform(2.7, 3.3), 0.0)
@@ -92,15 +97,8 @@ def chains_by_scipy(run: Run) -> Comparison:
             Cube(edges[k], masses[k], np.array([2.0 * k, 0.0, 0.0]), rotation_matrix(turns[k]), speeds[k], spins[k])
             for k in range(2)
         ]
-        nets = [
-            Net(
-                1.0 / 6, solid.vertices + places[k], np.zeros((6, 3)), solid.edges,
-                edge_lengths(solid.vertices, solid.edges), stiffness[k],
-            )
-            for k in range(2)
-        ]  # fmt: skip
-        flat = np.zeros(6)
-        flat[corner] = weights
+        springs = solid.edges, edge_lengths(solid.vertices, solid.edges)
+        nets = [Net(1.0 / 6, solid.vertices + places[k], np.zeros((6, 3)), *springs, stiffness[k]) for k in range(2)]
         ends = [
             (("cube", 0, arms[0]), ("place", (0.0, 0.0, 1.0))),
             (("cube", 0, arms[1]), ("net", 0, np.eye(6)[2])),
@@ -108,8 +106,9 @@ def chains_by_scipy(run: Run) -> Comparison:
             (("net", 1, flat), ("cube", 1, -arms[2])),
             (("place", places[1] + 0.2), ("net", 1, np.eye(6)[4])),
         ]
-        joined = [Joined(*pair, *number) for pair, number in zip(ends, numbers)]
-        where, _ = motion(cubes, nets, joined, gravity, 0.4)
+        where, _ = motion(cubes, nets, [Joined(*pair, *number) for pair, number in zip(ends, numbers)], gravity, 0.4)
+        begin = np.concatenate([[c.position for c in cubes], *[net.position for net in nets]])
+        farthest = np.linalg.norm(where - begin, axis=1).max()
         for integrator in INTEGRATORS:
             found = []
             for finer in (1, 2):
@@ -122,7 +121,6 @@ def chains_by_scipy(run: Run) -> Comparison:
                     world.add_soft_body(solid, 1.0, net.stiffness, 0.0, place, damping=0.0)
                     for net, place in zip(nets, places)
                 ]
-
                 pairs: list[Any] = [
                     (_on_box(boxes[0], arms[0]), (0.0, 0.0, 1.0)),
                     (_on_box(boxes[0], arms[1]), (bodies[0], 2)),
@@ -135,13 +133,9 @@ def chains_by_scipy(run: Run) -> Comparison:
                 steps = finer * int(np.ceil(40 * 0.4 / world.stable_time_step()))
                 world.step(0.4 / steps, steps)
                 found.append(np.concatenate([world.state.box_position, world.state.particle_position]))
-            begin = np.concatenate([[c.position for c in cubes], *[net.position for net in nets]])
-            measured.append(2.0 * found[1] - found[0])
-            expected.append(where)
             coarse = 100.0 if integrator == "rk4_velocity" else 1.0  # it fades what swings, by z²/4 a step
-            scales.append(np.full(len(where), coarse * np.linalg.norm(where - begin, axis=1).max()))
-            kinds += [integrator] * len(where)
-    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds)
+            answers.extend(2.0 * found[1] - found[0], where, coarse * farthest, integrator)
+    return answers.comparison()
 
 
 def _on_box(box: Box, arm: np.ndarray) -> tuple[Box, np.ndarray]:
@@ -154,8 +148,7 @@ def _on_face(body: SoftBody, corners: np.ndarray, weights: np.ndarray) -> tuple[
     return body, weights @ body.positions[corners]
 
 
-@check(
-    section="5.1",
+@check_joints(
     piece="softbody.World.add_joint, softbody.World.stable_time_step",
     reference="closed form: Hooke's law, the load shared by parallel joints",
     kind="closed form",
@@ -172,31 +165,32 @@ def _on_face(body: SoftBody, corners: np.ndarray, weights: np.ndarray) -> tuple[
     ),
 )
 def hanging_by_hooke(run: Run) -> Comparison:
-    """What hangs on a joint stretches it by m g / k: a box of any weight, and a soft ball at a particle, at a point of
-    a triangle and at three of them; in steps of 0.9 of the stable one."""
-    rng, ball = run.fresh_rng(), icosphere(1, 0.3)
-    measured, kinds = [], []
+    """What hangs on a joint stretches it by m g / k.
+
+    A box of any weight does, and a soft ball at a particle, at a point of a triangle and at three of them; in steps of
+    0.9 of the stable one.
+    """
+    rng, answers, ball = run.fresh_rng(), Answers(), icosphere(1, 0.3)
     for _ in range(run.count(2, 5, 50)):
         stiffness, mass = 10.0 ** rng.uniform(2.0, 4.0), float(np.exp(rng.uniform(-2.0, 2.0)))
         world = World()
         box = world.add_box(rng.uniform(0.1, 0.5, 3), mass)
         critical = 2.0 * np.sqrt(stiffness * mass)
         hang = world.add_joint((box, box.position), (0.0, 0.0, 0.1), stiffness, 0.1 * critical)
-        measured.append(_stretch(world, 300.0 * np.sqrt(mass / stiffness), [hang]) / (mass * 9.81))
-        kinds.append("box")
-        for kind, threads in (("particle", 1), ("triangle", 1), ("three", 3)):
+        answers.add(_pull(world, 300.0 * np.sqrt(mass / stiffness), [hang]) / (mass * 9.81), 1.0, kind="box")
+        triangle = [(0.05, 0.02 + 0.1 * k, 0.3) for k in range(3)]
+        ends: dict[str, list[Any]] = {"particle": [0], "triangle": triangle[:1], "three": triangle}
+        for kind, places in ends.items():
             world = World(integrator="rk4")
             soft = world.add_soft_body(ball, 0.5, 300.0, 20.0, damping=0.5, drag=3.0)
-            places = [0] if kind == "particle" else [(0.05, 0.02 + 0.1 * k, 0.3) for k in range(threads)]
             joints = [world.add_joint((soft, place), (0.0, 0.0, 0.8), stiffness, 1.0) for place in places]
             for each in joints:
                 each.target = each.ends[0]
-            measured.append(_stretch(world, 12.0, joints) / (0.5 * 9.81))
-            kinds.append(kind)
-    return Comparison(np.array(measured), np.ones(len(measured)), groups=kinds)
+            answers.add(_pull(world, 12.0, joints) / (0.5 * 9.81), 1.0, kind=kind)
+    return answers.comparison()
 
 
-def _stretch(world: World, seconds: float, joints: list[Joint]) -> float:
+def _pull(world: World, seconds: float, joints: list[Joint]) -> float:
     """Return with which force [N] joints hold up, by their ends, what has come to rest in `seconds`; 0: it diverged."""
     try:
         world.run(seconds, 0.9 * world.stable_time_step())
@@ -205,8 +199,7 @@ def _stretch(world: World, seconds: float, joints: list[Joint]) -> float:
     return float(sum(each.stiffness * (each.ends[1] - each.ends[0])[2] for each in joints))
 
 
-@check(
-    section="5.1",
+@check_joints(
     piece="softbody.World.remove, softbody.World.load, softbody.Joint",
     reference="a world that was made with what is left, by the same version",
     kind="the core in another form",
@@ -239,17 +232,19 @@ def _stretch(world: World, seconds: float, joints: list[Joint]) -> float:
     ),
 )
 def joints_of_what_is_left(run: Run) -> Comparison:
-    """Joints go with their bodies and stay with others': a world from which bodies and joints were removed, that was
-    saved and loaded, or whose joints were set later, has the bits of one made so."""
-    rng = run.fresh_rng()
-    agree = []
+    """Joints go with their bodies and stay with others'.
+
+    Bodies and joints were removed from a world, it was saved and loaded, or its joints were set later: it has the bits
+    of one that was made so.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(2, 6, 40)):
         stiffness, targets = rng.uniform(20.0, 100.0, 5), rng.normal(size=(2, 3))
         one, other = (_what_is_left(stiffness, targets, later).state for later in (False, True))
         for name in ("particle_position", "particle_velocity", "box_position", "box_velocity", "box_orientation"):
-            bits, others = (getattr(state, name).view(np.uint64) for state in (one, other))
-            agree += list((bits == others).all(axis=1))
-    return Comparison(np.array(agree), np.ones(len(agree), bool))
+            same = same_bits(getattr(one, name), getattr(other, name))
+            answers.extend(same, np.ones(len(same), bool))
+    return answers.comparison()
 
 
 def _what_is_left(stiffness: np.ndarray, targets: np.ndarray, later: bool) -> World:
@@ -289,8 +284,7 @@ def _what_is_left(stiffness: np.ndarray, targets: np.ndarray, later: bool) -> Wo
     return world
 
 
-@check(
-    section="5.1",
+@check_joints(
     piece="softbody.dynamics.joint_forces.with_joints",
     reference="closed form: Hooke's law and damping at these places; the momentum of each body before and after",
     kind="closed form",
@@ -309,15 +303,17 @@ def _what_is_left(stiffness: np.ndarray, targets: np.ndarray, later: bool) -> Wo
     ),
 )
 def ends_half_way(run: Run) -> Comparison:
-    """In each step joints give bodies, besides what forces do, h times the pull by where their ends are half-way: those
-    on soft bodies of the Runge–Kutta scheme ½ h v ahead, of n sub-steps of the others ½ h (1 − 1/n) v, those on boxes
-    where they are."""
-    rng, mesh = run.fresh_rng(), octahedron(0.3)
+    """Joints pull by where their ends are half-way through a step.
+
+    In each step they give bodies, besides what forces do, h times that pull. Ends on soft bodies of
+    the Runge–Kutta scheme are ahead by ½ h v. Of n sub-steps of the others it is ½ h (1 − 1/n) v; those on boxes are
+    where they are.
+    """
+    rng, answers, mesh = run.fresh_rng(), Answers(), octahedron(0.3)
     corner = mesh.triangles[3]
-    measured, expected, scales, kinds = [], [], [], []
     for case in range(run.count(6, 30, 300)):
         for integrator in INTEGRATORS:
-            world, h, parts = World((0.0, 0.0, 0.0), integrator=integrator), 1e-3, int(rng.integers(1, 5))
+            world, h, parts = World(WEIGHTLESS, integrator=integrator), 1e-3, int(rng.integers(1, 5))
             softs = [
                 world.add_soft_body(mesh, rng.uniform(0.5, 2.0), 500.0, 1.0, (3.0 * k, 0.0, 0.0)) for k in range(2)
             ]
@@ -358,15 +354,11 @@ def ends_half_way(run: Run) -> Comparison:
                     given[told[b][0]] -= h * force
                 before = _momenta(world)
                 world.step(h, substeps=parts)
-                measured.append(_momenta(world) - before)
-                expected.append(given[:3])
-                scales.append(np.full(3, np.linalg.norm(given[:3])))
-                kinds += [integrator] * 3
-    return Comparison(np.concatenate(measured), np.concatenate(expected), np.concatenate(scales), kinds)
+                answers.extend(_momenta(world) - before, given[:3], np.linalg.norm(given[:3]), integrator)
+    return answers.comparison()
 
 
-@check(
-    section="5.1",
+@check_joints(
     piece="softbody.dynamics.joint_forces.with_joints",
     reference="free flight: the velocities before",
     kind="closed form",
@@ -380,13 +372,15 @@ def ends_half_way(run: Run) -> Comparison:
     ),
 )
 def ends_at_one_place(run: Run) -> Comparison:
-    """A joint with a length at rest whose two ends are at one place pushes neither of them, which could go any way: a
-    box or a particle that it ties to a place, or to each other, goes on as it was."""
-    rng, mesh = run.fresh_rng(), octahedron(0.3)
-    measured, expected, kinds = [], [], []
-    for case in range(run.count(12, 60, 600)):
-        world = World((0.0, 0.0, 0.0), integrator=INTEGRATORS[case // 3 % 3])
-        kind = ("box and place", "particle and place", "particle and box")[case % 3]
+    """A joint whose two ends are at one place pushes neither.
+
+    It has a length at rest, and could push any way. A box or a particle that it ties to a place, or to each other, goes
+    on as it was.
+    """
+    rng, answers, mesh = run.fresh_rng(), Answers(), octahedron(0.3)
+    kinds = "box and place", "particle and place", "particle and box"
+    for case, kind in enumerate(by_turns(run.count(12, 60, 600), *kinds)):
+        world = World(WEIGHTLESS, integrator=INTEGRATORS[case // 3 % 3])
         place, particle = rng.integers(-100, 101, 3) / 32.0, int(rng.integers(6))
         velocity, spin = np.zeros(3), np.zeros(3)
         if kind == "box and place":  # it may move: the force is by where its end is now
@@ -407,12 +401,15 @@ def ends_at_one_place(run: Run) -> Comparison:
             ends.append(place)
         one, other = ends
         world.add_joint(one, other, rng.uniform(10.0, 100.0), rng.uniform(0.0, 1.0), rng.uniform(0.1, 1.0))
-        before = np.concatenate([world.state.particle_velocity, world.state.box_velocity])
+        before = _velocities(world)
         world.step(1e-3)
-        measured += [*np.concatenate([world.state.particle_velocity, world.state.box_velocity])]
-        expected += [*before]
-        kinds += [kind] * len(before)
-    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+        answers.extend(_velocities(world), before, kind=kind)
+    return answers.comparison()
+
+
+def _velocities(world: World) -> np.ndarray:
+    """Return the velocities [m/s] of all particles, then of all boxes."""
+    return np.concatenate([world.state.particle_velocity, world.state.box_velocity])
 
 
 def _momenta(world: World) -> np.ndarray:

@@ -10,6 +10,7 @@ from softbody.collision.soft import soft_contacts
 from softbody.dynamics import pressure
 from softbody.scenes import ball_drop, box_pile, box_stack, tray
 from validation import accounts
+from validation.answers import Answers
 from validation.cases import depths_of_boxes, edge_lengths, rotation_matrix
 from validation.check import Comparison, Run, check
 from validation.checks.worlds.scenes import deepest
@@ -18,6 +19,8 @@ from validation.fault import Fault
 FAMILY = "scenes over time"
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 
+BALL = "world_.add_soft_body(ball_, mass=1.0, stiffness=s_, gas=g_, position=p_)"  # in ball_drop
+APART = "separation_ > limits_.margin"  # in swept_manifold
 HEAP_STEP = 1.0 / 240.0  # [s]
 
 
@@ -33,44 +36,40 @@ HEAP_STEP = 1.0 / 240.0  # [s]
         Fault(
             "balls of the same springs",
             ball_drop.build,
-            "world_.add_soft_body(ball_, mass=1.0, stiffness=s_, gas=g_, position=p_)"
-            " → world_.add_soft_body(ball_, mass=1.0, stiffness=stiffnesses[0], gas=g_, position=p_)",
+            f"{BALL} → world_.add_soft_body(ball_, mass=1.0, stiffness=stiffnesses[0], gas=g_, position=p_)",
         ),
         Fault("the height from the centre", ball_drop.build, "0.5 + height → height"),
         Fault("gas that stays as springs grow", ball_drop.build, "0.15 * stiffness → 15.0"),
         Fault(
             "balls that weigh a hundredth less",
             ball_drop.build,
-            "world_.add_soft_body(ball_, mass=1.0, stiffness=s_, gas=g_, position=p_)"
-            " → world_.add_soft_body(ball_, mass=0.99, stiffness=s_, gas=g_, position=p_)",
+            f"{BALL} → world_.add_soft_body(ball_, mass=0.99, stiffness=s_, gas=g_, position=p_)",
         ),
     ),
 )
 def balls_drop(run: Run) -> Comparison:
-    """The scene of dropped balls, of 42 particles each: from any height all fall and swell as SciPy has them, each by
-    its own springs and a tenth of their critical damping, side by side and alike in shape."""
+    """Dropped balls of the scene fall and swell as SciPy's.
+
+    They have 42 particles each, and fall from any height, each by its own springs and a tenth of their critical
+    damping. They are side by side and alike in shape.
+    """
     from references import scipy
 
-    rng = run.fresh_rng()
-    ball = icosphere(1, 0.5)
-    springs = ball.edges, edge_lengths(ball.vertices, ball.edges)
-    measured, expected, kinds = [], [], []
+    rng, answers, ball = run.fresh_rng(), Answers(), icosphere(1, 0.5)
+    springs, mass = (ball.edges, edge_lengths(ball.vertices, ball.edges)), 1.0 / len(ball.vertices)
     for _ in range(run.count(2, 4, 20)):
         stiffnesses, height = 10.0 ** rng.uniform(2.0, 3.2, 3), rng.uniform(0.5, 2.0)
         world = ball_drop.build(list(stiffnesses), height, 1, World(integrator="rk4"))
         seconds = float(np.sqrt(height / 9.81))
         steps = int(np.ceil(32.0 * seconds / world.stable_time_step()))
         world.step(seconds / steps, steps)
-        for k, stiffness in enumerate(stiffnesses):
-            each = np.full(len(ball.edges), stiffness)
-            mass = 1.0 / len(ball.vertices)
-            what = *springs, each, ball.triangles, 0.15 * stiffness, mass, seconds
+        for k, (stiffness, kind) in enumerate(zip(stiffnesses, ("left", "middle", "right"))):
+            what = *springs, np.full(len(ball.edges), stiffness), ball.triangles, 0.15 * stiffness, mass, seconds
             damping = 0.1 * np.sqrt(2.0 * stiffness * mass)
             shape, _ = scipy.motion(ball.vertices, np.zeros_like(ball.vertices), *what, rtol=1e-10, damping=damping)
-            measured.append(SoftBody(world, k).positions / 0.5)
-            expected.append((shape + (1.4 * (k - 1), 0.0, 0.5 + 0.5 * height)) / 0.5)
-            kinds += [["left", "middle", "right"][k]] * len(shape)
-    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+            judged = shape + (1.4 * (k - 1), 0.0, 0.5 + 0.5 * height)
+            answers.extend(SoftBody(world, k).positions / 0.5, judged / 0.5, kind=kind)
+    return answers.comparison()
 
 
 @check(
@@ -85,25 +84,26 @@ def balls_drop(run: Run) -> Comparison:
         Fault("plates that lie lengthwise all", box_stack.build, "k % 2 == 0 → k % 2 < 2"),
         Fault("a stack with its second box aside", box_stack.build, "k % 3 == 0 → k % 3 != 0"),
         Fault(
-            "boxes that touch only when 2 mm inside each other",
-            manifold.swept_manifold,
-            "separation_ > limits_.margin → separation_ > limits_.margin - 0.002",
+            "boxes that touch only when 2 mm inside each other", manifold.swept_manifold, f"{APART} → {APART} - 0.002"
         ),
     ),
 )
 def boxes_stack(run: Run) -> Comparison:
-    """The scene of stacked boxes, of 3 to 15: dropped on each other they stand where their thicknesses add up, flat, at
-    rest and where they were put, at 240 and 60 steps a second."""
-    off, kinds = [], []
+    """Stacked boxes of the scene stand where thicknesses add up.
+
+    There are 3 to 15, dropped on each other, at 240 and 60 steps a second. They stand flat, at rest and where they were
+    put.
+    """
+    answers = Answers()
     for boxes in (3, 8, 15)[: run.count(2, 3, 3)]:
         for rate in (240, 60):
-            world = box_stack.build(boxes)
+            world, number = box_stack.build(boxes), np.arange(boxes)
             start = world.state.box_position.copy()
             world.run(4.0, 1.0 / rate)
             state = world.state
-            heights = 0.15 + 0.3 * np.arange(boxes)
-            aside = np.where(np.arange(boxes) % 3 == 0, 0.04, -0.02)[:, None] * (1.0, -1.0)
-            wide = np.where(np.arange(boxes) % 2 == 0, 1.2, 0.8)
+            heights = 0.15 + 0.3 * number
+            aside = np.where(number % 3 == 0, 0.04, -0.02)[:, None] * (1.0, -1.0)
+            wide = np.where(number % 2 == 0, 1.2, 0.8)
             along = np.array([np.abs(rotation_matrix(q)[:, 2] - (0.0, 0.0, 1.0)).max() for q in state.box_orientation])
             rows = {
                 "height": np.abs(state.box_position[:, 2] - heights).max(),
@@ -112,11 +112,11 @@ def boxes_stack(run: Run) -> Comparison:
                 "speed": np.abs(np.hstack([state.box_velocity, state.box_angular_velocity])).max(),
                 "inside": max(depths_of_boxes(world)),
                 "width": np.abs(world.model.box_size[:, 0] - wide).max(),
-                "start": np.abs(start[:, 2] - (heights + 0.05 * (1 + np.arange(boxes)))).max(),
+                "start": np.abs(start[:, 2] - (heights + 0.05 * (1 + number))).max(),
             }
-            off += list(rows.values())
-            kinds += [f"{kind}, {rate} a second" for kind in rows]
-    return Comparison(off, np.zeros(len(off)), groups=kinds)
+            kinds = [f"{kind}, {rate} a second" for kind in rows]
+            answers.extend(list(rows.values()), np.zeros(len(rows)), kind=kinds)
+    return answers.comparison()
 
 
 @check(
@@ -136,15 +136,16 @@ def boxes_stack(run: Run) -> Comparison:
             "world_.add_ground(friction=0.6) → world_.add_ground(friction=0.0)",
         ),
         Fault(
-            "boxes that touch only when 0.1 m inside each other",
-            manifold.swept_manifold,
-            "separation_ > limits_.margin → separation_ > limits_.margin - 0.1",
+            "boxes that touch only when 0.1 m inside each other", manifold.swept_manifold, f"{APART} → {APART} - 0.1"
         ),
     ),
 )
 def boxes_heap(run: Run) -> Comparison:
-    """The scene of a heap of boxes, of 20 (standard 40): from the fall to rest they are not deeper inside each other or
-    the ground than in Bullet, none is lost, energy is never gained, and after 8 s all rest."""
+    """Boxes of the heap are no deeper in each other than Bullet's.
+
+    There are 20 (standard 40). From the fall to rest they are not deeper inside each other or the ground than in
+    Bullet. None is lost, energy is never gained, and after 8 s all rest.
+    """
     from references.pybullet_world import BulletWorld
 
     world, bullet = box_pile.build(run.count(20, 40, 80)), BulletWorld(HEAP_STEP, 50, friction=0.6)
@@ -166,20 +167,14 @@ def boxes_heap(run: Run) -> Comparison:
     bullet.close()
     speed = float(np.sqrt((world.state.box_velocity**2).sum(axis=1).mean()))
     lost = float((np.abs(world.state.box_position[:, :2]) > 8.0).any())
-    bounds = {
-        "inside": 2.0 * deepest_of_bullet[0],
-        "below the ground": deepest_of_bullet[1],
-        "energy": 1e-3 * start,
-        "speed": 1e-6,
-        "lost": 0.5,
-    }
-    measured = np.array([inside, below, gained, speed, lost])
+    bounds = 2.0 * deepest_of_bullet[0], deepest_of_bullet[1], 1e-3 * start, 1e-6, 0.5
+    kinds = ["inside", "below the ground", "energy", "speed", "lost"]
     notes = [
         "at the worst {:.1f} mm inside each other, {:.1f} mm below the ground; Bullet's {:.1f} and {:.1f} mm".format(
             *1e3 * np.array([inside, below, *deepest_of_bullet])
         )
     ]
-    return Comparison(measured, np.zeros(5), np.array(list(bounds.values())), list(bounds), notes=notes)
+    return Comparison([inside, below, gained, speed, lost], np.zeros(5), np.array(bounds), kinds, notes=notes)
 
 
 @check(
@@ -199,16 +194,18 @@ def boxes_heap(run: Run) -> Comparison:
     ),
 )
 def balls_in_a_tray(run: Run) -> Comparison:
-    """The scene of a tray, of 6 balls (standard 12): for 1.5 s (standard 2 s) none is lost or flat, energy is never
-    gained, and none is deeper inside another, a wall or the ground than 8 % of its radius at 0.9 of the stable step,
-    and 2 % at 0.2 of it; the deepest place at a time is half as deep on average."""
+    """Balls in the tray stay there, whole and apart.
+
+    There are 6 (standard 12), for 1.5 s (standard 2 s). None is lost or flat, and energy is never gained. Inside
+    another, a wall or the ground none is deeper than 8 % of its radius at 0.9 of the stable step. At 0.2 of it that is
+    2 %; the deepest place at a time is half as deep on average.
+    """
     count = run.count(6, 12, 30)
     inner = 0.5 * tray.SPACING * np.ceil(np.sqrt(count / 2.0))
-    off, kinds = [], []
+    answers = Answers()
     for part, bound in (0.9, 0.04), (0.2, 0.01):
         world = tray.build(count)
-        step = part * world.stable_time_step()
-        full = SoftBody(world, 0).volume
+        step, full = part * world.stable_time_step(), SoftBody(world, 0).volume
         least = start = accounts.energy(world)
         depths = []
         for _ in range(run.count(15, 20, 40)):
@@ -222,8 +219,7 @@ def balls_in_a_tray(run: Run) -> Comparison:
                 "flat": 0.5 * full / min(body.volume for body in soft),
             }
             least = np.minimum(least, energy)
-            off += list(rows.values())
-            kinds += [f"{kind}, {part} of the stable step" for kind in rows]
-        off.append(np.mean(depths) / (0.5 * bound))
-        kinds.append(f"inside on average, {part} of the stable step")
-    return Comparison(off, np.zeros(len(off)), groups=kinds)
+            kinds = [f"{kind}, {part} of the stable step" for kind in rows]
+            answers.extend(list(rows.values()), np.zeros(4), kind=kinds)
+        answers.add(np.mean(depths) / (0.5 * bound), 0.0, kind=f"inside on average, {part} of the stable step")
+    return answers.comparison()

@@ -20,10 +20,12 @@ from softbody.mesh import mesh
 from softbody.stepping.runner import Runner
 from softbody.stepping.step import Order, Work, run_alone
 from softbody.stepping.step import run as run_together
+from validation.answers import Answers
 from validation.cases import edge_lengths, lumpy_sphere
 from validation.check import Comparison, Run, check
 from validation.checks.soft.integrators import breathe
 from validation.checks.soft.soft import forces
+from validation.checks.worlds.cases import WEIGHTLESS, same_bits
 from validation.fault import Fault
 
 FAMILY = "precision and threads"
@@ -46,7 +48,10 @@ HALF_PRECISION = Fault(
     faults=(HALF_PRECISION,),
 )
 def single_force(run: Run) -> Comparison:
-    """In single precision the force on every particle is off by some ten roundings of its neighbours' places."""
+    """Single-precision forces are off by some ten roundings.
+
+    Those are of the places of each particle's neighbours.
+    """
     measured, expected, kinds, worlds = forces(run, "single")
     units = [world.model.edge_stiffness.max() * np.abs(world.state.particle_position).max() for world in worlds]
     scales = [np.full(len(judged), unit) for judged, unit in zip(expected, units)]
@@ -64,7 +69,10 @@ def single_force(run: Run) -> Comparison:
     faults=(HALF_PRECISION,),
 )
 def single_motion(run: Run) -> Comparison:
-    """In single precision a gas-filled regular solid breathes as its scalar equation of motion says."""
+    """A regular solid breathes right in single precision.
+
+    It is filled with gas, and breathes as its scalar equation of motion says.
+    """
     return breathe(run, "single", 5e-3)
 
 
@@ -88,29 +96,32 @@ def single_motion(run: Run) -> Comparison:
     ),
 )
 def threads_leave_every_bit(run: Run) -> Comparison:
-    """Any number of threads gives the same bits: many small bodies, two large ones among them, by the default scheme
-    and by rk4, whose stages add up."""
-    same, kinds = [], []
+    """Any number of threads moves soft bodies to the same bits.
+
+    There are many small bodies, two large ones among them, moved by the default scheme and by rk4, whose stages add up.
+    """
+    answers = Answers()
     # Each precision is compiled for threads anew.
-    for precision, scheme in (("double", "rk4"), ("double", "symplectic_euler"), ("single", "rk4"))[
-        : run.count(2, 2, 3)
-    ]:
+    cases = (("double", "rk4"), ("double", "symplectic_euler"), ("single", "rk4"))[: run.count(2, 2, 3)]
+    for precision, scheme in cases:
         states = []
         for threads in (1, 2, 3):  # shares of the work, whatever the machine has to do them on
             rng = run.fresh_rng()
-            world = World(gravity=(0.0, 0.0, 0.0), precision=precision, integrator=scheme)
+            world = World(gravity=WEIGHTLESS, precision=precision, integrator=scheme)
             for k in range(9):
                 mesh = lumpy_sphere(rng, 5 if k in (4, 5) else 2)
                 world.add_soft_body(mesh, 1.0, 100.0, 20.0, (4.0 * k, 0.0, 0.0), damping=1e-4)
-            motion = motion_of(world.model.soft_particle_start, world.store.rings, threads)
-            parts = world.model, world.controls, world.state, motion, world.store.settings
-            run_alone(*parts, 0.5 * world.stable_time_step(), run.count(20, 50, 500))
+            _run_alone(world, threads, 0.5 * world.stable_time_step(), run.count(20, 50, 500))
             states.append(np.concatenate([world.state.particle_position, world.state.particle_velocity]))
         for other in states[1:]:
-            same.append((states[0].view(np.uint64) == other.view(np.uint64)).all(axis=1))
-            kinds += [f"{precision}, {scheme}"] * len(other)
-    agree = np.concatenate(same)
-    return Comparison(agree, np.ones(len(agree), bool), groups=kinds)
+            answers.extend(same_bits(states[0], other), np.ones(len(other), bool), kind=f"{precision}, {scheme}")
+    return answers.comparison()
+
+
+def _run_alone(world: World, threads: int, step: float, steps: int) -> None:
+    """Step soft bodies that meet nothing on so many threads."""
+    motion = motion_of(world.model.soft_particle_start, world.store.rings, threads)
+    run_alone(world.model, world.controls, world.state, motion, world.store.settings, step, steps)
 
 
 @check(
@@ -130,28 +141,28 @@ def threads_leave_every_bit(run: Run) -> Comparison:
     ),
 )
 def threads_by_scipy(run: Run) -> Comparison:
-    """Bodies that two and three threads move, many small ones and a larger one, swell as SciPy has them."""
+    """Soft bodies moved by two and three threads swell as SciPy's.
+
+    Many are small, and one is larger.
+    """
     from references import scipy
 
-    measured, expected, kinds = [], [], []
+    answers = Answers()
     for threads in (2, 3):
         rng = run.fresh_rng()
-        world = World(gravity=(0.0, 0.0, 0.0), integrator="rk4")
+        world = World(gravity=WEIGHTLESS, integrator="rk4")
         for k in range(10):  # fewer particles are not shared out among threads
             mesh = lumpy_sphere(rng, 3 if k == 3 else 2)
             world.add_soft_body(mesh, 1.0, 100.0, 20.0, (4.0 * k, 0.0, 0.0), damping=0.0)
         starts = [body.positions.copy() for body in world.soft_bodies]
-        motion = motion_of(world.model.soft_particle_start, world.store.rings, threads)
-        parts = world.model, world.controls, world.state, motion, world.store.settings
         step, steps = 0.02 * world.stable_time_step(), run.count(100, 300, 2_000)
-        run_alone(*parts, step, steps)
+        _run_alone(world, threads, step, steps)
         for body, start in zip(world.soft_bodies, starts):
             springs = body.edges, edge_lengths(start, body.edges), np.full(len(body.edges), 100.0)
             what = *springs, body.triangles, 20.0, 1.0 / len(start), steps * step
-            measured.append(body.positions.copy())
-            expected.append(scipy.motion(start, np.zeros_like(start), *what, rtol=1e-12)[0])
-            kinds += [f"{threads} threads"] * len(start)
-    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+            judged, _ = scipy.motion(start, np.zeros_like(start), *what, rtol=1e-12)
+            answers.extend(body.positions.copy(), judged, kind=f"{threads} threads")
+    return answers.comparison()
 
 
 def crowd(rng: np.random.Generator) -> World:
@@ -194,8 +205,10 @@ def crowd(rng: np.random.Generator) -> World:
     ),
 )
 def threads_find_the_same_contacts(run: Run) -> Comparison:
-    """One, two and three threads give the same bits, over ten steps or more: eleven soft bodies of 42 to 2 562
-    particles and three boxes that press each other."""
+    """One, two and three threads find contacts to the same bits.
+
+    Eleven soft bodies of 42 to 2 562 particles and three boxes press each other, over ten steps or more.
+    """
     ends, contacts = [], []
     for threads in (1, 2, 3):
         world = crowd(run.fresh_rng())
@@ -211,8 +224,7 @@ def threads_find_the_same_contacts(run: Run) -> Comparison:
         run_together(model, world.controls, state, work, found, settings, clock, order)
         contacts.append(int(found.number[0]))
         ends.append(np.concatenate([state.particle_position, state.particle_velocity, state.box_velocity]))
-    same = [(ends[0].view(np.uint64) == other.view(np.uint64)).all(axis=1) for other in ends[1:]]
-    agree = np.concatenate(same)
+    agree = np.concatenate([same_bits(ends[0], other) for other in ends[1:]])
     return Comparison(agree, np.ones(len(agree), bool), notes=[f"{contacts[0]} contacts at the end"])
 
 
@@ -241,12 +253,13 @@ def threads_find_the_same_contacts(run: Run) -> Comparison:
     ),
 )
 def near_bodies_and_shares(run: Run) -> Comparison:
-    """Which soft bodies and boxes are near which is as bounding boxes and spheres have it, also where Python runs the
-    kernel and minds the ends of arrays; and each thread gets its share of the work, by the particles that are asked and
-    asked about, but for one body."""
-    rng = run.fresh_rng()
-    agree, kinds = [], []
-    left = run.count(12, 60, 600)
+    """Near bodies, and shares of threads, are as the rule has them.
+
+    Bounding boxes and spheres say which soft bodies and boxes are near which. So it is, too, where Python runs the
+    kernel and minds the ends of arrays. Each thread gets its share of the work, but for one body: by the particles that
+    are asked and asked about.
+    """
+    rng, answers, left = run.fresh_rng(), Answers(), run.count(12, 60, 600)
     while left:
         world, threads = World(), int(rng.integers(2, 5))
         soft, boxes = int(rng.integers(2, 6)), int(rng.integers(1, 4))
@@ -265,22 +278,17 @@ def near_bodies_and_shares(run: Run) -> Comparison:
         surfaces = build_surfaces(model, state.particle_position, threads)
         asked = model, state, surfaces.shapes, surfaces.scratch, None, False
         start, other = soft_contacts.near_bodies(*asked)
-        for form, found in (("compiled", (start, other)), ("by Python", _by_python(*asked))):
-            lists = [sorted(found[1][found[0][i] : found[0][i + 1]].tolist()) for i in range(soft)]
-            agree += [one == judged for one, judged in zip(lists, near)]
-            kinds += [form] * soft
-        numbers = np.diff(model.soft_particle_start)
-        work = [
-            (numbers[i] if near[i] else 0) + sum(numbers[k] if k < soft else 8 for k in near[i]) for i in range(soft)
-        ]
+        for form, (first, found) in (("compiled", (start, other)), ("by Python", _by_python(*asked))):
+            lists = [sorted(found[first[i] : first[i + 1]].tolist()) for i in range(soft)]
+            answers.extend([one == judged for one, judged in zip(lists, near)], [True] * soft, kind=form)
+        numbers = [*np.diff(model.soft_particle_start), *[8] * boxes]  # of a box its corners
+        work = [(numbers[i] if near[i] else 0) + sum(numbers[k] for k in near[i]) for i in range(soft)]
         cut, total = soft_contacts.even_shares(model, start, other, threads)
         shares = [sum(work[a:b]) for a, b in pairwise(cut)]
-        agree.append(bool(np.isclose(total, sum(work), rtol=1e-12)))
-        agree.append(
-            cut[0] == 0 and cut[-1] == soft and max(shares) < sum(work) / threads + max(work, default=0) + 1e-9
-        )
-        kinds += ["work", "shares"]
-    return Comparison(np.array(agree, bool), np.ones(len(agree), bool), groups=kinds)
+        fair = max(shares) < sum(work) / threads + max(work, default=0) + 1e-9
+        answers.add(bool(np.isclose(total, sum(work), rtol=1e-12)), True, kind="work")
+        answers.add(bool(cut[0] == 0 and cut[-1] == soft and fair), True, kind="shares")
+    return answers.comparison()
 
 
 def _near(world: World) -> list[list[int]] | None:
@@ -358,10 +366,12 @@ class _Team(Team):
     ),
 )
 def turns_of_threads(run: Run) -> Comparison:
-    """A world that may use two threads takes as many steps as it is asked for, in turns that two threads and one have
-    by a clock, of however many steps: boxes fly as long and as far as they must."""
-    rng = run.fresh_rng()
-    measured, expected = [], []
+    """Turns of two threads and one add up to all steps.
+
+    A world that may use two threads takes as many steps as it is asked for. Turns go by a clock, and are of however
+    many steps; boxes fly as long and as far as they must.
+    """
+    rng, measured, expected = run.fresh_rng(), [], []
     for _ in range(run.count(4, 20, 200)):
         flown, h, done = World(threads=2), rng.uniform(1e-4, 1e-2), 0
         start, speed = 10.0 * rng.normal(size=3), rng.normal(size=3)
@@ -371,12 +381,11 @@ def turns_of_threads(run: Run) -> Comparison:
             with suppress(_TooManyTurnsError):
                 flown.step(h, steps)
             done += steps
-            fall = 9.81 * h * np.array([0.5 * h * done * (done + 1), done])
             measured.append([flown.steps, flown.time / h, *box.position, *box.velocity])
             expected.append([done, done, *(start + speed * done * h), *speed])
-            expected[-1][4] -= fall[0]
-            expected[-1][7] -= fall[1]
-        measured.append([float(len(team.had)), *[0.0] * 7])
-        expected.append([2.0, *[0.0] * 7])
+            expected[-1][4] -= 9.81 * h * (0.5 * h * done * (done + 1))
+            expected[-1][7] -= 9.81 * h * done
+        measured.append([len(team.had), *[0.0] * 7])
+        expected.append([2, *[0.0] * 7])
     scale = 1.0 + np.abs(expected)
     return Comparison(np.array(measured) / scale, np.array(expected) / scale)

@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from functools import partial
 
 import numpy as np
 
 import softbody
-from softbody import Box, Mesh, SoftBody, World
+from softbody import Mesh, SoftBody, World
 from softbody.collision.soft import soft_contacts, soft_response
 from softbody.dynamics import particle_ground
 from softbody.model import material
 from softbody.scenes import boxes_on_torus, rolling_torus, sphere_on_torus, torus_stack
 from validation import accounts
+from validation.answers import Answers
 from validation.cases import random_orientations, rotated, rotation_matrix
 from validation.check import Comparison, Run, check
+from validation.checks.worlds.cases import by_turns
 from validation.fault import Fault
 
 FAMILY = "scenes over time"
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process
+
+CONTACTS = "softbody.collision.soft.soft_contacts, softbody.collision.soft.soft_response"
+check_scenes = partial(check, section="9", piece="softbody.stepping.step.run")
+check_overlaps = partial(check, section="4.2, 4.3", piece=CONTACTS)
 
 BOXES_UNMET = Fault(
     "soft bodies and boxes that do not meet",
@@ -32,6 +38,7 @@ SIZE = 2.8  # [m] across the tori of the scenes
 WEIGHT_TIMES_SIZE = 9.81 * SIZE  # [J/kg]
 SPRINGS = 300.0  # [J] k × size² of a random body of 1 m
 BALL, TUBE, CUBE = softbody.icosphere(2, 0.5), softbody.torus(0.35, 0.15, 16, 8), softbody.box((1, 1, 1), 3)
+BRICK = 0.4, 0.5, 0.3  # [m]
 TOUCHING = 0.004  # of the size: as deep in each other as bodies that met from outside
 
 SCENES: dict[str, Callable[[], World]] = {
@@ -49,11 +56,6 @@ def _without_drag(build: Callable[[], World]) -> World:
     return world
 
 
-def _bodies(world: World) -> tuple[list[SoftBody], list[Box]]:
-    soft = [SoftBody(world, i) for i in range(world.model.soft_count)]
-    return soft, [Box(world, i) for i in range(world.model.box_count)]
-
-
 def _mass(world: World) -> float:
     """Return the mass [kg] of all that can move."""
     return float((1.0 / world.model.particle_inverse_mass).sum() + (1.0 / world.model.box_inverse_mass).sum())
@@ -66,12 +68,11 @@ def deepest(world: World) -> float:
     """
     from references import igl
 
-    soft, boxes = _bodies(world)
-    cube = softbody.box((1.0, 1.0, 1.0), 8)
+    soft, cube = world.soft_bodies, softbody.box((1.0, 1.0, 1.0), 8)
     surfaces = [(body.positions, body.triangles) for body in soft]
-    for i, box in enumerate(boxes):
-        turn = rotation_matrix(box.orientation)
-        surfaces.append(((cube.vertices * world.model.box_size[i]) @ turn.T + box.position, cube.triangles))
+    for box in world.boxes:
+        turned = (cube.vertices * box.size) @ rotation_matrix(box.orientation).T
+        surfaces.append((turned + box.position, cube.triangles))
     depth = np.max([world.model.ground_height - points[:, 2].min() for points, _ in surfaces[: len(soft)]])
     for i, (corners, faces) in enumerate(surfaces):
         sides = [0.5 * (corners[faces[:, k]] + corners[faces[:, k - 1]]) for k in range(3)]
@@ -85,9 +86,7 @@ def deepest(world: World) -> float:
     return depth
 
 
-@check(
-    section="9",
-    piece="softbody.stepping.step.run",
+@check_scenes(
     reference="igl's signed distance (pseudonormals); boxes as meshes",
     engines=("igl",),
     unit="deepest penetration, of the size",
@@ -97,22 +96,22 @@ def deepest(world: World) -> float:
     faults=(BOXES_UNMET,),
 )
 def bodies_stay_apart(run: Run) -> Comparison:
-    """Scenes 1 to 4, without any drag: for 2 s (standard 4 s, full 20 s), looked at every 0.1 s, nothing is deeper than
-    0.4 % of the size inside another body or the ground."""
-    depths, kinds = [], []
+    """In scenes 1 to 4 bodies stay out of each other.
+
+    Nothing is deeper than 0.4 % of the size inside another body or the ground: for 2 s (standard 4 s, full 20 s),
+    without any drag, looked at every 0.1 s.
+    """
+    answers = Answers()
     for name, build in SCENES.items():
         world = _without_drag(build)
         step = STEP * world.stable_time_step()
         for _ in range(run.count(20, 40, 200)):
             world.run(0.1, step)
-            depths.append(np.maximum(0.0, deepest(world)) / SIZE)
-            kinds.append(name)
-    return Comparison(depths, np.zeros(len(depths)), groups=kinds)
+            answers.add(np.maximum(0.0, deepest(world)) / SIZE, 0.0, kind=name)
+    return answers.comparison()
 
 
-@check(
-    section="9",
-    piece="softbody.stepping.step.run",
+@check_scenes(
     reference="invariant: kinetic, spring, gas, gravity energy, less the work of the constant force, by NumPy",
     unit="risen above the least so far, of weight × size",
     kind="invariant",
@@ -129,10 +128,12 @@ def bodies_stay_apart(run: Run) -> Comparison:
     ),
 )
 def scenes_gain_no_energy(run: Run) -> Comparison:
-    """Scenes 1 to 4, without any drag: for 2 s (standard 6 s, full 20 s), looked at every 0.05 s, the energy, that of
-    the constant force counted, never rises above what it was."""
-    risen, kinds = [], []
-    seconds = run.count(2, 6, 20)
+    """Scenes 1 to 4 gain no energy.
+
+    That of the constant force is counted. Without any drag, for 2 s (standard 6 s, full 20 s), looked at every 0.05 s,
+    it never rises above what it was.
+    """
+    answers, seconds = Answers(), run.count(2, 6, 20)
     for name, build in SCENES.items():
         world = _without_drag(build)
         step, unit = STEP * world.stable_time_step(), _mass(world) * WEIGHT_TIMES_SIZE
@@ -140,30 +141,26 @@ def scenes_gain_no_energy(run: Run) -> Comparison:
         for _ in range(20 * seconds):
             world.run(0.05, step)
             energy = accounts.energy(world)
-            risen.append(np.maximum(0.0, energy - least) / unit)
+            answers.add(np.maximum(0.0, energy - least) / unit, 0.0, kind=name)
             least = np.minimum(least, energy)
-            kinds.append(name)
-    return Comparison(risen, np.zeros(len(risen)), groups=kinds)
+    return answers.comparison()
 
 
-@check(
-    section="9",
-    piece="softbody.stepping.step.run",
+@check_scenes(
     reference="rest: no centre moves any more, none has left its place sideways, and each is still above those that it"
     " was above, by at least half as much",
     unit="of the size a second, or of the size",
     kind="bound",
     tolerance=0.03,
     because="cubes tremble at 0.01 m/s, what gravity adds in a step; the stack after 5 s, and the sphere, by less",
-    faults=(
-        BOXES_UNMET,
-        Fault("a stack without its drag", torus_stack.build, "DRAG → 0.0"),
-    ),
+    faults=(BOXES_UNMET, Fault("a stack without its drag", torus_stack.build, "DRAG → 0.0")),
 )
 def scenes_come_to_rest(run: Run) -> Comparison:
-    """Scenes 1, 3 and 4 rest after 5 s (standard 10 s, full 20 s) where they were put, one body on the other, by
-    themselves; the stack alone has drag: 2/s."""
-    off, kinds = [], []
+    """Scenes 1, 3 and 4 come to rest as they were put.
+
+    They do after 5 s (standard 10 s, full 20 s), one body on the other, by themselves; the stack alone has drag: 2/s.
+    """
+    answers = Answers()
     for name, build in SCENES.items():
         if build is rolling_torus.build:
             continue
@@ -172,23 +169,24 @@ def scenes_come_to_rest(run: Run) -> Comparison:
         world.run(float(run.count(5, 10, 20)), STEP * world.stable_time_step())
         end, velocities = _centres(world)
         above_before, above_now = (z[:, None] - z for z in (start[:, 2], end[:, 2]))
-        fell = ((above_before > 0.0) & (above_now < 0.5 * above_before)).any()
-        sideways = np.abs((end - start)[:, :2]).max()
-        off += [np.linalg.norm(velocities, axis=1).max() / SIZE, sideways / SIZE, float(fell)]
-        kinds += [f"{name}: {what}" for what in ("speed", "sideways", "not where it was put")]
-    return Comparison(off, np.zeros(len(off)), groups=kinds)
+        rows = {
+            "speed": np.linalg.norm(velocities, axis=1).max() / SIZE,
+            "sideways": np.abs((end - start)[:, :2]).max() / SIZE,
+            "not where it was put": float(((above_before > 0.0) & (above_now < 0.5 * above_before)).any()),
+        }
+        answers.extend(list(rows.values()), np.zeros(3), kind=[f"{name}: {what}" for what in rows])
+    return answers.comparison()
 
 
 def _centres(world: World) -> tuple[np.ndarray, np.ndarray]:
     """Return where the centre of each body is, and how it moves: (b, 3) [m] and (b, 3) [m/s]."""
-    soft, boxes = _bodies(world)
+    soft, boxes = world.soft_bodies, world.boxes
     centres = [body.centre for body in soft] + [box.position for box in boxes]
     velocities = [body.velocities.mean(axis=0) for body in soft] + [box.velocity for box in boxes]
     return np.array(centres), np.array(velocities)
 
 
-@check(
-    section="9",
+@check_scenes(
     piece="softbody.scenes.sphere_on_torus, softbody.collision.soft.soft_response",
     reference="statics: the ground pushes the torus up by its own weight and the sphere's; by how much it does, springs"
     " and gas of the torus tell by the judge's own formulas",
@@ -204,7 +202,7 @@ def _centres(world: World) -> tuple[np.ndarray, np.ndarray]:
     ),
 )
 def torus_carries_the_sphere(run: Run) -> Comparison:
-    """Scene 1: the torus carries the sphere, which does not touch the ground."""
+    """In scene 1 the torus carries the sphere off the ground."""
     world = sphere_on_torus.build()
     step = STEP * world.stable_time_step()
     weights = 9.81 * np.array([2.0, 1.0])  # [N] of the torus and the sphere
@@ -233,8 +231,7 @@ def _reaction_of_ground(world: World, weight: float) -> float:
     return float(-up[x[:, 2] <= model.ground_height].sum())
 
 
-@check(
-    section="9",
+@check_scenes(
     piece="softbody.scenes.rolling_torus",
     reference="a hoop as fast as v² > g R/3 stays upright; the axis by the judge's principal moments of the particles",
     unit="rad, lean of the axis",
@@ -246,8 +243,11 @@ def _reaction_of_ground(world: World, weight: float) -> float:
     ),
 )
 def torus_stays_upright(run: Run) -> Comparison:
-    """Scene 2: pushed by half its weight the torus stays upright for ten turns, from a lean of 0.02 rad too."""
-    leans, kinds, notes = [], [], []
+    """In scene 2 the pushed torus stays upright for ten turns.
+
+    It is pushed by half its weight, and starts from a lean of 0.02 rad, too.
+    """
+    answers, notes = Answers(), []
     for tilt in (0.0, 0.02, -0.02)[: run.count(2, 2, 3)]:
         world = rolling_torus.build(tilt=tilt)
         step = STEP * world.stable_time_step()
@@ -258,22 +258,20 @@ def torus_stays_upright(run: Run) -> Comparison:
             x = body.positions - body.positions.mean(axis=0)
             axis = np.linalg.svd(x, full_matrices=False)[2][2]  # across which the torus is thinnest
             axis *= np.copysign(1.0, axis[1])
-            leans.append(abs(np.arcsin(axis[2])))
-            kinds.append(f"started {tilt} rad aslant")
+            answers.add(abs(np.arcsin(axis[2])), 0.0, kind=f"started {tilt} rad aslant")
             forward = np.cross(axis, [0.0, 0.0, 1.0])
             angle = np.arctan2(x[0, 2], x[0] @ forward)
             if before is not None:
                 turned += abs((angle - before + np.pi) % (2.0 * np.pi) - np.pi)
             before = angle
         notes.append(f"{tilt} rad: {turned / (2.0 * np.pi):.1f} turns in {world.time:.1f} s, {body.centre[0]:.0f} m")
-        leans.append(0.0 if world.time < 30.0 else np.inf)
-        kinds.append("turns as often as wanted")
-    return Comparison(leans, np.zeros(len(leans)), groups=kinds, notes=notes)
+        answers.add(0.0 if world.time < 30.0 else np.inf, 0.0, kind="turns as often as wanted")
+    return answers.comparison(notes=notes)
 
 
 @check(
     section="4.3",
-    piece="softbody.collision.soft.soft_contacts, softbody.collision.soft.soft_response",
+    piece=CONTACTS,
     reference="the same world, its bodies added the other way round",
     unit="of the size, centres",
     kind="invariant",
@@ -291,14 +289,16 @@ def torus_stays_upright(run: Run) -> Comparison:
     ),
 )
 def order_does_not_matter(run: Run) -> Comparison:
-    """It does not matter in which order bodies are added: a sphere falls into a torus the same way for 3 s."""
-    rng = run.fresh_rng()
-    apart, kinds = [], []
+    """The order in which bodies are added does not matter.
+
+    A sphere falls into a torus the same way for 3 s.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for trial in range(run.count(1, 3, 10)):
         aside = rng.uniform(-0.03, 0.03, 2)
-        apart += list(_paths(aside, torus_first=False) - _paths(aside, torus_first=True))
-        kinds += [f"trial {trial}"] * 12
-    return Comparison(np.array(apart), np.zeros((len(apart), 6)), SIZE, kinds)
+        apart = _paths(aside, torus_first=False) - _paths(aside, torus_first=True)
+        answers.extend(apart, np.zeros((12, 6)), SIZE, f"trial {trial}")
+    return answers.comparison()
 
 
 def _paths(aside: np.ndarray, torus_first: bool) -> np.ndarray:
@@ -315,17 +315,21 @@ def _paths(aside: np.ndarray, torus_first: bool) -> np.ndarray:
     return np.array(path)
 
 
-def _soft_body(world: World, rng: np.random.Generator, size: float, position: np.ndarray) -> None:
+def _on_ground(rng: np.random.Generator) -> World:
+    """Return a world with a soft body of 1 m above its ground."""
+    world = World()
+    world.add_ground()
+    _add_soft_body(world, rng, 1.0, np.array([0.0, 0.0, 0.8]))
+    return world
+
+
+def _add_soft_body(world: World, rng: np.random.Generator, size: float, position: np.ndarray) -> SoftBody:
     mesh = rotated((BALL, TUBE, CUBE)[rng.integers(3)], rng)
-    stiffness = SPRINGS * size
-    world.add_soft_body(
-        Mesh(mesh.vertices * size, mesh.triangles), size**2, stiffness, 0.1 * stiffness * size**2, position
-    )
+    mesh, stiffness = Mesh(mesh.vertices * size, mesh.triangles), SPRINGS * size
+    return world.add_soft_body(mesh, size**2, stiffness, 0.1 * stiffness * size**2, position)
 
 
-@check(
-    section="4.2, 4.3",
-    piece="softbody.collision.soft.soft_contacts, softbody.collision.soft.soft_response",
+@check_overlaps(
     reference="bounds: no centre is faster than a fall from ten times the size, and no more energy is added than"
     " stretching springs to the size takes, k × size²",
     unit="of the bounds",
@@ -342,35 +346,31 @@ def _soft_body(world: World, rng: np.random.Generator, size: float, position: np
     ),
 )
 def overlaps_do_not_explode(run: Run) -> Comparison:
-    """Bodies that start inside each other, by a part or wholly, do not explode."""
-    rng = run.fresh_rng()
-    grown, kinds = [], []
-    for _ in range(run.count(2, 6, 40)):
-        for kind, apart in (("half inside", 0.5), ("inside", 0.0), ("box half inside", 0.5), ("box inside", 0.0)):
-            world = World()
-            world.add_ground()
-            _soft_body(world, rng, 1.0, np.array([0.0, 0.0, 0.8]))
-            aside = np.array([apart, 0.0, 0.8]) + rng.uniform(-0.1, 0.1, 3)
-            if kind.startswith("box"):
-                world.add_box((0.4, 0.5, 0.3), 0.5, aside, random_orientations(rng, 1)[0])
-            else:
-                _soft_body(world, rng, 0.5 if apart == 0.0 else 1.0, aside)
-            step, start = 0.5 * STEP * world.stable_time_step(), accounts.energy(world)
-            speed = energy = 0.0
-            for _ in range(20):
-                world.run(0.05, step)
-                soft, boxes = _bodies(world)
-                rows = [body.velocities.mean(axis=0) for body in soft] + [box.velocity for box in boxes]
-                speed = np.maximum(speed, float(np.linalg.norm(rows, axis=1).max()))
-                energy = np.maximum(energy, accounts.energy(world) - start)
-            grown += [speed / np.sqrt(2.0 * 9.81 * 10.0), energy / SPRINGS]
-            kinds += [f"{kind}: {what}" for what in ("speed", "energy")]
-    return Comparison(grown, np.zeros(len(grown)), groups=kinds)
+    """Bodies that start inside each other do not explode.
+
+    They start so by a part, or wholly.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    starts = {"half inside": 0.5, "inside": 0.0, "box half inside": 0.5, "box inside": 0.0}
+    for kind in by_turns(4 * run.count(2, 6, 40), *starts):
+        world, apart = _on_ground(rng), starts[kind]
+        aside = np.array([apart, 0.0, 0.8]) + rng.uniform(-0.1, 0.1, 3)
+        if kind.startswith("box"):
+            world.add_box(BRICK, 0.5, aside, random_orientations(rng, 1)[0])
+        else:
+            _add_soft_body(world, rng, 0.5 if apart == 0.0 else 1.0, aside)
+        step, start = 0.5 * STEP * world.stable_time_step(), accounts.energy(world)
+        speed = energy = 0.0
+        for _ in range(20):
+            world.run(0.05, step)
+            speed = np.maximum(speed, float(np.linalg.norm(_centres(world)[1], axis=1).max()))
+            energy = np.maximum(energy, accounts.energy(world) - start)
+        grown = speed / np.sqrt(2.0 * 9.81 * 10.0), energy / SPRINGS
+        answers.extend(grown, np.zeros(2), kind=[f"{kind}: speed", f"{kind}: energy"])
+    return answers.comparison()
 
 
-@check(
-    section="4.2, 4.3",
-    piece="softbody.collision.soft.soft_contacts, softbody.collision.soft.soft_response",
+@check_overlaps(
     reference="igl's signed distance (pseudonormals)",
     engines=("igl",),
     unit="deepest overlap, of the size",
@@ -382,39 +382,35 @@ def overlaps_do_not_explode(run: Run) -> Comparison:
     faults=(BOXES_UNMET,),
 )
 def overlaps_part(run: Run) -> Comparison:
-    """A soft body that starts up to a fifth of its size inside another, or a box in it, and a torus up to the middle of
-    its tube, is out within three seconds, most within one."""
-    rng = run.fresh_rng()
-    depths, kinds = [], []
-    for _ in range(run.count(2, 5, 30)):
-        for kind in ("soft", "box"):
-            world = World()
-            world.add_ground()
-            _soft_body(world, rng, 1.0, np.array([0.0, 0.0, 0.8]))
-            part, end = rng.uniform(0.25, 1.0), world.state.particle_position[:, 0].max()
-            if kind == "soft":
-                _soft_body(world, rng, 1.0, np.array([0.0, 0.0, 0.8]))
-                other = _bodies(world)[0][1].positions
-                other[:, 0] += end - part * _deep(world) - other[:, 0].min()
-            else:
-                turn = random_orientations(rng, 1)[0]
-                reach = 0.5 * np.abs(rotation_matrix(turn)) @ [0.4, 0.5, 0.3]
-                place = end - part * _deep(world) + reach[0]
-                world.add_box((0.4, 0.5, 0.3), 0.5, (place, 0.0, 0.8), turn)
-            step = 0.5 * STEP * world.stable_time_step()
-            world.run(0.5, step)
-            left = np.inf
-            while left > TOUCHING and world.time < 3.0:
-                world.run(0.1, step)
-                left = np.minimum(left, np.maximum(0.0, deepest(world)))
-            depths.append(left)
-            kinds.append(kind)
-    return Comparison(depths, np.zeros(len(depths)), groups=kinds)
+    """Bodies that start in each other are apart within three seconds.
+
+    Most are within one. A soft body starts up to a fifth of its size inside another, or a box in it; a torus does up to
+    the middle of its tube.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    for kind in by_turns(2 * run.count(2, 5, 30), "soft", "box"):
+        world = _on_ground(rng)
+        part, end = rng.uniform(0.25, 1.0), world.state.particle_position[:, 0].max()
+        if kind == "soft":
+            other = _add_soft_body(world, rng, 1.0, np.array([0.0, 0.0, 0.8])).positions
+            other[:, 0] += end - part * _deep(world) - other[:, 0].min()
+        else:
+            turn = random_orientations(rng, 1)[0]
+            reach = 0.5 * np.abs(rotation_matrix(turn)) @ BRICK
+            world.add_box(BRICK, 0.5, (end - part * _deep(world) + reach[0], 0.0, 0.8), turn)
+        step = 0.5 * STEP * world.stable_time_step()
+        world.run(0.5, step)
+        left = np.inf
+        while left > TOUCHING and world.time < 3.0:
+            world.run(0.1, step)
+            left = np.minimum(left, np.maximum(0.0, deepest(world)))
+        answers.add(left, 0.0, kind=kind)
+    return answers.comparison()
 
 
 def _deep(world: World) -> float:
     """Return how deep [m] bodies may start in each other: a fifth of their size, or nearly to the middle of a tube."""
-    return min(0.14 if len(body.positions) == TUBE.vertices.shape[0] else 0.2 for body in _bodies(world)[0])
+    return min(0.14 if len(body.positions) == TUBE.vertices.shape[0] else 0.2 for body in world.soft_bodies)
 
 
 @check(
@@ -426,21 +422,21 @@ def _deep(world: World) -> float:
     faults=(Fault("ground that soft bodies fall through", particle_ground.land, "z_ < height_ → z_ < height_ - 1e9"),),
 )
 def mixtures_stay_sane(run: Run) -> Comparison:
-    """Mixtures of soft bodies and boxes, also with a body a hundred times larger than the rest, stay sane."""
-    rng = run.fresh_rng()
-    sane, kinds = [], []
-    for trial in range(run.count(2, 5, 40)):
-        huge = trial % 2 == 1
-        world = World()
+    """Mixtures of soft bodies and boxes stay sane.
+
+    So do those with a body a hundred times larger than the rest.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    for kind in by_turns(run.count(2, 5, 40), "of like size", "with a body a hundred times larger"):
+        world, height = World(), 1.0
         world.add_ground()
-        if huge:
-            mesh = softbody.icosphere(3, 25.0)
-            world.add_soft_body(mesh, 2_500.0, 2e4, 5e6, (0.0, 0.0, 26.0))
-        height = 52.0 if huge else 1.0
+        if kind.startswith("with"):
+            height = 52.0
+            world.add_soft_body(softbody.icosphere(3, 25.0), 2_500.0, 2e4, 5e6, (0.0, 0.0, 26.0))
         for k in range(8):
             place = np.array([*rng.uniform(-1.0, 1.0, 2), height + 0.9 * k])
             if k % 2 == 0:
-                _soft_body(world, rng, float(rng.uniform(0.4, 1.0)), place)
+                _add_soft_body(world, rng, float(rng.uniform(0.4, 1.0)), place)
             else:
                 size, turn = rng.uniform(0.2, 0.8, 3), random_orientations(rng, 1)[0]
                 world.add_box(size, float(10.0 ** rng.uniform(-1.0, 0.5)), place, turn)
@@ -448,19 +444,15 @@ def mixtures_stay_sane(run: Run) -> Comparison:
         step = STEP * world.stable_time_step()
         for _ in range(run.count(20, 40, 100)):
             world.run(0.05, step)
-            sane.append(_is_sane(world, fall))
-            kinds.append("with a body a hundred times larger" if huge else "of like size")
-    return Comparison(np.array(sane), np.ones(len(sane), bool), groups=kinds)
+            answers.add(_is_sane(world, fall), True, kind=kind)
+    return answers.comparison()
 
 
 def _is_sane(world: World, fall: float) -> bool:
     """Tell whether all is finite, above the ground, slower than twice `fall` [m/s], and no soft body flat."""
-    state: Any = world.state
-    if not all(np.isfinite(array).all() for array in state):
+    if not all(np.isfinite(array).all() for array in world.state):
         return False
-    soft, boxes = _bodies(world)
-    fast = np.max([np.linalg.norm(body.velocities.mean(axis=0)) for body in soft])
-    fast = np.max([fast, *(np.linalg.norm(box.velocity) for box in boxes)])
-    low = min([float(body.positions[:, 2].min()) for body in soft] + [float(box.position[2]) for box in boxes])
-    flat = min(body.volume / np.prod(np.ptp(body.positions, axis=0)) for body in soft)
+    fast = np.linalg.norm(_centres(world)[1], axis=1).max()
+    low = np.min([*(body.positions[:, 2].min() for body in world.soft_bodies), *world.state.box_position[:, 2]])
+    flat = min(body.volume / np.prod(np.ptp(body.positions, axis=0)) for body in world.soft_bodies)
     return bool(fast < 2.0 * fall and low > -0.01 and flat > 0.01)

@@ -6,6 +6,7 @@ import numpy as np
 
 from softbody import World
 from softbody.scenes import boxes_on_torus, torus_stack
+from validation.answers import Answers
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
 
@@ -34,43 +35,38 @@ LANE = "worlds"  # claims that share the kernels of a whole world, and a process
     ),
 )
 def tower_of_cubes(run: Run) -> Comparison:
-    """Scene 3 begins with a torus 5 cm above the ground and a tower of as many cubes as asked for, above its hole: each
-    of three quarters of the side of the one below, turned by an eighth, 0.2 m above it, of 0.4 kg/m³."""
+    """Scene 3 begins with a torus and a tower of cubes.
+
+    The torus is 5 cm above the ground; as many cubes as asked for are above its hole. Each has three quarters of the
+    side of the one below, is turned by an eighth, 0.2 m above it, of 0.4 kg/m³.
+    """
     from references import analytic, fcl, trimesh
 
-    measured, expected, kinds = [], [], []
+    answers = Answers()
     for count in range(run.count(6, 8, 12)):
         world = boxes_on_torus.build(count)
         model, state = world.model, world.state
         torus = state.particle_position, model.triangle_particles
-        told = {
-            "soft bodies": (len(world.soft_bodies), 1.0),
-            "cubes": (len(world.boxes), float(count)),
-            "volume of the torus": (trimesh.volume(*torus), analytic.faceted_torus_volume(1.0, 0.4, 36, 18)),
-            "mass of the torus": (float((1.0 / model.particle_inverse_mass).sum()), 2.0),
-            "height of the torus": (trimesh.centroid(*torus)[2], 0.45),
-            "height of the ground": (model.ground_height, 0.0),
-        }
+        answers.add(len(world.soft_bodies), 1, kind="soft")
+        answers.add(len(world.boxes), count, kind="cubes")
+        answers.add(trimesh.volume(*torus), analytic.faceted_torus_volume(1.0, 0.4, 36, 18), kind="volume")
+        answers.add((1.0 / model.particle_inverse_mass).sum(), 2.0, kind="mass")
+        answers.add(trimesh.centroid(*torus)[2], 0.45, kind="height")
+        answers.add(model.ground_height, 0.0, kind="height")
         side = 0.75 ** np.arange(count)
         bottom = 0.85 + np.cumsum(0.2 + np.append(0.0, side))[:count]
-        half = np.pi / 8.0 * np.arange(count)
         for k in range(count):
-            place = np.array([0.0, 0.0, bottom[k] + 0.5 * side[k]])
-            turned = state.box_orientation[k] * np.sign(state.box_orientation[k] @ _turn(half[k]))
-            told |= {
-                f"size {k}": (np.abs(model.box_size[k] - side[k]).max(), 0.0),
-                f"mass {k}": (1.0 / model.box_inverse_mass[k], 0.4 * side[k] ** 3),
-                f"place {k}": (np.abs(state.box_position[k] - place).max(), 0.0),
-                f"turn {k}": (np.abs(turned - _turn(half[k])).max(), 0.0),
-            }
+            place, turn = np.array([0.0, 0.0, bottom[k] + 0.5 * side[k]]), _turn(np.pi / 8.0 * k)
+            turned = state.box_orientation[k] * np.sign(state.box_orientation[k] @ turn)
+            answers.add(np.abs(model.box_size[k] - side[k]).max(), 0.0, kind="size")
+            answers.add(1.0 / model.box_inverse_mass[k], 0.4 * side[k] ** 3, kind="mass")
+            answers.add(np.abs(state.box_position[k] - place).max(), 0.0, kind="place")
+            answers.add(np.abs(turned - turn).max(), 0.0, kind="turn")
         rows = model.box_size, state.box_position, state.box_orientation
         if count > 1:
             gaps = fcl.box_distance(*(row[:-1] for row in rows), *(row[1:] for row in rows))
-            told |= {f"gap {k}": (gap, 0.2) for k, gap in enumerate(gaps)}
-        measured += [one for one, _ in told.values()]
-        expected += [other for _, other in told.values()]
-        kinds += [name.split(" ")[0] for name in told]
-    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+            answers.extend(gaps, np.full(count - 1, 0.2), kind="gap")
+    return answers.comparison()
 
 
 def _turn(half: float) -> np.ndarray:
@@ -94,31 +90,29 @@ def _turn(half: float) -> np.ndarray:
     ),
 )
 def stack_of_tori(run: Run) -> Comparison:
-    """Scene 4 begins with as many tori as asked for, copies of one, the lowest 5 cm above the ground and 5 cm of air
-    between each two; and is built in a world that is given, which keeps what it had."""
+    """Scene 4 begins with a stack of equal tori.
+
+    There are as many as asked for, the lowest 5 cm above the ground and 5 cm of air between each two. It is built in a
+    world that is given, which keeps what it had.
+    """
     from references import analytic, igl, trimesh
 
-    measured, expected, kinds = [], [], []
+    answers = Answers()
     for count in range(1, run.count(5, 7, 10)):
         given = World(gravity=(0.0, 0.0, -1.62))
         world = torus_stack.build(count, given)
         surfaces = [(body.positions.copy(), body.triangles) for body in world.soft_bodies]
-        told = {
-            "tori": (len(surfaces), float(count)),
-            "same world": (float(world is given), 1.0),
-            "gravity": (world.gravity[2], -1.62),
-            "air below": (surfaces[0][0][:, 2].min() - world.model.ground_height, 0.05),
-        }
+        answers.add(len(surfaces), count, kind="tori")
+        answers.add(world is given, True, kind="same")
+        answers.add(world.gravity[2], -1.62, kind="gravity")
+        answers.add(surfaces[0][0][:, 2].min() - world.model.ground_height, 0.05, kind="air")
+        lowest = surfaces[0][0]
         for k, (vertices, triangles) in enumerate(surfaces):
-            told |= {
-                f"volume {k}": (trimesh.volume(vertices, triangles), analytic.faceted_torus_volume(1.0, 0.4, 24, 12)),
-                f"mass {k}": (world.soft_bodies[k].mass, 1.0),
-                f"aside {k}": (np.abs(trimesh.centroid(vertices, triangles)[:2]).max(), 0.0),
-                f"copy {k}": (np.abs(vertices - vertices.mean(0) - surfaces[0][0] + surfaces[0][0].mean(0)).max(), 0.0),
-            }
+            volume = analytic.faceted_torus_volume(1.0, 0.4, 24, 12)
+            answers.add(trimesh.volume(vertices, triangles), volume, kind="volume")
+            answers.add(world.soft_bodies[k].mass, 1.0, kind="mass")
+            answers.add(np.abs(trimesh.centroid(vertices, triangles)[:2]).max(), 0.0, kind="aside")
+            answers.add(np.abs(vertices - vertices.mean(0) - lowest + lowest.mean(0)).max(), 0.0, kind="copy")
             if k:
-                told[f"air {k}"] = float(igl.closest_points(vertices, *surfaces[k - 1])[0].min()), 0.05
-        measured += [one for one, _ in told.values()]
-        expected += [other for _, other in told.values()]
-        kinds += [name.split(" ")[0] for name in told]
-    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+                answers.add(igl.closest_points(vertices, *surfaces[k - 1])[0].min(), 0.05, kind="air")
+    return answers.comparison()

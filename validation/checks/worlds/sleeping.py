@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 import tempfile
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,14 +18,23 @@ from softbody.bodies import sleep_tracker
 from softbody.dynamics import soft_bodies
 from softbody.stepping import memory, rested, runner, sleep, step
 from softbody.storage import snapshot
+from validation.answers import Answers
 from validation.cases import random_orientations, rotated, rotation_matrix
 from validation.check import Comparison, Run, check
+from validation.checks.worlds.cases import WEIGHTLESS, by_turns
 from validation.fault import Fault
 
 FAMILY = "sleep"
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 
-WEIGHTLESS = (0.0, 0.0, 0.0)
+check_sleep = partial(check, section="beyond the paper")
+
+AS_HEAVY = Fault(
+    "as heavy as when it slept",
+    sleep.let_sleep,
+    "0.0 if a_ else rest.box_inverse_mass[b_]"
+    " → 0.0 if a_ or model.box_inverse_mass[b_] == 0.0 else rest.box_inverse_mass[b_]",
+)
 
 
 def with_company(world: World) -> World:
@@ -38,8 +48,7 @@ def with_company(world: World) -> World:
     return world
 
 
-@check(
-    section="beyond the paper",
+@check_sleep(
     piece="softbody.World",
     reference="v = v₀ − μ g t, and v = v₀ exp(−d t)",
     kind="closed form",
@@ -71,43 +80,41 @@ def with_company(world: World) -> World:
     ),
 )
 def after_it_is_slow(run: Run) -> Comparison:
-    """Boxes that slide over the ground, and soft balls that drag slows, fall asleep `sleep_after` after the moment at
-    which they have become as slow as `sleep_speed`: others too when they have stopped since."""
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    """Bodies fall asleep `sleep_after` after they became slow.
+
+    Boxes slide over the ground, and drag slows soft balls. They sleep that long after the moment at which they have
+    become as slow as `sleep_speed`; others too when they have stopped since.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(2, 6, 40)):
         h = rng.uniform(0.6e-3, 1e-3)
         speed, after = rng.uniform(0.2, 0.4), rng.uniform(0.3, 0.6)
         world = World((0.0, 0.0, -rng.uniform(3.0, 10.0)), sleep_speed=speed, sleep_after=after)
         ground_friction, friction = rng.uniform(0.1, 0.5, 2)
         world.add_ground(friction=ground_friction)
-        at = float(rng.uniform(0.6, 1.0))
+        at, size = float(rng.uniform(0.6, 1.0)), (1.0, 1.2, 0.1)
         for k, v in enumerate((0.0, at)):
-            slow = v * np.array([np.cos(at), np.sin(at), 0.0])
-            world.add_box(
-                (1.0, 1.2, 0.1), rng.uniform(0.5, 5.0), (9.0 * k, 0.0, 0.05), velocity=slow, friction=friction
-            )
-        kicked = world.add_box((1.0, 1.2, 0.1), 1.0, (0.0, 9.0, 0.05), friction=friction)
+            slow, mass = v * np.array([np.cos(at), np.sin(at), 0.0]), rng.uniform(0.5, 5.0)
+            world.add_box(size, mass, (9.0 * k, 0.0, 0.05), velocity=slow, friction=friction)
+        kicked = world.add_box(size, 1.0, (0.0, 9.0, 0.05), friction=friction)
         brake = np.sqrt(ground_friction * friction) * -world.gravity[2]
         kick = int(0.5 * after / h)
         with_company(world).step(h, kick)
         kicked.velocity = (0.0, at, 0.0)
         slides = (at - speed) / brake + after
-        measured += list(_when_asleep(world, world.boxes[:3], h, slides + (kick + 20) * h) / h)
-        expected += [after / h, slides / h, slides / h + kick]
-        kinds += ["a box at rest", "a box that slides", "a box that is kicked"]
+        found = _when_asleep(world, world.boxes[:3], h, slides + (kick + 20) * h)
+        kinds = "a box at rest", "a box that slides", "a box that is kicked"
+        answers.extend(found / h, [after / h, slides / h, slides / h + kick], kind=kinds)
         world = World(WEIGHTLESS, sleep_speed=speed, sleep_after=after)
         drags, at = rng.uniform(2.0, 4.0, 2), float(rng.uniform(1.0, 2.0))
         for k, drag in enumerate(drags):
-            begin = random_velocity(rng, at)
-            ball = icosphere(k, 0.3)
-            world.add_soft_body(ball, rng.uniform(1.0, 3.0), 100.0, 0.0, (99.0 * k, 0.0, 0.0), begin, drag=drag)
+            begin, place = random_velocity(rng, at), (99.0 * k, 0.0, 0.0)
+            world.add_soft_body(icosphere(k, 0.3), rng.uniform(1.0, 3.0), 100.0, 0.0, place, begin, drag=drag)
         moments = np.log(at / speed) / drags
         balls = with_company(world).soft_bodies[:2]
-        measured += list(_when_asleep(world, balls, h, float(moments.max()) + after + 20 * h) / h)
-        expected += list((moments + after) / h)
-        kinds += ["a soft ball"] * 2
-    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+        found = _when_asleep(world, balls, h, float(moments.max()) + after + 20 * h)
+        answers.extend(found / h, (moments + after) / h, kind="a soft ball")
+    return answers.comparison()
 
 
 def random_velocity(rng: np.random.Generator, speed: float) -> np.ndarray:
@@ -117,7 +124,7 @@ def random_velocity(rng: np.random.Generator, speed: float) -> np.ndarray:
 
 
 def _when_asleep(world: World, bodies: Sequence[SoftBody | Box], h: float, seconds: float) -> np.ndarray:
-    """Return when each body is first found asleep [s], at the begin of that step; inf if it never is."""
+    """Return when each body is first found asleep [s], at the begin of that step; 1e9 if it never is."""
     found = np.full(len(bodies), 1e9)
     while world.time < seconds:
         world.step(h)
@@ -127,8 +134,7 @@ def _when_asleep(world: World, bodies: Sequence[SoftBody | Box], h: float, secon
     return found
 
 
-@check(
-    section="beyond the paper",
+@check_sleep(
     piece="softbody.World",
     reference="trimesh's inertia of boxes: ½ m v² + ½ ω·I ω; NumPy's mean of squares",
     engines=("trimesh",),
@@ -151,17 +157,17 @@ def _when_asleep(world: World, bodies: Sequence[SoftBody | Box], h: float, secon
     ),
 )
 def by_all_its_mass(run: Run) -> Comparison:
-    """What counts is the root mean square of the speeds of all the mass of a body: boxes that move and turn, and soft
-    bodies of which each particle has a speed of its own, fall asleep where `sleep_speed` is 1 % more than that, and not
-    where it is 1 % less."""
+    """Sleep goes by the root mean square speed of a body's mass.
+
+    Boxes move and turn, and each particle of a soft body has a speed of its own. They fall asleep where `sleep_speed`
+    is 1 % more than that, and not where it is 1 % less.
+    """
     from references.trimesh import inertia
 
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(10, 40, 400)):
         size, mass, q = rng.uniform(0.2, 2.0, 3), rng.uniform(0.1, 10.0), random_orientations(rng, 1)[0]
-        cube = box(size)
-        turn = rotation_matrix(q)
+        cube, turn = box(size), rotation_matrix(q)
         of = turn @ inertia(cube.vertices, cube.triangles, mass) @ turn.T
         v, spin = rng.normal(0.0, 0.01, 3), rng.normal(0.0, 0.02, 3)
         rms = float(np.sqrt(v @ v + spin @ of @ spin / mass))
@@ -172,19 +178,16 @@ def by_all_its_mass(run: Run) -> Comparison:
             world = World(WEIGHTLESS, sleep_speed=factor * rms, sleep_after=1e-9)
             world.add_box(size, mass, rng.normal(size=3), q, v, spin)
             with_company(world).step(1e-4, 2)
-            measured.append(world.boxes[0].is_asleep)
+            answers.add(world.boxes[0].is_asleep, factor > 1.0, kind="boxes")
             world = World(WEIGHTLESS, sleep_speed=factor * rms_of_ball, sleep_after=1e-9)
             body = world.add_soft_body(ball, mass, 1e-3, 0.0, damping=0.0)
             body.velocities[:] = speeds
             with_company(world).step(1e-7, 2)
-            measured.append(world.soft_bodies[0].is_asleep)
-            expected += [factor > 1.0] * 2
-            kinds += ["boxes", "soft bodies"]
-    return Comparison(np.array(measured, bool), np.array(expected, bool), groups=kinds)
+            answers.add(body.is_asleep, factor > 1.0, kind="soft bodies")
+    return answers.comparison()
 
 
-@check(
-    section="beyond the paper",
+@check_sleep(
     piece="softbody.Box.wake, softbody.SoftBody.is_asleep",
     reference="SciPy's connected components",
     engines=("scipy",),
@@ -214,20 +217,21 @@ def by_all_its_mass(run: Run) -> Comparison:
     ),
 )
 def islands_by_scipy(run: Run) -> Comparison:
-    """Boxes and soft bodies, all asleep, some side by side, some apart, some joined, some around what stands: where one
-    is pushed, told to wake, or at the end of a joint that is changed, just those are awake afterwards that SciPy finds
-    connected to it, by bounds that touch or by joints."""
+    """Only the island of what is disturbed wakes, as SciPy finds it.
+
+    Boxes and soft bodies are all asleep, some side by side, some apart, some joined, some around what stands. One is
+    pushed, told to wake, or at the end of a joint that is changed. Just those are awake afterwards that SciPy finds
+    connected to it, by bounds that touch or by joints.
+    """
     from references.scipy import connected
 
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
-    for case in range(run.count(8, 30, 200)):
+    rng, answers = run.fresh_rng(), Answers()
+    for kind in by_turns(run.count(8, 30, 200), "pushed", "woken", "of a joint that is changed"):
         world, links = _archipelago(rng)
         bodies: list[Any] = [*world.soft_bodies, *world.boxes]
         world.run(0.02, 1e-3)
         free = [k for k, body in enumerate(bodies) if body.mass is not None]
         one = int(rng.choice(free))
-        kind = ("pushed", "woken", "of a joint that is changed")[case % 3]
         if kind == "of a joint that is changed":
             joint = world.joints[int(rng.integers(len(world.joints)))]
             joint.stiffness = 1e-6
@@ -237,12 +241,10 @@ def islands_by_scipy(run: Run) -> Comparison:
         else:
             bodies[one].wake()
         world.step(1e-3)
-        pairs = [pair for pair in (*_near(world), *links) if set(pair) <= set(free)]
-        together = connected(len(bodies), pairs)
-        measured += [not bodies[k].is_asleep for k in free]
-        expected += [together[k] == together[one] for k in free]
-        kinds += [kind] * len(free)
-    return Comparison(np.array(measured, bool), np.array(expected, bool), groups=kinds)
+        together = connected(len(bodies), [pair for pair in (*_near(world), *links) if set(pair) <= set(free)])
+        woken = [not bodies[k].is_asleep for k in free]
+        answers.extend(woken, [together[k] == together[one] for k in free], kind=kind)
+    return answers.comparison()
 
 
 def _push(body: SoftBody | Box) -> None:
@@ -287,9 +289,8 @@ def _archipelago(rng: np.random.Generator) -> tuple[World, list[tuple[int, int]]
         for _ in range(2):
             a, b = (int(k) for k in rng.choice(count, 2, replace=False))
             if bodies[a].mass is not None and bodies[b].mass is not None:
-                world.add_joint(
-                    (bodies[a], place[a] + [half[a, 0], 0, 0]), (bodies[b], place[b] - [half[b, 0], 0, 0]), 0.0
-                )
+                right, left = place[a] + [half[a, 0], 0, 0], place[b] - [half[b, 0], 0, 0]
+                world.add_joint((bodies[a], right), (bodies[b], left), 0.0)
                 links.append((a, b))
         if links:
             return world, links
@@ -308,8 +309,7 @@ def _near(world: World) -> list[tuple[int, int]]:
     ]
 
 
-@check(
-    section="beyond the paper",
+@check_sleep(
     piece="softbody.World",
     reference="v t, ½ a t (t + h), and the swing of such steps, cos ((n + ½) θ) / cos (θ / 2), sin (θ / 2) = ω h / 2",
     kind="closed form",
@@ -330,31 +330,22 @@ def _near(world: World) -> list[tuple[int, int]]:
         Fault("a joint's stiffness", sleep._mark_of_joint, "checksum(joints_.joint_stiffness[k_:l_]) → 0"),
         Fault("a joint's length", sleep._mark_of_joint, "checksum(joints_.joint_rest_length[k_:l_]) → 0"),
         Fault("what stands may move at once", sleep.wake_changed, "wakes_all |= x_ → wakes_all |= False"),
-        Fault(
-            "as heavy as when it slept",
-            sleep.let_sleep,
-            "0.0 if a_ else rest.box_inverse_mass[b_]"
-            " → 0.0 if a_ or model.box_inverse_mass[b_] == 0.0 else rest.box_inverse_mass[b_]",
-        ),
+        AS_HEAVY,
     ),
 )
 def changes_by_newton(run: Run) -> Comparison:
-    """Whatever is changed of a body that sleeps, or of what acts on it, moves it from the next step on as Newton says:
-    velocity, spin, force, torque, gravity, a joint's place, length and stiffness, a floor that goes, or moves away at
-    once, a body put up in the air; and mass and inertia are its own."""
-    rng = run.fresh_rng()
-    measured, expected, scales, kinds = [], [], [], []
+    """Whatever is changed of a sleeper moves it as Newton says.
+
+    So it is from the next step on. Velocity, spin, force, torque or gravity are changed, or a joint's place, length and
+    stiffness. Or a floor goes, or moves away at once, or a body is put up in the air. Mass and inertia are its own.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(1, 4, 30)):
         for kind in ("velocity", "spin", "force", "torque", "gravity", "place", "stiffness", "length", "floor", "lift"):
-            for soft in (False, True):
-                if soft and kind in ("spin", "torque"):
-                    continue
-                ways = _after_change(rng, kind, soft)
-                measured.append(ways[0])
-                expected.append(ways[1])
-                scales.append(np.linalg.norm(ways[1]))
-                kinds.append(kind)
-    return Comparison(np.array(measured), np.array(expected), np.array(scales), kinds)
+            for soft in (False,) if kind in ("spin", "torque") else (False, True):
+                found, judged = _after_change(rng, kind, soft)
+                answers.add(found, judged, float(np.linalg.norm(judged)), kind)
+    return answers.comparison()
 
 
 def _after_change(rng: np.random.Generator, kind: str, soft: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -377,67 +368,52 @@ def _after_change(rng: np.random.Generator, kind: str, soft: bool) -> tuple[np.n
     else:
         body = world.add_box(size, mass, (0.0, 0.0, 0.5 * size[2]))
     with_company(world)
-    swings = kind in ("place", "stiffness", "length")
     k = mass * rng.uniform(20.0, 60.0)
-    middle, joints = _middle(body), []
-    if swings:
-        for end in body.positions if soft else [middle]:
-            share = k / len(body.positions) if soft else k
-            at = end + (0.0, 0.0, 0.7) if kind in ("length", "stiffness") else end
-            rest = 0.7 if kind == "length" else 0.0
-            joints.append(world.add_joint((body, end), at, 0.0 if kind == "stiffness" else share, rest_length=rest))
+    joints, ends = [], body.positions if soft else [_middle(body)]
+    for end in ends if kind in ("place", "stiffness", "length") else ():
+        at = end if kind == "place" else end + (0.0, 0.0, 0.7)
+        stiffness, rest = 0.0 if kind == "stiffness" else k / len(ends), 0.7 if kind == "length" else 0.0
+        joints.append(world.add_joint((body, end), at, stiffness, rest_length=rest))
     world.run(0.8 if falls and soft else 0.2, h)
-    begin, turn = _middle(body), None if soft else rotation_matrix(body.orientation)
     if not body.is_asleep:
         return np.full(3, 1e9), np.ones(3)
-    way = random_velocity(rng, rng.uniform(1.0, 3.0))
-    other = random_velocity(rng, 1.0)
+    way, other = random_velocity(rng, rng.uniform(1.0, 3.0)), random_velocity(rng, 1.0)
     angle = 2.0 * np.arcsin(0.5 * h * np.sqrt(k / mass))  # a step, of x' = x + h v', v' = v − h k x / m
     swing = 1.0 - np.cos(angle * (steps + 0.5)) / np.cos(0.5 * angle)
+    judged = np.array([0.0, 0.0, -0.5 * g * t * (t + h)])  # of what falls
     if kind == "velocity":
+        judged = way * t
         if soft:
             body.velocities[:] += way
         else:
             body.velocity = way
-        return _ways(world, h, steps, body, begin, turn), way * t
-    if kind == "spin":
-        body.angular_velocity = way
-        return _ways(world, h, steps, body, begin, turn, is_turn=True), way * t
-    if kind == "force":
+    elif kind == "spin":
+        body.angular_velocity, judged = way, way * t
+    elif kind == "force":
+        judged = way * 0.5 * t * (t + h)
         if soft:
             body.external_force = mass * way / len(body.positions)
         else:
             body.apply_force(mass * way)
-        return _ways(world, h, steps, body, begin, turn), way * 0.5 * t * (t + h)
-    if kind == "torque":
+    elif kind == "torque":
         axis = int(rng.integers(3))
         inertia = mass * ((size**2).sum() - size[axis] ** 2) / 12.0
         body.apply_torque(np.eye(3)[axis] * inertia * 4.0)
-        return _ways(world, h, steps, body, begin, turn, is_turn=True), np.eye(3)[axis] * 2.0 * t * (t + h)
-    if kind == "gravity":
-        world.gravity = way
-        return _ways(world, h, steps, body, begin, turn), way * 0.5 * t * (t + h)
-    if kind == "place":
-        for joint in joints:
-            joint.target = joint.target + other
-        return _ways(world, h, steps, body, begin, turn), other * swing
-    if kind == "stiffness":
-        for joint in joints:
-            joint.stiffness = k / len(joints)
-        return _ways(world, h, steps, body, begin, turn), np.array([0.0, 0.0, 0.7]) * swing
-    if kind == "length":
-        for joint in joints:
-            joint.rest_length = 0.5
-        return _ways(world, h, steps, body, begin, turn), np.array([0.0, 0.0, 0.2]) * swing
-    if kind == "floor":
+        judged = np.eye(3)[axis] * 2.0 * t * (t + h)
+    elif kind == "gravity":
+        world.gravity, judged = way, way * 0.5 * t * (t + h)
+    elif kind == "floor":
         floor.position = (0.0, 0.0, -9.0)
-    elif soft:
-        body.positions[:, 2] += 2.0
-        begin = _middle(body)
-    else:
-        body.position[2] += 2.0
-        begin = _middle(body)
-    return _ways(world, h, steps, body, begin, turn), np.array([0.0, 0.0, -0.5 * g * t * (t + h)])
+    elif kind == "lift":
+        (body.positions if soft else body.position)[..., 2] += 2.0
+    for joint in joints:
+        if kind == "place":
+            joint.target, judged = joint.target + other, other * swing
+        elif kind == "stiffness":
+            joint.stiffness, judged = k / len(joints), np.array([0.0, 0.0, 0.7]) * swing
+        else:
+            joint.rest_length, judged = 0.5, np.array([0.0, 0.0, 0.2]) * swing
+    return _way(world, h, steps, body, kind in ("spin", "torque")), judged
 
 
 def _solid(edge: float) -> Mesh:
@@ -452,21 +428,17 @@ def _middle(body: SoftBody | Box) -> np.ndarray:
     return body.position.copy() if isinstance(body, Box) else body.positions.mean(axis=0)
 
 
-def _ways(
-    world: World, h: float, steps: int, body: Any, begin: np.ndarray, turn: np.ndarray | None, is_turn: bool = False
-) -> np.ndarray:
+def _way(world: World, h: float, steps: int, body: Any, is_turn: bool) -> np.ndarray:
     """Return how far (3,) a body moves, or turns, in some steps, which are done in calls of unlike lengths."""
-    for count in (1, steps // 3, steps - 1 - steps // 3):
-        world.step(h, count)
-    if turn is None or not is_turn:
-        return _middle(body) - begin
     from references.rotation import rotation_vector
 
-    return rotation_vector(rotation_matrix(body.orientation) @ turn.T)
+    begin, turn = _middle(body), rotation_matrix(body.orientation) if is_turn else np.eye(3)
+    for count in (1, steps // 3, steps - 1 - steps // 3):
+        world.step(h, count)
+    return rotation_vector(rotation_matrix(body.orientation) @ turn.T) if is_turn else _middle(body) - begin
 
 
-@check(
-    section="beyond the paper",
+@check_sleep(
     piece="softbody.World",
     reference="a world in which nobody may sleep; conservation of momentum",
     kind="the core in another form",
@@ -478,19 +450,16 @@ def _ways(
         Fault("nobody looks ahead", sleep._wake_islands, "h_ * _fastest(m_, s_, b_, r_) → -GAP * radius[body]"),
         Fault("those who move count not", sleep._wake_islands, "not _stands(m_, s_, r_, b_) → rest.asleep[body]"),
         Fault("nothing is stopped", sleep._stands, "not is_moving(a_, b_) → True"),
-        Fault(
-            "as heavy as when it slept",
-            sleep.let_sleep,
-            "0.0 if a_ else rest.box_inverse_mass[b_]"
-            " → 0.0 if a_ or model.box_inverse_mass[b_] == 0.0 else rest.box_inverse_mass[b_]",
-        ),
+        AS_HEAVY,
     ),
 )
 def as_if_awake(run: Run) -> Comparison:
-    """What hits boxes and soft bodies that sleep, or passes closely, does so as in a world where nobody may: all are at
-    the same places 0.4 s later, on one thread and on two. And momentum is what it was, by NumPy."""
-    rng = run.fresh_rng()
-    measured, expected, scales, kinds = [], [], [], []
+    """What hits or passes sleepers does so as if they were awake.
+
+    Boxes and soft bodies sleep; others hit them, or pass closely. All are at the same places 0.4 s later as in a world
+    where nobody may, on one thread and on two. Momentum is what it was, by NumPy.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for case in range(run.count(4, 12, 80)):
         seed, ends = int(rng.integers(2**31)), []
         for speed, threads in ((0.0, 1), (1e-3, 1), (1e-3, 2)):
@@ -501,21 +470,12 @@ def as_if_awake(run: Run) -> Comparison:
                 world.step(1e-3, 10) if case % 2 else world.step(1.0 / 120.0)
                 slept += sum(body.is_asleep for body in (*world.soft_bodies, *world.boxes))
             ends.append(np.concatenate([world.state.particle_position, world.state.box_position]))
-            measured.append(np.full(3, float((slept > 30) == (speed > 0.0))))
-            expected.append(np.ones(3))
-            scales.append(1.0)
-            kinds.append("asleep")
+            answers.add(np.full(3, float((slept > 30) == (speed > 0.0))), np.ones(3), kind="asleep")
             if case % 2:
-                measured.append(_momentum(world))
-                expected.append(before)
-                scales.append(float(np.linalg.norm(before)))
-                kinds.append("momentum")
+                answers.add(_momentum(world), before, float(np.linalg.norm(before)), "momentum")
         for end, kind in zip(ends[1:], ("one thread", "two threads"), strict=True):
-            measured += list(end)
-            expected += list(ends[0].copy())
-            scales += [1.0] * len(end)
-            kinds += [kind] * len(end)
-    return Comparison(np.array(measured), np.array(expected), np.array(scales), kinds)
+            answers.extend(end, ends[0].copy(), kind=kind)
+    return answers.comparison()
 
 
 def _bowling(rng: np.random.Generator, sleep_speed: float) -> World:
@@ -564,8 +524,7 @@ def _momentum(world: World) -> np.ndarray:
     return total
 
 
-@check(
-    section="beyond the paper",
+@check_sleep(
     piece="softbody.World.contact_points",
     reference="m g; what touched what, before they slept",
     kind="closed form",
@@ -585,10 +544,12 @@ def _momentum(world: World) -> np.ndarray:
     ),
 )
 def weights_are_carried(run: Run) -> Comparison:
-    """Stacks of boxes, and soft bodies on boxes, that have come to rest under their weight, sleep: no bit of them
-    changes for a second, no contact of theirs is lost, and all that hold each body carry its weight still."""
-    rng = run.fresh_rng()
-    measured, expected, scales, kinds = [], [], [], []
+    """What sleeps under its weight stays, and is carried still.
+
+    Stacks of boxes, and soft bodies on boxes, have come to rest: no bit of them changes for a second, and no contact of
+    theirs is lost. All that hold each body carry its weight still.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(2, 6, 40)):
         g = rng.uniform(5.0, 15.0)
         world = World((0.0, 0.0, -g), sleep_speed=1e-3, sleep_after=0.1)
@@ -610,15 +571,13 @@ def weights_are_carried(run: Run) -> Comparison:
         world.run(1.0, 1e-3)
         found = world.contact_points()
         for body, bits in zip(still, before, strict=True):
-            measured.append([*found.force_on(body), float(_bits(body) == bits), float(found.pairs() == touched)])
-            expected.append([0.0, 0.0, body.mass * g, 1.0, 1.0])
-            scales.append(body.mass * g * (1e4 if body is tent else 10.0 if body == table else 1.0))
-            kinds.append("soft" if body is tent else "boxes")
-        measured.append([*found.force_on(mover), float(as_meant), len(found.of(mover)) / 4.0])
-        expected.append([0.0, 0.0, g, 1.0, 1.0])
-        scales.append(g)
-        kinds.append("awake")
-    return Comparison(np.array(measured), np.array(expected), np.array(scales), kinds)
+            rows = [*found.force_on(body), float(_bits(body) == bits), float(found.pairs() == touched)]
+            share = 1e4 if body is tent else 10.0 if body == table else 1.0
+            weight = body.mass * g
+            answers.add(rows, [0.0, 0.0, weight, 1.0, 1.0], weight * share, "soft" if body is tent else "boxes")
+        rows = [*found.force_on(mover), float(as_meant), len(found.of(mover)) / 4.0]
+        answers.add(rows, [0.0, 0.0, g, 1.0, 1.0], g, "awake")
+    return answers.comparison()
 
 
 def _bits(body: Any) -> bytes:
@@ -626,8 +585,7 @@ def _bits(body: Any) -> bytes:
     return b"".join(np.ascontiguousarray(each).tobytes() for each in arrays)
 
 
-@check(
-    section="beyond the paper",
+@check_sleep(
     piece="softbody.World.save, softbody.World.snapshot, softbody.World.threads",
     reference="a twin that nobody has touched",
     kind="the core in another form",
@@ -642,31 +600,31 @@ def _bits(body: Any) -> bytes:
     ),
 )
 def goes_on_to_the_same_bits(run: Run) -> Comparison:
-    """Saved and loaded, pickled, restored from a snapshot, with other threads, or step by step: worlds some of whose
-    bodies sleep, fall asleep or wake go on to the same bits, and so do those that were changed just before."""
-    rng = run.fresh_rng()
-    same, kinds = [], []
-    for case in range(run.count(6, 18, 120)):
-        seed, way = int(rng.integers(2**31)), ("load", "pickle", "restore", "threads", "steps", "changed")[case % 6]
-        cut, whole = int(rng.integers(60, 500)), 800
-        worlds = [_town(np.random.default_rng(seed)) for _ in range(2)]
-        for world in worlds:
-            if way == "steps" and world is worlds[1]:
-                for _ in range(cut):
-                    world.step(1.5e-3)
-            else:
-                world.step(1.5e-3, cut)
+    """Worlds with sleepers go on to the same bits however kept.
+
+    They are saved and loaded, pickled, restored from a snapshot, with other threads, or go on step by step. Some of
+    their bodies sleep, fall asleep or wake. So it is, too, of worlds that were changed just before.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    for way in by_turns(run.count(6, 18, 120), "load", "pickle", "restore", "threads", "steps", "changed"):
+        seed, cut, whole = int(rng.integers(2**31)), int(rng.integers(60, 500)), 800
+        one, other = (_town(np.random.default_rng(seed)) for _ in range(2))
+        for world in (one, other):
+            for count in [1] * cut if way == "steps" and world is other else [cut]:
+                world.step(1.5e-3, count)
             if way == "changed":
                 world.boxes[seed % 4].apply_force((0.0, 30.0, 0.0))
-        worlds[1] = _once_more(worlds[1], way)
-        same.append([b.is_asleep for b in worlds[0].boxes] == [b.is_asleep for b in worlds[1].boxes])
-        for world in worlds:
+        other = _once_more(other, way)
+        same = [_sleepers(one) == _sleepers(other)]
+        for world in (one, other):
             world.step(1.5e-3, whole - cut)
-        one, other = worlds
-        same.append(one.state_hash() == other.state_hash())
-        same.append([b.is_asleep for b in one.boxes] == [b.is_asleep for b in other.boxes])
-        kinds += [way] * 3
-    return Comparison(np.array(same, bool), np.ones(len(same), bool), groups=kinds)
+        same += [one.state_hash() == other.state_hash(), _sleepers(one) == _sleepers(other)]
+        answers.extend(same, [True] * 3, kind=way)
+    return answers.comparison()
+
+
+def _sleepers(world: World) -> list[bool]:
+    return [body.is_asleep for body in world.boxes]
 
 
 def _town(rng: np.random.Generator) -> World:
