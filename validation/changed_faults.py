@@ -26,27 +26,34 @@ def changed_faults(checks: Mapping[str, Check], revision: str) -> set[Fault]:
     """
     places = changed(sources_at(revision, CORE, ROOT), sources_now(CORE, ROOT), definitions_in)
     edited = {(_module(path), name) for path, name in places}
-    before = {each for source in sources_at(revision, CHECKS, ROOT).values() for each in declarations(source)}
-    now = {path: list(declarations(source)) for path, source in sources_now(CHECKS, ROOT).items()}
+    before, now = all_declarations(sources_at(revision, CHECKS, ROOT)), all_declarations(sources_now(CHECKS, ROOT))
+    known = {each for said in before.values() for each in said}
     found = set()
     for check in checks.values():
-        said = now.get(
-            f"{check.compare.__module__.replace('.', '/')}.py", []
-        )  # nothing of a plug-in, which is not ours
+        # (There is nothing of a plug-in, which is not ours.)
+        said = now.get(f"{check.compare.__module__.replace('.', '/')}.py", [])
         here = [each for each in said if each[0] == check.compare.__name__]
-        found |= {fault for fault, each in zip(check.faults, here) if each not in before}
+        found |= {fault for fault, each in zip(check.faults, here) if each not in known}
         found |= {fault for fault in check.faults if fault.place in edited}
     return found
 
 
-def declarations(source: str) -> Iterator[Declaration]:
-    """Yield what a file of claims declares, claim by claim, and fault by fault in their order."""
-    tree = ast.parse(source)
-    named = {
-        node.targets[0].id: _wording(node.value)
-        for node in tree.body
-        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name)
-    }
+def all_declarations(sources: Mapping[str, str]) -> dict[str, list[Declaration]]:
+    """Return what files of claims declare, by their paths; a fault may be named in one and used in another."""
+    trees = {path: ast.parse(source) for path, source in sources.items()}
+    elsewhere: dict[str, str] = {}
+    for tree in trees.values():
+        for name, wording in _named(tree).items():
+            elsewhere[name] = elsewhere.get(name, "") + wording
+    return {path: list(declarations(tree, elsewhere)) for path, tree in trees.items()}
+
+
+def declarations(tree: ast.Module, elsewhere: Mapping[str, str]) -> Iterator[Declaration]:
+    """Yield what a file of claims declares, claim by claim, and fault by fault in their order.
+
+    `elsewhere`: the wordings of what is named in any file.
+    """
+    named = {**elsewhere, **_named(tree)}
     for name, function in functions_of(tree):
         for call in function.decorator_list:
             said = {each.arg: each.value for each in call.keywords} if isinstance(call, ast.Call) else {}
@@ -56,6 +63,15 @@ def declarations(source: str) -> Iterator[Declaration]:
                 for fault in faults.elts:
                     known = named.get(fault.id, fault.id) if isinstance(fault, ast.Name) else _wording(fault)
                     yield name, does, known
+
+
+def _named(tree: ast.Module) -> dict[str, str]:
+    """Return the wordings of what a file gives names to."""
+    return {
+        node.targets[0].id: _wording(node.value)
+        for node in tree.body
+        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name)
+    }
 
 
 def _wording(node: ast.expr) -> str:

@@ -13,7 +13,7 @@ import pytest
 
 from softbody import World
 from validation import changed_faults, faults
-from validation.changed_faults import declarations
+from validation.changed_faults import all_declarations
 from validation.check import all_checks
 from validation.claim_groups import WORLDS, group_of
 from validation.damaged_core import ROOT
@@ -110,15 +110,20 @@ def test_each_commit_has_its_number(tmp_path: Path) -> None:
         number_of_head(Path("/"))
 
 
+def declared(source: str, **others: str) -> list[changed_faults.Declaration]:
+    """Return what a file of claims declares, beside others."""
+    return all_declarations({"claims": source, **others})["claims"]
+
+
 def news(claim: str) -> set[str]:
     """Which faults a file of claims names that are not as in CLAIM."""
-    before = set(declarations(CLAIM))
+    before = set(declared(CLAIM))
     words = {"'twice'": "twice", "'late'": "late", "'thrice'": "thrice"}
-    return {words[word] for each in declarations(claim) if each not in before for word in words if word in each[2]}
+    return {words[word] for each in declared(claim) if each not in before for word in words if word in each[2]}
 
 
 def test_a_fault_is_news_when_it_or_its_claim_says_something_else() -> None:
-    assert len(list(declarations(CLAIM))) == 2
+    assert len(declared(CLAIM)) == 2
     assert news(CLAIM.replace("law.area", "laws.area").replace("is one", "is 1")) == set()
     assert news(CLAIM.replace("2.0 * w_", "3.0 * w_")) == {"twice"}
     assert news(CLAIM.replace("2.0 * h_", "3.0 * h_")) == {"late"}
@@ -128,10 +133,16 @@ def test_a_fault_is_news_when_it_or_its_claim_says_something_else() -> None:
     assert news(CLAIM.replace("areas", "others")) == {"twice", "late"}
 
 
+def test_a_fault_that_another_file_names_is_news_with_it() -> None:
+    here = CLAIM.replace("LATE =", "OTHER =")
+    before, now = (declared(here, cases=f'LATE = Fault("late", step.run, "h_ → {n}.0 * h_")') for n in (2, 3))
+    assert [a == b for a, b in zip(before, now, strict=True)] == [True, False]
+
+
 def test_declarations_are_those_of_the_claims() -> None:
     for check in CHECKS.values():
         source = ROOT.joinpath(*check.compare.__module__.split(".")).with_suffix(".py").read_text()
-        here = [each for each in declarations(source) if each[0] == check.compare.__name__]
+        here = [each for each in declared(source) if each[0] == check.compare.__name__]
         assert len(here) == len(check.faults), check.id
 
 
