@@ -2,6 +2,7 @@
 (() => {
   const claims = [...document.querySelectorAll("details.claim")];
   const families = [...document.querySelectorAll("details.family")];
+  const rooms = document.querySelectorAll("div.room");
   const homes = new Map(claims.map((claim) => [claim, claim.parentElement]));
   const words = new Map(claims.map((claim) => [claim, `${claim.textContent} ${homes.get(claim).firstElementChild.textContent}`.toLowerCase()]));
   const find = document.getElementById("find");
@@ -36,6 +37,7 @@
       family.hidden = inOrder || !some;
       if (narrowed && some) family.open = true;
     }
+    for (const room of rooms) room.hidden = !room.querySelector("details.family:not([hidden])");
     find.querySelector("output").textContent = narrowed ? `${found} of ${claims.length} claims` : "";
   };
 

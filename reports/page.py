@@ -101,7 +101,7 @@ def page(report: Report, folder: Path | None = None) -> str:
         "page.html.jinja",
         report=report,
         rows=rows,
-        families=families_of(rows),
+        claims=families_of(rows),
         axis=axis,
         errata=errata,
         errata_axis=errata_axis,
@@ -228,12 +228,12 @@ def disputes_of(rows: list[Row]) -> list[Dispute]:
     return sorted(found, key=lambda dispute: -sum(who.wrong for who in dispute.arbitration.standings))
 
 
-def families_of(rows: list[Row]) -> dict[str, list[Row]]:
-    """Return the claims by family, in the record's order."""
-    families: dict[str, list[Row]] = {}
+def families_of(rows: list[Row]) -> dict[str, dict[str, list[Row]]]:
+    """Return the claims by room and family, in the record's order."""
+    rooms: dict[str, dict[str, list[Row]]] = {}
     for row in rows:
-        families.setdefault(row.claim.family, []).append(row)
-    return families
+        rooms.setdefault(row.claim.room, {}).setdefault(row.claim.family, []).append(row)
+    return rooms
 
 
 def films_of(report: Report, folder: Path | None) -> list[Film]:

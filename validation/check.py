@@ -18,16 +18,9 @@ import numpy as np
 from validation import plug_ins
 from validation.engines import ENGINES, PACKAGES, missing
 from validation.fault import Fault
-from validation.record import BROKEN, ENGINE, KINDS, LIBRARY, NOT_RUN, Arbitration
+from validation.record import BROKEN, ENGINE, KINDS, LIBRARY, NOT_RUN, OTHERS, ROOMS, Arbitration
 
 CLAIMS = "validation.checks"  # where they are declared
-ROOMS = {  # of claims: folder → what they are about
-    "geometry": "Meshes and geometry",
-    "boxes": "Rigid boxes",
-    "soft": "Soft bodies",
-    "worlds": "Whole worlds",
-    "contract": "What users set, files and pictures",
-}
 LEVELS = ("quick", "standard", "full")
 
 DISAGREEMENTS = "disagreements"
@@ -105,7 +98,7 @@ class Check:
     because: str
     compare: Callable[[Run], Comparison]
     detail: str = ""  # what else is claimed, and of which cases
-    room: str = ""  # of ROOMS
+    room: str = OTHERS  # one of ROOMS' or OTHERS
     erratum: Misprint | None = None
     faults: tuple[Fault, ...] = ()  # that turn it red
     least: int = 1  # cases that it must compare
@@ -188,7 +181,7 @@ def check(
             raise ValueError(f"{name} names no fault that turns it red: a claim that cannot fail says nothing")
         CHECKS[name] = Check(
             id=name,
-            room=ROOMS.get(room, ""),
+            room=ROOMS.get(room, OTHERS),
             family=str(kin),
             claim=claim,
             detail=detail,
@@ -224,7 +217,7 @@ def _kind_of(engines: tuple[str, ...]) -> str | None:
 
 
 def all_checks() -> dict[str, Check]:
-    """Return every check of `validation.checks`, in order of file and declaration, then those of plug-ins.
+    """Return every check of `validation.checks`, in order of room and declaration, then those of plug-ins.
 
     A plug-in that is broken has a check of its own, which is never run and says why.
     """
@@ -234,7 +227,8 @@ def all_checks() -> dict[str, Check]:
     _load_plug_ins()
     for name, why in plug_ins.BROKEN.items():
         CHECKS[name] = _broken(name, why)
-    return CHECKS
+    rooms = [*ROOMS.values(), OTHERS]
+    return dict(sorted(CHECKS.items(), key=lambda item: rooms.index(item[1].room)))
 
 
 @cache

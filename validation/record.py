@@ -47,6 +47,14 @@ KINDS = {
     "bound": "what must not be exceeded",
     "the core in another form": "two ways of the core itself must agree: nobody from outside is asked",
 }
+ROOMS = {  # of claims: folder → what they are about
+    "geometry": "Meshes and geometry",
+    "boxes": "Rigid boxes",
+    "soft": "Soft bodies",
+    "worlds": "Whole worlds",
+    "contract": "What users set, files and pictures",
+}
+OTHERS = ""  # the room of claims that are in none: of plug-ins, of other engines, of older records
 OUTSIDE = (ENGINE, LIBRARY, "closed form", "exact arithmetic")  # kinds of judge that answer apart from the core
 
 
@@ -174,7 +182,7 @@ class ClaimRecord:
     arbitrations: list[Arbitration] = field(default_factory=list)  # who was right, where answers differ
     faults: list[str] = field(default_factory=list)  # names of those that are planted to turn it red
     detail: str = ""  # what else is claimed, and of which cases
-    room: str = ""  # what claims like it are about, such as "Rigid boxes"
+    room: str = OTHERS  # what claims like it are about, such as "Rigid boxes"
     draws: int = 1  # of its cases, with seeds of their own: what is said is the worst, or the sum (validation/draws.py)
 
     def __post_init__(self) -> None:

@@ -81,7 +81,7 @@ def make_claim(
         "tolerance": tolerance,
         "because": "the rounding of a sum of 1280 terms, and a factor of 10",
         "detail": "Of a solid with 1280 faces; those that are flat are left out.",
-        "faults": [f"a sign wrong in face {i}", 'a body " & <later>'],
+        "faults": [f"a sign wrong in face {i}", 'a body " & <later>'] if i % 4 else [],
         "n": len(errors),
         "seed": 20080101,
         "verdict": HOLDS if value <= (tolerance or 0.0) else FAILS,
