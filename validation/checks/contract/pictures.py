@@ -11,6 +11,7 @@ import numpy as np
 import softbody
 from softbody import Camera, Recorder, World
 from softbody.render import films, png, rasteriser, webp
+from softbody.render.drawing import placed
 from softbody.render.rasteriser import _draw_faces, _seen
 from softbody.stepping import frames
 from validation.answers import Answers
@@ -153,11 +154,7 @@ def balls_are_seen_where_they_are(run: Run) -> Comparison:
         Fault("bodies painted one over the other", _draw_faces, "far >= film.distance[r, s] → False"),
         Fault("the undersides of triangles", _draw_faces, "faces_up(a, b, c) → not faces_up(a, b, c)"),
         Fault("every tenth triangle left out", _draw_faces, "faces_up(a, b, c) → faces_up(a, b, c) or t % 10 == 0"),
-        Fault(
-            "a box that is not turned",
-            softbody.render.drawing.placed,
-            "vertices + w_ * t_ + np.cross(a_, t_) + p_ → vertices + p_",
-        ),
+        Fault("a box that is not turned", placed, "vertices + w_ * t_ + np.cross(a_, t_) + p_ → vertices + p_"),
     ),
 )
 def the_nearest_is_seen(run: Run) -> Comparison:

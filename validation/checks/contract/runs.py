@@ -15,7 +15,7 @@ import numpy as np
 
 from softbody import OutputError, Recorder, SceneError, SnapshotError, Trajectory, TrajectoryError, World
 from softbody.cli import run_folder
-from softbody.cli.run_folder import _advance, _film, _prepared, run_scene
+from softbody.cli.run_folder import _advance, _film, _prepared, _world_of, run_scene
 from softbody.scenes import from_file
 from validation.answers import Answers
 from validation.check import Comparison, Run, check
@@ -91,14 +91,14 @@ velocity = {speed.tolist()}
 
 
 def written(folder: str, text: str) -> Path:
-    """Return a scene file in a folder, and what it has to say."""
+    """Write a scene file into a folder, and return where it is."""
     path = Path(folder) / "scene.toml"
     path.write_text(text)
     return path
 
 
 def rows_in(out: Path) -> np.ndarray:
-    """Return a `row_of` each frame in the folder of a run, and of the world that was saved last."""
+    """Return the `row_of` each frame in the folder of a run, and of the world that was saved last."""
     rows = []
     for frame in Trajectory.open(out / "trajectory"):
         assert frame.velocities is not None
@@ -198,11 +198,7 @@ def filmed(path: Path, out: Path, rate: float, count: int, look: dict[str, Any])
             "c_ * film.frames_per_second + 1e-9 → c_ * film.frames_per_second - 1e-9",
         ),
         Fault("film of frames before", _film, "np.abs(x_).argmin() → max(0, np.abs(x_).argmin() - 1)"),
-        Fault(
-            "a run that goes on with the world as it began",
-            run_folder._world_of,
-            "World.load(folder / WORLD) → scene.world",
-        ),
+        Fault("a run that goes on with the world as it began", _world_of, "World.load(folder / WORLD) → scene.world"),
     ),
 )
 def what_was_ended_goes_on(run: Run) -> Comparison:

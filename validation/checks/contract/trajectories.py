@@ -67,7 +67,7 @@ class Flight:
 
 
 def rows_of(frame: softbody.Frame, kept: Trajectory) -> np.ndarray:
-    """Return a `row_of` each body (4, 7) in a frame."""
+    """Return the `row_of` each body (4, 7) in a frame."""
     assert frame.velocities is not None
     assert frame.box_velocities is not None
     soft = [(frame.positions[rows], frame.velocities[rows]) for rows in map(kept.particles, range(kept.soft_count))]
