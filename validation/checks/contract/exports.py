@@ -183,8 +183,8 @@ def films_as_files(run: Run) -> Comparison:
     """Exported films show each frame's bodies at its time.
 
     So do a trajectory's GLB and USD, whose frames are even or not. Between two frames soft bodies are on the straight
-    way and boxes on the shortest turn, in GLB also for viewers that do not look for it. Folders of PLY, OBJ, GLB and
-    USD have a file for each frame, or every so many.
+    way and boxes on the shortest turn. In GLB they are for viewers, too, that do not look for the shortest. Folders of
+    PLY, OBJ, GLB and USD have a file for each frame, or every so many.
     """
     from references import gltf
     from references import usd as by_hand

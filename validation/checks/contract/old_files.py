@@ -111,7 +111,7 @@ def said_since(read: Callable[[Path], World], path: Path, said: dict[str, Any]) 
 def worlds(run: Run) -> Comparison:
     """Old files of worlds are read as their own softbody had them.
 
-    Worlds that softbody has saved, in each of its formats, 1 to 6, and pickled, are as the revision that wrote them had
+    Softbody saved them in each of its formats, 1 to 6, or pickled them. They are as the revision that wrote them had
     them, to the bit: every entry, and what handles say. They have nothing that there was not yet. The same holds of a
     world that is built from a scene file of then.
     """
@@ -161,8 +161,8 @@ def last_frame_in_world(folder: Path) -> dict[str, Any]:
 def trajectories_and_runs(run: Run) -> Comparison:
     """Old trajectories and runs are read as their own softbody had them.
 
-    Those that softbody has kept since there are such, beside formats 2, 5 and 6, are as the revision that wrote them
-    had them, to the bit: times, bodies, names, and each frame. A run of then can be gone on with, and its last frame is
+    Softbody has kept them since there are such, beside formats 2, 5 and 6. They are as the revision that wrote them had
+    them, to the bit: times, bodies, names, and each frame. A run of then can be gone on with, and its last frame is
     where its world is.
     """
     right = dict[str, dict[str, bool]]()

@@ -117,10 +117,10 @@ def spot(mask: np.ndarray) -> np.ndarray:
     ),
 )
 def balls_are_seen_where_they_are(run: Run) -> Comparison:
-    """A ball is seen where a pinhole camera has it, and as large.
+    """A ball is seen where a pinhole camera has it.
 
-    The middle and the area of the ellipse are compared, for cameras anywhere, of any angle of view, in pictures of any
-    shape.
+    It is seen as large, too: the middle and the area of the ellipse are compared. Cameras are anywhere, of any angle of
+    view, and pictures of any shape.
     """
     from references import pinhole
 
@@ -158,7 +158,7 @@ def balls_are_seen_where_they_are(run: Run) -> Comparison:
     ),
 )
 def the_nearest_is_seen(run: Run) -> Comparison:
-    """What is in front is seen, and what is behind it is not.
+    """What is in front is seen, what is behind is not.
 
     At every pixel that is not next to an outline, that is the body that embree's ray meets first, or the sky. Soft
     bodies are of all kinds, in the colours of least and greatest speed, and boxes are grey.
@@ -256,9 +256,9 @@ def _middles(camera: Camera, start: np.ndarray, speed: np.ndarray, times: np.nda
     ),
 )
 def films_keep_time(run: Run) -> Comparison:
-    """A film of a ball that flies has a frame each 1/f s.
+    """A film has a frame each 1/f s.
 
-    The first comes at once, and each shows where the ball was then. Each stays until the next one's time, the last for
+    The first comes at once, and each shows where a ball that flies was then. Each stays until the next one's time, the last for
     longer, if told so: as WebP and as a folder of pictures, with steps of the world's choice, of one's own, and with
     frames taken one by one.
     """

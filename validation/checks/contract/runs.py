@@ -130,8 +130,8 @@ def rows_in(out: Path) -> np.ndarray:
 def balls_are_run(run: Run) -> Comparison:
     """A scene file's ball is kept where its parabola has it.
 
-    Run into a folder, a scene file of a ball that flies leaves a frame there each 1/f s, the last one at the end, and
-    the world as it is then. It is run in steps of the world's choice, or at the ones of one's own nearest to those
+    The ball flies. Run into a folder, its scene file leaves a frame there each 1/f s, the last one at the end. It
+    leaves the world as it is then, too. It is run in steps of the world's choice, or at the ones of one's own nearest to those
     times. It is run at once, or ended after some frames and gone on with.
     """
     rng, answers = run.fresh_rng(), Answers()
@@ -205,8 +205,8 @@ def what_was_ended_goes_on(run: Run) -> Comparison:
     """A run that was ended goes on to the same bits.
 
     It has been ended twice, and gone on with from where it was saved last. Every frame, the last world and the film
-    have the bits of a run that nothing has ended. The film is the one that a `Recorder` makes of the frames that are
-    nearest to its times, the one at the very end among them. It is of more or fewer frames a second than were kept.
+    have the bits of a run that nothing has ended. The film is the one that a `Recorder` makes of the frames nearest to
+    its times, the one at the very end among them. It is of more or fewer frames a second than were kept.
     """
     rng, answers = run.fresh_rng(), Answers()
     shown = {"size": (32, 24), "colour": "speed", "colour_range": (0.0, 5.0)}
@@ -346,8 +346,8 @@ def saved_at(path: Path, each: float, cost: float) -> list[int]:
 def how_often_worlds_are_saved(run: Run) -> Comparison:
     """A run saves its world every 10 s, if that is quick.
 
-    While a scene file is run, its world is saved whenever 10 s have gone by since it last was, or ten times as long as
-    that took, if that is more. Besides, it is saved at the beginning and at the end.
+    While a scene file is run, its world is saved whenever 10 s have gone by since it last was. If ten times as long as
+    that took is more, it is saved after that. Besides, it is saved at the beginning and at the end.
     """
     rng, answers, count = run.fresh_rng(), Answers(), 40
     for trial in range(run.count(6, 10, 100)):
