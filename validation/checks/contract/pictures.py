@@ -258,9 +258,9 @@ def _middles(camera: Camera, start: np.ndarray, speed: np.ndarray, times: np.nda
 def films_keep_time(run: Run) -> Comparison:
     """A film has a frame each 1/f s.
 
-    The first comes at once, and each shows where a ball that flies was then. Each stays until the next one's time, the last for
-    longer, if told so: as WebP and as a folder of pictures, with steps of the world's choice, of one's own, and with
-    frames taken one by one.
+    The first comes at once, and each shows where a ball that flies was then. Each stays until the next one's time, the
+    last for longer, if told so. So it is as WebP and as a folder of pictures, with steps of the world's choice, of
+    one's own, and with frames taken one by one.
     """
     rng, answers = run.fresh_rng(), Answers()
     ways = ("steps of one's own", "the world's steps", "one by one")

@@ -131,8 +131,8 @@ def balls_are_run(run: Run) -> Comparison:
     """A scene file's ball is kept where its parabola has it.
 
     The ball flies. Run into a folder, its scene file leaves a frame there each 1/f s, the last one at the end. It
-    leaves the world as it is then, too. It is run in steps of the world's choice, or at the ones of one's own nearest to those
-    times. It is run at once, or ended after some frames and gone on with.
+    leaves the world as it is then, too. It is run in steps of the world's choice, or at the ones of one's own nearest
+    to those times. It is run at once, or ended after some frames and gone on with.
     """
     rng, answers = run.fresh_rng(), Answers()
     for trial, is_own in product(range(run.count(2, 6, 60)), (False, True)):
