@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -12,16 +12,19 @@ from typing import Any
 import numpy as np
 
 from softbody import Camera, Trajectory, TrajectoryWriter, World, icosphere
-from softbody.export import animation, files, looks, meshes, usd
+from softbody.export import files, looks, meshes, usd
+from softbody.export.animation import _Moving, _nearest_signs
+from softbody.export.usd import _time_codes
+from validation.answers import Answers
 from validation.cases import BOX_TRIANGLES, corners_of, random_mesh, random_orientations, rotation_matrix
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
 
 FAMILY = "what is kept and exported"
-
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 
-Shown = Mapping[str, tuple[np.ndarray, np.ndarray]]  # name of a body → vertices (n, 3) [m] and triangles (t, 3)
+Shown = dict[str, tuple[np.ndarray, np.ndarray]]  # name of a body → vertices (n, 3) [m] and triangles (t, 3)
+Pose = tuple[Shown, np.ndarray]  # bodies, and orientations of boxes (n, 4)
 
 
 def crowded(rng: np.random.Generator) -> World:
@@ -36,34 +39,34 @@ def crowded(rng: np.random.Generator) -> World:
     return world
 
 
-def in_rows(shown: Shown, of: list[str]) -> np.ndarray:
+def in_rows(shown: Shown, of: Iterable[str]) -> np.ndarray:
     """Return (m, 3): of each body its vertices, of a box in the order of their places, then a row with its volume."""
     from references import trimesh
 
     rows = []
     for name in of:
-        vertices, triangles = shown.get(name, (np.zeros((4, 3)), np.zeros((1, 3), np.int64)))
-        volume = trimesh.volume(vertices, triangles)
+        vertices, triangles = shown[name]
         in_order = vertices[np.lexsort(vertices.T)] if name.startswith("box") else vertices
-        rows += [in_order, np.full((1, 3), volume)]
+        rows += [in_order, np.full((1, 3), trimesh.volume(vertices, triangles))]
     return np.concatenate(rows)
 
 
-def asked(question: Callable[[], Any], otherwise: Any) -> Any:
+def asked(question: Callable[..., Any], otherwise: Any, *about: Any) -> Any:
     """Return the answer to a question, or another one if there is none: a file that cannot be read shows nothing."""
     try:
-        return question()
+        return question(*about)
     except Exception:
         return otherwise
 
 
-def rows_like(expected: np.ndarray, shown: Shown, of: list[str]) -> np.ndarray:
-    """Return what `in_rows` does, or zeros where bodies have other numbers of vertices than `expected`."""
-    rows = asked(lambda: in_rows(shown, of), expected[:0])
-    return np.asarray(rows) if rows.shape == expected.shape else np.zeros_like(expected)
+def add_shown(answers: Answers, truth: Shown, kind: str, question: Callable[..., Shown], *about: Any) -> None:
+    """Add bodies as they are, and as a file shows them: zeros where it shows none, or other numbers of vertices."""
+    expected = in_rows(truth, truth)
+    rows = asked(in_rows, expected[:0], asked(question, {}, *about), truth)
+    answers.extend(rows if rows.shape == expected.shape else np.zeros_like(expected), expected, kind=kind)
 
 
-def as_they_are(world: World) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+def as_they_are(world: World) -> Shown:
     """Return the bodies of a world, from raw arrays."""
     shown = {f"soft_body_{k}": (b.positions.copy(), b.triangles.copy()) for k, b in enumerate(world.soft_bodies)}
     for k, box in enumerate(world.boxes):
@@ -114,34 +117,30 @@ SINGLE = "positions in single precision, of some metres: 2.4e-7 each way, more i
     ),
 )
 def moments_as_files(run: Run) -> Comparison:
-    """A world's PLY and OBJ, as libigl reads them, its GLB, as trimesh and the specification of glTF do, and its USD,
-    as its text says, have its soft bodies, vertex by vertex, and its boxes, corner by corner, where they are, facing
-    outwards."""
+    """Exported files show a world's bodies where they are, facing outwards.
+
+    PLY and OBJ are read by libigl, GLB by trimesh and as the specification of glTF says, USD as its text says. Soft
+    bodies are compared vertex by vertex, boxes corner by corner.
+    """
     from references import gltf, trimesh
     from references import usd as by_hand
 
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(2, 10, 100)):
         world = crowded(rng)
-        truth = as_they_are(world)
-        names = list(truth)
-        with tempfile.TemporaryDirectory() as name:
-            folder = Path(name)
-            readers: dict[str, Callable[[Path], Shown]] = {
-                "ply, by libigl": partial(_read, moving=None, world=world),
-                "obj, by libigl": partial(_read, moving=None, world=world),
-                "glb, by trimesh": trimesh.load_scene,
-                "glb, by the specification": lambda path: gltf.Film(path).shown(),
-                "usda": lambda path: by_hand.Stage(path).shown(),
-                "usdc": lambda path: by_hand.Stage(path).shown(),
-            }
+        readers: dict[str, Callable[[Path], Shown]] = {
+            "ply, by libigl": partial(_read, moving=None, world=world),
+            "obj, by libigl": partial(_read, moving=None, world=world),
+            "glb, by trimesh": trimesh.load_scene,
+            "glb, by the specification": partial(_read, moving=gltf.Film, world=world),
+            "usda": partial(_read, moving=by_hand.Stage, world=world),
+            "usdc": partial(_read, moving=by_hand.Stage, world=world),
+        }
+        with tempfile.TemporaryDirectory() as folder:
             for kind, reader in readers.items():
-                path = folder / f"now.{kind.partition(',')[0]}"
-                expected.append(in_rows(truth, names))
-                measured.append(rows_like(expected[-1], asked(partial(_exported, world, path, reader), {}), names))
-                kinds += [kind] * len(expected[-1])
-    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+                path = Path(folder) / f"now.{kind.partition(',')[0]}"
+                add_shown(answers, as_they_are(world), kind, _exported, world, path, reader)
+    return answers.comparison()
 
 
 @check(
@@ -157,31 +156,23 @@ def moments_as_files(run: Run) -> Comparison:
         MOMENT,
         Fault(
             "shapes from frame to frame, in place of from the first",
-            animation._Moving._targets,
+            _Moving._targets,
             "pose.particle_position[rows] - first"
             " → pose.particle_position[rows] - self._poses[max(0, k - 1)].particle_position[rows]",
         ),
-        Fault(
-            "turns a frame late",
-            animation._Moving.add_to,
-            "_nearest_signs(x_) → _nearest_signs(np.roll(x_, 1, axis=0))",
-        ),
-        Fault(
-            "shapes a frame late",
-            animation._Moving.add_to,
-            "np.eye(frames, frames - 1, -1) → np.eye(frames, frames - 1, -2)",
-        ),
-        Fault("signs of turns by the first", animation._nearest_signs, "q_[:-1] → q_[:1]"),
-        Fault("a weight too many", animation._Moving.add_to, "[0.0] * (frames - 1) → [0.0] * frames"),
-        Fault("quaternions with w first", animation._Moving.add_to, "x_[:, [1, 2, 3, 0]] → x_[:, [0, 1, 2, 3]]"),
+        Fault("turns a frame late", _Moving.add_to, "_nearest_signs(x_) → _nearest_signs(np.roll(x_, 1, axis=0))"),
+        Fault("shapes a frame late", _Moving.add_to, "np.eye(frames, frames - 1, -1) → np.eye(frames, frames - 1, -2)"),
+        Fault("signs of turns by the first", _nearest_signs, "q_[:-1] → q_[:1]"),
+        Fault("a weight too many", _Moving.add_to, "[0.0] * (frames - 1) → [0.0] * frames"),
+        Fault("quaternions with w first", _Moving.add_to, "x_[:, [1, 2, 3, 0]] → x_[:, [0, 1, 2, 3]]"),
         Fault(
             "USD that counts frames from 1",
-            usd._time_codes,
+            _time_codes,
             "[float(code) for code in codes] → [float(code) + 1.0 for code in codes]",
         ),
         Fault(
             "USD whose frames that are not even last as long as each other",
-            usd._time_codes,
+            _time_codes,
             "codes = seconds * rate → codes = np.arange(len(seconds))",
         ),
         Fault("USD whose points stay", usd._put, "mesh.GetPointsAttr().Set(p_, code) → mesh.GetPointsAttr().Set(p_)"),
@@ -189,61 +180,46 @@ def moments_as_files(run: Run) -> Comparison:
     ),
 )
 def films_as_files(run: Run) -> Comparison:
-    """A trajectory's GLB and USD show, at the time of each frame, even or not, its bodies, and between two frames soft
-    bodies on the straight way and boxes on the shortest turn, in GLB also for viewers that do not look for it; its
-    folders of PLY, OBJ, GLB and USD have a file for each frame, or every so many."""
+    """Exported films show each frame's bodies at its time.
+
+    So do a trajectory's GLB and USD, whose frames are even or not. Between two frames soft bodies are on the straight
+    way and boxes on the shortest turn. In GLB they are for viewers, too, that do not look for the shortest. Folders of
+    PLY, OBJ, GLB and USD have a file for each frame, or every so many.
+    """
     from references import gltf
     from references import usd as by_hand
 
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    rng, answers = run.fresh_rng(), Answers()
     moving: dict[str, Callable[[Path], Any]] = {"glb": gltf.Film, "usda": by_hand.Stage, "usdc": by_hand.Stage}
     for trial in range(run.count(2, 4, 40)):
-        world = crowded(rng)
-        poses = []
+        world, is_even = crowded(rng), trial % 2 == 0
         # Frames that programs can count, eight a second, or none of them at a whole number of any rate.
-        times = np.cumsum(np.full(6, 0.125) if trial % 2 == 0 else rng.uniform(0.1, 0.15, 6))
+        times = np.cumsum(np.full(6, 0.125) if is_even else rng.uniform(0.1, 0.15, 6))
         times -= times[0]
         with tempfile.TemporaryDirectory() as name:
-            folder = Path(name)
-            with TrajectoryWriter(world, folder / "kept") as kept:
-                for k in range(6):
-                    _shake(world, rng)
-                    world.time = float(times[k])
-                    kept.frame()
-                    poses.append((as_they_are(world), world.state.box_orientation.copy()))
+            folder, poses = Path(name), list[Pose]()
+            for _ in frames_to_keep(world, times, folder / "kept"):
+                _shake(world, rng)
+                poses.append((as_they_are(world), world.state.box_orientation.copy()))
             film = Trajectory.open(folder / "kept")
-            names = list(poses[0][0])
             for kind, reader in moving.items():
-                if kind == "usdc" and trial % 2:
+                if kind == "usdc" and not is_even:
                     continue
-                path = folder / f"film.{kind}"
-                seen = asked(partial(_exported, film, path, reader), None)
-                for k, (truth, _) in enumerate(poses):
-                    expected.append(in_rows(truth, names))
-                    measured.append(rows_like(expected[-1], asked(partial(_at, seen, float(times[k])), {}), names))
-                    kinds += [f"{kind} that moves, at a frame"] * len(expected[-1])
-                for k in range(5):
-                    shown = asked(partial(_at, seen, 0.5 * (times[k] + times[k + 1])), {})
-                    expected.append(in_rows(_half_way(world, poses[k], poses[k + 1]), names))
-                    measured.append(rows_like(expected[-1], shown, names))
-                    kinds += [f"{kind} that moves, between frames"] * len(expected[-1])
+                seen = asked(_exported, None, film, folder / f"film.{kind}", reader)
+                for time, (truth, _) in zip(times, poses):
+                    add_shown(answers, truth, f"{kind} that moves, at a frame", _at, seen, time)
+                for time, *both in zip(0.5 * (times[:-1] + times[1:]), poses, poses[1:]):
+                    truth = _half_way(world, *both)
+                    add_shown(answers, truth, f"{kind} that moves, between frames", _at, seen, time)
                 if kind == "glb":  # (bodies, weights that are not one for each target, turns that go the long way)
-                    expected.append(np.array([[4.0, 0.0, 0.0]]))
-                    measured.append(np.array([asked(partial(_counts, seen), [0.0, 0.0, 0.0])]))
-                    kinds.append("weights and turns")
-            for kind in ("ply", "obj", *moving) if trial % 2 == 0 else ():
+                    answers.add(asked(_counts, [0.0] * 3, seen), [4.0, 0.0, 0.0], kind="weights and turns")
+            for kind in ("ply", "obj", *moving) if is_even else ():
                 asked(partial(film.export, folder / kind, kind, every=2), None)
-                paths = asked(partial(_files, folder / kind), [])
-                for pose, path in zip(poses[::2], paths):
-                    read = partial(_read, path, moving.get(kind), world)
-                    expected.append(in_rows(pose[0], names))
-                    measured.append(rows_like(expected[-1], asked(read, {}), names))
-                    kinds += [f"a folder of {kind}"] * len(expected[-1])
-                measured.append(np.full((1, 3), float(len(paths))))
-                expected.append(np.full((1, 3), 3.0))
-                kinds.append(f"a folder of {kind}")
-    return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds)
+                paths = asked(_files, [], folder / kind)
+                for (truth, _), path in zip(poses[::2], paths):
+                    add_shown(answers, truth, f"a folder of {kind}", _read, path, moving.get(kind), world)
+                answers.add([float(len(paths))] * 3, [3.0] * 3, kind=f"a folder of {kind}")
+    return answers.comparison()
 
 
 @check(
@@ -263,13 +239,15 @@ def films_as_files(run: Run) -> Comparison:
     ),
 )
 def colours_of_bodies(run: Run) -> Comparison:
-    """A body has in a GLB and in a USD file the colour that it has in a picture, up to how bright it is: of two to
-    eight bodies, soft ones and boxes, some of which cannot move, each of its own colour."""
+    """A body has in GLB and USD files its picture's colour.
+
+    It is compared up to how bright it is: of two to eight bodies, soft ones and boxes, some of which cannot move, each
+    of its own colour.
+    """
     from references import gltf
     from references import usd as by_hand
 
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(2, 6, 60)):
         world = World()
         for k in range(int(rng.integers(1, 4))):
@@ -278,25 +256,21 @@ def colours_of_bodies(run: Run) -> Comparison:
         for k in range(first, first + int(rng.integers(1, 6))):
             mass = None if rng.random() < 0.3 else 1.0
             world.add_box((1.0, 1.0, 1.0), mass, (10.0 * k, -8.0 * k, 2.0))
-        with tempfile.TemporaryDirectory() as name:
-            folder = Path(name)
-            files: dict[str, dict[str, np.ndarray]] = {
-                "GLB": _exported(world, folder / "now.glb", gltf.Film).colours(),
-                "USD": _exported(world, folder / "now.usda", by_hand.Stage).colours(),
+        with tempfile.TemporaryDirectory() as folder:
+            colours_in = {
+                "GLB": _exported(world, Path(folder) / "now.glb", gltf.Film).colours(),
+                "USD": _exported(world, Path(folder) / "now.usda", by_hand.Stage).colours(),
             }
         bodies = {f"soft_body_{k}": body.centre for k, body in enumerate(world.soft_bodies)}
         bodies |= {f"box_{k}": box.position for k, box in enumerate(world.boxes)}
         for title, place in bodies.items():
-            camera = Camera(
-                tuple(place + np.array([1.54, 1.26, -0.2])), tuple(place), 5.0
-            )  # the light comes from −x, −y
+            eye = place + np.array([1.54, 1.26, -0.2])  # the light comes from −x, −y
+            camera = Camera(tuple(eye), tuple(place), 5.0)
             pixels = world.picture(camera=camera, size=(16, 16), colour="plain").reshape(-1, 3).mean(axis=0)
-            for kind, colours in files.items():
+            for kind, colours in colours_in.items():
                 screen = colours.get(title, np.ones(3)) ** (1.0 / 2.2)
-                measured.append(screen / np.linalg.norm(screen))
-                expected.append(pixels / np.linalg.norm(pixels))
-                kinds.append(kind)
-    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+                answers.add(screen / np.linalg.norm(screen), pixels / np.linalg.norm(pixels), kind=kind)
+    return answers.comparison()
 
 
 def _exported(what: World | Trajectory, path: Path, reader: Callable[[Path], Any]) -> Any:
@@ -322,7 +296,16 @@ def _counts(film: Any) -> list[float]:
 def _read(path: Path, moving: Callable[[Path], Any] | None, world: World) -> Shown:
     from references import igl
 
-    return _at(moving(path), 0.0) if moving else parted(world, *igl.read_mesh(path))
+    return moving(path).shown() if moving else parted(world, *igl.read_mesh(path))
+
+
+def frames_to_keep(world: World, times: np.ndarray, folder: Path) -> Iterator[None]:
+    """Keep a frame at each time, of the world as it is made in between: the caller moves it before each."""
+    with TrajectoryWriter(world, folder) as kept:
+        for time in times.tolist():
+            yield
+            world.time = time
+            kept.frame()
 
 
 def _shake(world: World, rng: np.random.Generator) -> None:
@@ -335,22 +318,15 @@ def _shake(world: World, rng: np.random.Generator) -> None:
     state.box_orientation[:] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
 
 
-def _half_way(
-    world: World, one: tuple[Shown, np.ndarray], other: tuple[Shown, np.ndarray]
-) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+def _half_way(world: World, one: Pose, other: Pose) -> Shown:
     """Return what is between two poses: shapes and places half-way, turns by the shortest arc."""
     from references import rotation
 
-    shown = {}
-    for name, (vertices, triangles) in one[0].items():
-        ahead = other[0][name][0]
-        if name.startswith("box"):
-            k = int(name.removeprefix("box_"))
-            middle = 0.5 * (vertices.mean(axis=0) + ahead.mean(axis=0))
-            turn = rotation.half_way(one[1][k], other[1][k])
-            shown[name] = corners_of(world.model.box_size[k]) @ rotation_matrix(turn).T + middle, triangles
-        else:
-            shown[name] = 0.5 * (vertices + ahead), triangles
+    shown = {name: (0.5 * (vertices + other[0][name][0]), triangles) for name, (vertices, triangles) in one[0].items()}
+    for k, size in enumerate(world.model.box_size):
+        middle = 0.5 * (one[0][f"box_{k}"][0].mean(axis=0) + other[0][f"box_{k}"][0].mean(axis=0))
+        turn = rotation.half_way(one[1][k], other[1][k])
+        shown[f"box_{k}"] = corners_of(size) @ rotation_matrix(turn).T + middle, BOX_TRIANGLES
     return shown
 
 
@@ -362,33 +338,30 @@ def _half_way(
     engines=("pxr",),
     because="yes or no; times of up to a minute are kept to 1e-14 s",
     faults=(
-        Fault("a hundredth less even", usd._time_codes, "x_.max() < EVEN → x_.max() < 1.01 * EVEN"),
-        Fault("frames that are never counted", usd._time_codes, "x_.max() < EVEN → False"),
-        Fault("even to a millionth of a second", usd._time_codes, "x_.max() < EVEN → x_.max() < whole * EVEN"),
+        Fault("a hundredth less even", _time_codes, "x_.max() < EVEN → x_.max() < 1.01 * EVEN"),
+        Fault("frames that are never counted", _time_codes, "x_.max() < EVEN → False"),
+        Fault("even to a millionth of a second", _time_codes, "x_.max() < EVEN → x_.max() < whole * EVEN"),
     ),
 )
 def frames_that_are_counted(run: Run) -> Comparison:
-    """Programs count the frames of a USD, whose times are whole numbers then, if the frames come a whole number a
-    second, each to a millionth of a frame: with one that is late or early by 0.5, 0.997, 1.003 and 2 millionths."""
-    rng = run.fresh_rng()
-    counted, even, kinds = [], [], []
+    """Programs count the frames of a USD that come evenly.
+
+    Their times are whole numbers then. They do if frames come a whole number a second, each to a millionth of a frame:
+    with one that is late or early by 0.5, 0.997, 1.003 and 2 millionths.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for trial in range(run.count(16, 48, 400)):
         factor, rate, late = (0.5, 0.997, 1.003, 2.0)[trial % 4], int(rng.integers(2, 100)), int(rng.integers(1, 5))
         times = np.arange(6.0) / rate
         times[late] += rng.choice([-1.0, 1.0]) * factor * 1e-6 / rate
         world = World()
         world.add_box((1.0, 1.0, 1.0), 1.0)
-        with tempfile.TemporaryDirectory() as name:
-            folder = Path(name)
-            with TrajectoryWriter(world, folder / "kept") as kept:
-                for time in times.tolist():
-                    world.state.box_position[0] = rng.normal(size=3)
-                    world.time = time
-                    kept.frame()
-            Trajectory.open(folder / "kept").export(folder / "film.usda")
-            text = (folder / "film.usda").read_text()
+        with tempfile.TemporaryDirectory() as folder:
+            kept, path = Path(folder) / "kept", Path(folder) / "film.usda"
+            for _ in frames_to_keep(world, times, kept):
+                world.state.box_position[0] = rng.normal(size=3)
+            text = _exported(Trajectory.open(kept), path, Path.read_text)
         codes = [float(code) for code in re.findall(r"^\s*([-+.e\d]+): \(", text, re.MULTILINE)]
-        counted.append(len(codes) >= 6 and all(code.is_integer() for code in codes))
-        even.append(factor < 1.0)
-        kinds.append(f"{factor} millionths of a frame")
-    return Comparison(np.array(counted), np.array(even), groups=kinds)
+        is_counted = len(codes) >= 6 and all(code.is_integer() for code in codes)
+        answers.add(is_counted, factor < 1.0, kind=f"{factor} millionths of a frame")
+    return answers.comparison()

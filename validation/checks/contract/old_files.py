@@ -12,13 +12,12 @@ from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from softbody import Trajectory, World, scenes
 from softbody.__main__ import main as softbody_command
 from softbody.scenes import scene_file
 from softbody.storage import snapshot
-from softbody.trajectory import manifest, reader
+from softbody.trajectory import manifest
+from validation.answers import Answers
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
 from validation.golden.make import EXPECTED, FILES, told_of_trajectory, told_of_world
@@ -53,10 +52,11 @@ def asked(question: Callable[..., dict[str, Any]], *about: Any) -> dict[str, Any
 
 def comparison(right: dict[str, dict[str, bool]]) -> Comparison:
     """Return what was right of each file, and a note of what was not."""
-    same = [good for each in right.values() for good in each.values()]
-    kinds = [name for name, each in right.items() for _ in each]
+    answers = Answers()
+    for name, each in right.items():
+        answers.extend(list(each.values()), [True] * len(each), kind=name)
     wrong = [f"{name}: {what}" for name, each in right.items() for what, good in each.items() if not good]
-    return Comparison(np.array(same), np.ones(len(same), bool), groups=kinds, notes=wrong[:10])
+    return answers.comparison(notes=wrong[:10])
 
 
 def told_by(read: Callable[[Path], World], path: Path) -> dict[str, Any]:
@@ -66,24 +66,17 @@ def told_by(read: Callable[[Path], World], path: Path) -> dict[str, Any]:
 
 def compared(told: dict[str, Any], said: dict[str, Any]) -> dict[str, bool]:
     """Tell of each thing that was said whether it is told today, of entries one by one."""
-    entries = said.get("entries", {})
-    same = {name: told.get("entries", {}).get(name) == value for name, value in entries.items()}
-    return same | {
-        name: name in told and told[name] == value
-        for name, value in said.items()
-        if name not in ("entries", "revision")
-    }
+    entries = told.get("entries", {})
+    same = {name: entries.get(name) == value for name, value in said.get("entries", {}).items()}
+    rest = [name for name in said if name not in ("entries", "revision")]
+    return same | {name: name in told and told[name] == said[name] for name in rest}
 
 
 def said_since(read: Callable[[Path], World], path: Path, said: dict[str, Any]) -> dict[str, bool]:
     """Tell whether the world of a file has nothing of what the softbody of then did not know."""
     world = read(path)
-    right = {
-        "joints": "joints" in said or not world.joints,
-        "time_left": "time_left" in said or not world.state.box_time_left.any(),
-        "names": "names" in said or not any(body.name for body in (*world.soft_bodies, *world.boxes, *world.joints)),
-        "asleep": "asleep" in said or not any(body.is_asleep for body in (*world.soft_bodies, *world.boxes)),
-    }
+    told = told_of_world(world) | {"joints": world.joints}
+    right = {name: name in said or not any(told[name]) for name in ("joints", "time_left", "names", "asleep")}
     for name, array in world.snapshot().items():
         if name not in said["entries"] and not name.startswith(("format", "state.")):
             none = next((value for start, value in NONE_THEN.items() if name.startswith(start)), None)
@@ -116,9 +109,12 @@ def said_since(read: Callable[[Path], World], path: Path, said: dict[str, Any]) 
     ),
 )
 def worlds(run: Run) -> Comparison:
-    """Worlds that softbody has saved, in each of its formats, 1 to 6, and pickled, are read as the revision of softbody
-    that wrote them had them, to the bit: every entry, and what handles say. They have nothing that there was not yet.
-    The same holds of a world that is built from a scene file of then."""
+    """Old files of worlds are read as their own softbody had them.
+
+    Softbody saved them in each of its formats, 1 to 6, or pickled them. They are as the revision that wrote them had
+    them, to the bit: every entry, and what handles say. They have nothing that there was not yet. The same holds of a
+    world that is built from a scene file of then.
+    """
     right = dict[str, dict[str, bool]]()
     for ending, read in READERS.items():
         for name, said in expected_of(ending).items():
@@ -155,23 +151,27 @@ def last_frame_in_world(folder: Path) -> dict[str, Any]:
     faults=(
         Fault("labels that all must have", manifest._labels, "found is None → False"),
         Fault("a format that is counted up", manifest._manifest, "number == FORMAT → number == FORMAT + 1"),
-        Fault("bodies that are hashed under another name", reader.Trajectory.__init__, "'bodies' → 'shapes'"),
-        Fault("bodies of a world under another name", reader.Trajectory.put_into, "'bodies' → 'shapes'"),
-        Fault("no names for those who have none", reader.Trajectory.__init__, "x_ or unlabelled(s_) → x_"),
-        Fault("velocities that are not read", reader.Trajectory.__getitem__, "rows.get('box_velocity') → None"),
+        Fault("bodies that are hashed under another name", Trajectory.__init__, "'bodies' → 'shapes'"),
+        Fault("bodies of a world under another name", Trajectory.put_into, "'bodies' → 'shapes'"),
+        Fault("no names for those who have none", Trajectory.__init__, "x_ or unlabelled(s_) → x_"),
+        Fault("velocities that are not read", Trajectory.__getitem__, "rows.get('box_velocity') → None"),
         Fault("a run that never was", "softbody.cli.run_folder.WORLD", "'world.npz' → 'state.npz'"),
     ),
 )
 def trajectories_and_runs(run: Run) -> Comparison:
-    """Trajectories and folders of runs that softbody has kept since there are such, beside formats 2, 5 and 6, are read
-    as the revision of softbody that wrote them had them, to the bit: times, bodies, names, and each frame. A run of
-    then can be gone on with, and its last frame is where its world is."""
+    """Old trajectories and runs are read as their own softbody had them.
+
+    Softbody has kept them since there are such, beside formats 2, 5 and 6. They are as the revision that wrote them had
+    them, to the bit: times, bodies, names, and each frame. A run of then can be gone on with, and its last frame is
+    where its world is.
+    """
     right = dict[str, dict[str, bool]]()
     for name, said in expected_of("trajectory").items():
         path, no_names = FILES / name, [None] * (len(said["particles"]) + len(said["box_sizes"]))
-        right[name] = compared(asked(told_of_trajectory, path), {"names": no_names, **said})
+        said = {"names": no_names, **said}
+        right[name] = compared(asked(told_of_trajectory, path), said)
         if path.parent.name == "run":
-            right[f"{name}, gone on with"] = compared(asked(gone_on_with, path.parent), {"names": no_names, **said})
+            right[f"{name}, gone on with"] = compared(asked(gone_on_with, path.parent), said)
             (of_world,) = expected_of(name.replace("trajectory", "world.npz")).values()
             put_back = {"motion": of_world["motion"]}
             right[f"{name}, put back"] = compared(asked(last_frame_in_world, path.parent), put_back)

@@ -6,7 +6,7 @@ import shutil
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -15,10 +15,12 @@ import numpy as np
 
 from softbody import OutputError, Recorder, SceneError, SnapshotError, Trajectory, TrajectoryError, World
 from softbody.cli import run_folder
-from softbody.cli.run_folder import run_scene
+from softbody.cli.run_folder import _advance, _film, _prepared, _world_of, run_scene
 from softbody.scenes import from_file
+from validation.answers import Answers
 from validation.check import Comparison, Run, check
 from validation.checks.contract.exports import asked
+from validation.checks.contract.kept_files import extend_evenly, row_of
 from validation.fault import Fault
 
 FAMILY = "what is kept and exported"
@@ -31,22 +33,11 @@ class _EndError(Exception):
     """What ends a run before its time."""
 
 
-class _Clock:
-    """A clock that is set."""
-
-    def __init__(self) -> None:
-        self.now = 100.0
-
-    def __call__(self) -> float:
-        """Return the time [s]."""
-        return self.now
-
-
 class _Told:
     """What is told of the frames of a run, which take so long [s] each, and ends it after one of them."""
 
     def __init__(self, each: float = 0.0, end: int | None = None) -> None:
-        self.clock, self.frames, self.done = _Clock(), 0, -1
+        self.now, self.frames, self.done = 100.0, 0, -1
         self._each, self._end = each, end
 
     @contextmanager
@@ -55,9 +46,13 @@ class _Told:
         self.done = done
         yield self._tell
 
+    def clock(self) -> float:
+        """Return the time [s]: a clock that is set."""
+        return self.now
+
     def _tell(self, frames: int) -> None:
         self.frames = frames
-        self.clock.now += self._each
+        self.now += self._each
         if frames == self._end:
             raise _EndError
 
@@ -95,13 +90,15 @@ velocity = {speed.tolist()}
     return text, start, speed
 
 
-def row_of(time: float, positions: np.ndarray, velocities: np.ndarray) -> np.ndarray:
-    """Return time, middle and mean velocity (7,) of a ball."""
-    return np.hstack([time, positions.mean(axis=0), velocities.mean(axis=0)])
+def written(folder: str, text: str) -> Path:
+    """Write a scene file into a folder, and return where it is."""
+    path = Path(folder) / "scene.toml"
+    path.write_text(text)
+    return path
 
 
 def rows_in(out: Path) -> np.ndarray:
-    """Return the same of each frame in the folder of a run, and of the world that was saved last."""
+    """Return the `row_of` each frame in the folder of a run, and of the world that was saved last."""
     rows = []
     for frame in Trajectory.open(out / "trajectory"):
         assert frame.velocities is not None
@@ -121,57 +118,53 @@ def rows_in(out: Path) -> np.ndarray:
     faults=(
         Fault("frames of one's own steps at the end", run_folder._Schedule.advance, "min(steps, r_) → steps"),
         Fault("a last frame that is as long as others", run_folder._Schedule.advance, "even or k < last → True"),
-        Fault("a world that is not saved at the end", run_folder._advance, "done < schedule.frames → False"),
-        Fault("a run that begins again in the midst", run_folder._advance, "kept.frames - 1 → 0"),
+        Fault("a world that is not saved at the end", _advance, "done < schedule.frames → False"),
+        Fault("a run that begins again in the midst", _advance, "kept.frames - 1 → 0"),
         Fault(
             "a last frame that is forgotten",
-            run_folder._advance,
+            _advance,
             "range(done + 1, schedule.frames + 1) → range(done + 1, schedule.frames)",
         ),
     ),
 )
 def balls_are_run(run: Run) -> Comparison:
-    """A scene file of a ball that flies, run into a folder, leaves a frame there each 1/f s, the last one at the end,
-    and the world as it is then, where the parabola has the ball: in steps of the world's choice, or at the ones of
-    one's own nearest to it, at once, or ended after some frames and gone on with."""
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
-    for trial in range(run.count(2, 6, 60)):
-        for is_own in (False, True):
-            is_even = (trial + is_own) % 2 == 0
-            rate, count = rng.uniform(20.0, 60.0), int(rng.integers(6, 12))
-            seconds = (count - (0.0 if is_even else rng.uniform(0.1, 0.9))) / rate
-            how, times = f"seconds = {seconds!r}\nframes_per_second = {rate!r}", np.arange(count + 1) / rate
-            times[-1] = seconds
-            if is_own:
-                between = np.full(count + 1, 0.5)
-                while np.any(np.abs(between - 0.5) < 0.01):  # a frame half-way between two steps may be either's
-                    longest = 1.0 / rate / rng.uniform(2.5, 6.0)
-                    steps = int(np.ceil(seconds / longest))
-                    between = times / (seconds / steps) % 1.0
-                due = np.minimum(np.round(times / (seconds / steps)), steps)
-                how, times = f"{how}\ntime_step = {longest!r}", due * (seconds / steps)
-            text, start, speed = flying(rng, how)
-            fall = np.outer(0.5 * times**2, (0.0, 0.0, FALL))
-            judged = np.column_stack([times, start + np.outer(times, speed) - fall, np.tile(speed, (count + 1, 1))])
-            judged[:, 6] -= FALL * times
-            judged = np.vstack([judged, judged[-1]])
-            # Frames that take long are saved, each of them; others only at the end.
-            for each, ends in ((0.0, []), *((t, [int(rng.integers(1, 3)), count - 2]) for t in (0.0, 20.0))):
-                with tempfile.TemporaryDirectory() as name:
-                    path, out = Path(name) / "scene.toml", Path(name) / "out"
-                    path.write_text(text)
-                    asked(partial(ended_after, path, out, ends, each), None)
-                    rows = asked(partial(rows_in, out), np.zeros((0, 7)))
-                # What cannot be run or read is a frame that is missing.
-                most = np.maximum(len(rows), len(judged))
-                measured.append(np.vstack([rows, np.zeros((most - len(rows), 7))]))
-                expected.append(np.vstack([judged, np.zeros((most - len(judged), 7))]))
-                steps_of = "steps of one's own" if is_own else "the world's steps"
-                again = ("gone on with, saved" if each else "gone on with") if ends else "at once"
-                kinds += [f"{steps_of}, {again}"] * int(most)
-    scale = 1.0 + np.linalg.norm(np.concatenate(expected), axis=1)
-    return Comparison(np.concatenate(measured), np.concatenate(expected), scale, kinds)
+    """A scene file's ball is kept where its parabola has it.
+
+    The ball flies. Run into a folder, its scene file leaves a frame there each 1/f s, the last one at the end. It
+    leaves the world as it is then, too. It is run in steps of the world's choice, or at the ones of one's own nearest
+    to those times. It is run at once, or ended after some frames and gone on with.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    for trial, is_own in product(range(run.count(2, 6, 60)), (False, True)):
+        is_even = (trial + is_own) % 2 == 0
+        rate, count = rng.uniform(20.0, 60.0), int(rng.integers(6, 12))
+        seconds = (count - (0.0 if is_even else rng.uniform(0.1, 0.9))) / rate
+        how, times = f"seconds = {seconds!r}\nframes_per_second = {rate!r}", np.arange(count + 1) / rate
+        times[-1] = seconds
+        if is_own:
+            between = np.full(count + 1, 0.5)
+            while np.any(np.abs(between - 0.5) < 0.01):  # a frame half-way between two steps may be either's
+                longest = 1.0 / rate / rng.uniform(2.5, 6.0)
+                steps = int(np.ceil(seconds / longest))
+                between = times / (seconds / steps) % 1.0
+            due = np.minimum(np.round(times / (seconds / steps)), steps)
+            how, times = f"{how}\ntime_step = {longest!r}", due * (seconds / steps)
+        text, start, speed = flying(rng, how)
+        fall = np.outer(0.5 * times**2, (0.0, 0.0, FALL))
+        judged = np.column_stack([times, start + np.outer(times, speed) - fall, np.tile(speed, (count + 1, 1))])
+        judged[:, 6] -= FALL * times
+        judged = np.vstack([judged, judged[-1]])
+        # Frames that take long are saved, each of them; others only at the end.
+        for each, ends in ((0.0, []), *((t, [int(rng.integers(1, 3)), count - 2]) for t in (0.0, 20.0))):
+            with tempfile.TemporaryDirectory() as folder:
+                path, out = written(folder, text), Path(folder) / "out"
+                asked(ended_after, None, path, out, ends, each)
+                rows = asked(rows_in, np.zeros((0, 7)), out)
+            steps_of = "steps of one's own" if is_own else "the world's steps"
+            again = ("gone on with, saved" if each else "gone on with") if ends else "at once"
+            # What cannot be run or read is a frame that is missing.
+            extend_evenly(answers, rows, judged, f"{steps_of}, {again}", is_relative=True)
+    return answers.comparison()
 
 
 def bits_in(out: Path) -> list[bytes]:
@@ -201,44 +194,38 @@ def filmed(path: Path, out: Path, rate: float, count: int, look: dict[str, Any])
     faults=(
         Fault(
             "a film without its last frame",
-            run_folder._film,
+            _film,
             "c_ * film.frames_per_second + 1e-9 → c_ * film.frames_per_second - 1e-9",
         ),
-        Fault("film of frames before", run_folder._film, "np.abs(x_).argmin() → max(0, np.abs(x_).argmin() - 1)"),
-        Fault(
-            "a run that goes on with the world as it began",
-            run_folder._world_of,
-            "World.load(folder / WORLD) → scene.world",
-        ),
+        Fault("film of frames before", _film, "np.abs(x_).argmin() → max(0, np.abs(x_).argmin() - 1)"),
+        Fault("a run that goes on with the world as it began", _world_of, "World.load(folder / WORLD) → scene.world"),
     ),
 )
 def what_was_ended_goes_on(run: Run) -> Comparison:
-    """A run that has been ended twice, and gone on with from where it was saved last, has the bits of one that nothing
-    has ended, in every frame, in the last world and in the film; and the film, of more or fewer frames a second than
-    were kept, is the one that a `Recorder` makes of the frames that are nearest to its times, the one at the very end
-    among them."""
-    rng = run.fresh_rng()
-    right, kinds = [], []
-    for _ in range(run.count(1, 3, 30)):
-        for per_second in (8, 12, 24):  # of frames that are kept 16 times a second: none is half-way between two
-            count = int(rng.integers(5, 12))
-            shown = {"size": (32, 24), "colour": "speed", "colour_range": (0.0, 5.0)}
-            film = f"[film]\nsize = [32, 24]\nframes_per_second = {per_second}\ncolour = 'speed'\ncolour_range = [0, 5]"
-            text, *_ = flying(rng, f"seconds = {count / 16}\nframes_per_second = 16", film)
-            with tempfile.TemporaryDirectory() as name:
-                folder = Path(name)
-                path = folder / "scene.toml"
-                path.write_text(text)
-                ends = [2, int(rng.integers(3, count))]
-                asked(partial(ended_after, path, folder / "whole", []), None)
-                begun = asked(partial(ended_after, path, folder / "parts", ends, 20.0), None)
-                whole, parts = (asked(partial(bits_in, folder / each), [each.encode()]) for each in ("whole", "parts"))
-                right += [whole == parts and len(whole) == count + 4, begun == [0, *(end - 1 for end in ends)]]
-                ahead = count * per_second // 16 + 1
-                made = asked(partial(filmed, path, folder / "whole", per_second, ahead, shown), b"")
-                right.append(made == whole[-1])
-            kinds += ["bits", "from where", f"a film of {per_second} a second"]
-    return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
+    """A run that was ended goes on to the same bits.
+
+    It has been ended twice, and gone on with from where it was saved last. Every frame, the last world and the film
+    have the bits of a run that nothing has ended. The film is the one that a `Recorder` makes of the frames nearest to
+    its times, the one at the very end among them. It is of more or fewer frames a second than were kept.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    shown = {"size": (32, 24), "colour": "speed", "colour_range": (0.0, 5.0)}
+    # Of frames that are kept 16 times a second: none is half-way between two.
+    for _, per_second in product(range(run.count(1, 3, 30)), (8, 12, 24)):
+        count = int(rng.integers(5, 12))
+        film = f"[film]\nsize = [32, 24]\nframes_per_second = {per_second}\ncolour = 'speed'\ncolour_range = [0, 5]"
+        text, *_ = flying(rng, f"seconds = {count / 16}\nframes_per_second = 16", film)
+        with tempfile.TemporaryDirectory() as name:
+            path, at_once, in_parts = written(name, text), Path(name) / "whole", Path(name) / "parts"
+            ends = [2, int(rng.integers(3, count))]
+            asked(ended_after, None, path, at_once, [])
+            begun = asked(ended_after, None, path, in_parts, ends, 20.0)
+            whole, parts = asked(bits_in, [b"whole"], at_once), asked(bits_in, [b"parts"], in_parts)
+            made = asked(filmed, b"", path, at_once, per_second, count * per_second // 16 + 1, shown)
+        answers.add(whole == parts and len(whole) == count + 4, True, kind="bits")
+        answers.add(begun == [0, *(end - 1 for end in ends)], True, kind="from where")
+        answers.add(made == whole[-1], True, kind=f"a film of {per_second} a second")
+    return answers.comparison()
 
 
 def in_the_way(path: Path, run: Path) -> Iterator[tuple[str, Path, Path, bool, type[Exception], str]]:
@@ -286,13 +273,13 @@ def in_the_way(path: Path, run: Path) -> Iterator[tuple[str, Path, Path, bool, t
     engines=("PIL",),
     kind="specification",
     faults=(
-        Fault("films that nobody tries before", run_folder.run_scene, "_recorder(w_, f_, v_).close() → "),
-        Fault("runs that are overwritten", run_folder._prepared, "not resume → False"),
-        Fault("any scene file", run_folder._prepared, "(folder / SCENE).read_bytes() != scene.content → False"),
+        Fault("films that nobody tries before", run_scene, "_recorder(w_, f_, v_).close() → "),
+        Fault("runs that are overwritten", _prepared, "not resume → False"),
+        Fault("any scene file", _prepared, "(folder / SCENE).read_bytes() != scene.content → False"),
         Fault("worlds of any moment", run_folder._check_has_frame, "time not in times → False"),
         Fault(
             "frames that are left out before the run is refused",
-            run_folder._advance,
+            _advance,
             "_check_has_frame(folder, world.time, is_new)"
             " → TrajectoryWriter(world, folder / TRAJECTORY, velocities=run.velocities, resume=True).close()\n"
             "_check_has_frame(folder, world.time, is_new)",
@@ -300,15 +287,16 @@ def in_the_way(path: Path, run: Path) -> Iterator[tuple[str, Path, Path, bool, t
     ),
 )
 def what_is_in_the_way(run: Run) -> Comparison:
-    """What is in the way of a run, or is not of the run that is gone on with, is said before any work, by the error of
-    its kind, whose text names it: no frame is made."""
-    rng = run.fresh_rng()
-    right, kinds = [], []
+    """What hinders a run is named before any work.
+
+    That is what is in its way, or is not of the run that is gone on with. The error is of its kind, its text names it,
+    and no frame is made.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(1, 2, 20)):
         text, *_ = flying(rng, "seconds = 0.5\nframes_per_second = 16", "[film]\nsize = [32, 24]")
         with tempfile.TemporaryDirectory() as name:
-            path, out = Path(name) / "scene.toml", Path(name) / "run"
-            path.write_text(text)
+            path, out = written(name, text), Path(name) / "run"
             with suppress(_EndError):
                 run_scene(path, out, False, _Told(end=int(rng.integers(2, 5))))
             for what, scene, folder, is_resumed, kind, named in in_the_way(path, out):
@@ -318,14 +306,13 @@ def what_is_in_the_way(run: Run) -> Comparison:
                     is_refused = False
                 except Exception as error:
                     is_refused = type(error) is kind and named in str(error)
-                right.append(is_refused and frames_in(folder) == before)
-                kinds.append(what)
-    return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
+                answers.add(is_refused and frames_in(folder) == before, True, kind=what)
+    return answers.comparison()
 
 
 def frames_in(folder: Path) -> int:
     """Return how many frames a run has kept in a folder, 0 if there is none."""
-    return asked(lambda: len(Trajectory.open(folder / "trajectory")), 0)  # type: ignore[no-any-return]
+    return len(asked(Trajectory.open, [], folder / "trajectory"))
 
 
 def saved_at(path: Path, each: float, cost: float) -> list[int]:
@@ -335,7 +322,7 @@ def saved_at(path: Path, each: float, cost: float) -> list[int]:
     def slowly(world: World, path: Path) -> None:
         save(world, path)
         saved.append(told.frames)
-        told.clock.now += cost
+        told.now += cost
 
     with mock.patch.object(run_folder, "monotonic", told.clock), mock.patch.object(World, "save", slowly):
         run_scene(path, path.with_name("out"), False, told)
@@ -351,29 +338,24 @@ def saved_at(path: Path, each: float, cost: float) -> list[int]:
     tolerance=0.0,
     because="whole numbers",
     faults=(
-        Fault("saving as often, however long it takes", run_folder._advance, "max(PAUSE, x_) → PAUSE"),
-        Fault(
-            "a pause from when saving was begun",
-            run_folder._advance,
-            "monotonic() + max(PAUSE, x_) → begun + max(PAUSE, x_)",
-        ),
-        Fault("no saving on the way", run_folder._advance, "monotonic() >= due → False"),
+        Fault("saving as often, however long it takes", _advance, "max(PAUSE, x_) → PAUSE"),
+        Fault("a pause from when saving was begun", _advance, "monotonic() + max(PAUSE, x_) → begun + max(PAUSE, x_)"),
+        Fault("no saving on the way", _advance, "monotonic() >= due → False"),
     ),
 )
 def how_often_worlds_are_saved(run: Run) -> Comparison:
-    """While a scene file is run, its world is saved whenever 10 s have gone by since it last was, or ten times as long
-    as that took, if that is more; besides at the beginning and at the end."""
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
-    count = 40
+    """A run saves its world every 10 s, if that is quick.
+
+    While a scene file is run, its world is saved whenever 10 s have gone by since it last was. If ten times as long as
+    that took is more, it is saved after that. Besides, it is saved at the beginning and at the end.
+    """
+    rng, answers, count = run.fresh_rng(), Answers(), 40
     for trial in range(run.count(6, 10, 100)):
         slow = trial % 2 == 1
         each, cost = rng.uniform(1.0, 4.0), rng.uniform(1.1, 3.0) if slow else rng.uniform(0.0, 0.9)
         text, *_ = flying(rng, f"seconds = {count / 64}\nframes_per_second = 64\ntime_step = {1 / 64}")
-        with tempfile.TemporaryDirectory() as name:
-            path = Path(name) / "scene.toml"
-            path.write_text(text)
-            saved = asked(partial(saved_at, path, each, cost), [])
+        with tempfile.TemporaryDirectory() as folder:
+            saved = asked(saved_at, [], written(folder, text), each, cost)
         due, now, judged = 10.0, 0.0, [0]
         for k in range(1, count + 1):
             now += each
@@ -382,7 +364,6 @@ def how_often_worlds_are_saved(run: Run) -> Comparison:
                 now += cost
                 due = now + (10.0 * cost if cost > 1.0 else 10.0)
         judged.append(count)
-        measured.append([len(saved), *(saved + [-1] * (count + 2))[: count + 2]])
-        expected.append([len(judged), *(judged + [-1] * (count + 2))[: count + 2]])
-        kinds.append("saving is slow" if slow else "saving is quick")
-    return Comparison(np.array(measured), np.array(expected), groups=kinds)
+        ours, theirs = ([len(ks), *(ks + [-1] * (count + 2))[: count + 2]] for ks in (saved, judged))
+        answers.add(ours, theirs, kind="saving is slow" if slow else "saving is quick")
+    return answers.comparison()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -15,6 +15,7 @@ import softbody
 from softbody import SnapshotError, Trajectory, TrajectoryError, TrajectoryWriter, World
 from softbody.storage import snapshot, snapshot_entries
 from softbody.trajectory import entries, manifest
+from validation.answers import Answers
 from validation.cases import random_orientations
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
@@ -23,10 +24,12 @@ FAMILY = "what users set and ask"
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 
 Arrays = dict[str, np.ndarray]
+Place = tuple[int, ...]
 
 LEAST, NAN, INF, LARGEST = 5e-324, float("nan"), float("inf"), 1e50
 TOO_LARGE = 1.01 * LARGEST
 ABOVE_ONE = float(np.nextafter(1.0, 2.0))
+OFF = (0.99e-6, -0.99e-6, 1.01e-6, -1.01e-6)  # relative, of lengths of quaternions: up to 1e-6 may be
 
 
 class Limits(NamedTuple):
@@ -37,6 +40,7 @@ class Limits(NamedTuple):
 
 
 REAL = Limits((0.0, -LARGEST, LARGEST), (NAN, INF, -INF, TOO_LARGE, -TOO_LARGE))
+HEIGHT = Limits((0.0, -LARGEST, LARGEST, -INF), (NAN, INF, TOO_LARGE, -TOO_LARGE))  # −∞ says that there is no ground
 NOT_NEGATIVE = Limits((0.0, LEAST, LARGEST), (-LEAST, -1.0, NAN, INF, TOO_LARGE))
 POSITIVE = Limits((1.0 / LARGEST, 1.0, LARGEST), (0.0, -1.0, 0.99 / LARGEST, NAN, INF, TOO_LARGE))
 UP_TO_ONE = Limits((0.0, 1.0), (-LEAST, ABOVE_ONE, NAN, INF))
@@ -49,75 +53,96 @@ def only(limits: Limits) -> Limits:
 
 
 # What softbody/model/arrays.py and World's arguments say of each entry that holds real numbers.
-NUMBERS: dict[str, Limits] = {
-    "model.particle_inverse_mass": NOT_NEGATIVE,
-    "model.edge_rest_length": POSITIVE,
-    "model.edge_stiffness": NOT_NEGATIVE,
-    "model.soft_thickness": POSITIVE,
-    "model.soft_edge_length": POSITIVE,
-    "model.soft_mesh_volume": POSITIVE,
-    "model.soft_deflated_below": UP_TO_ONE,
-    "model.soft_damping": NOT_NEGATIVE,
-    "model.soft_drag": NOT_NEGATIVE,
-    "model.soft_restitution": UP_TO_ONE,
-    "model.soft_friction": NOT_NEGATIVE,
-    "model.box_size": only(POSITIVE),
-    "model.box_inverse_mass": only(NOT_NEGATIVE),
-    "model.box_inverse_inertia": only(NOT_NEGATIVE),
-    "model.box_restitution": UP_TO_ONE,
-    "model.box_friction": NOT_NEGATIVE,
-    "model.ground_height": Limits((0.0, -LARGEST, LARGEST, -INF), (NAN, INF, TOO_LARGE, -TOO_LARGE)),
-    "model.ground_restitution": UP_TO_ONE,
-    "model.ground_friction": NOT_NEGATIVE,
-    "controls.gravity": REAL,
-    "controls.soft_gas": NOT_NEGATIVE,
-    "controls.particle_force": REAL,
-    "controls.box_force": REAL,
-    "controls.box_torque": REAL,
-    "state.particle_position": REAL,
-    "state.particle_velocity": REAL,
-    "state.box_position": REAL,
-    "state.box_orientation": only(REAL),
-    "state.box_velocity": REAL,
-    "state.box_angular_velocity": REAL,
-    "state.box_time_left": NOT_NEGATIVE,
-    "joints.joint_weights": only(UP_TO_ONE),
-    "joints.joint_place": REAL,
-    "joints.joint_stiffness": NOT_NEGATIVE,
-    "joints.joint_damping": NOT_NEGATIVE,
-    "joints.joint_rest_length": NOT_NEGATIVE,
-    "cache.point": REAL,
-    "cache.impulse": REAL,
-    "settings.speed_ceiling": NO_LIMIT,
-    "settings.angular_speed_ceiling": NO_LIMIT,
-    "settings.angular_speed_floor": NO_LIMIT,
-    "settings.sleep_speed": NO_LIMIT,
-    "settings.sleep_after": NO_LIMIT,
-    "rest.time": NOT_NEGATIVE,
-    "time": NOT_NEGATIVE,
+_BY_LIMITS: dict[Limits, str] = {
+    REAL: "controls.gravity controls.particle_force controls.box_force controls.box_torque state.particle_position"
+    " state.particle_velocity state.box_position state.box_velocity state.box_angular_velocity joints.joint_place"
+    " cache.point cache.impulse",
+    HEIGHT: "model.ground_height",
+    NOT_NEGATIVE: "model.particle_inverse_mass model.edge_stiffness model.soft_damping model.soft_drag"
+    " model.soft_friction model.box_friction model.ground_friction controls.soft_gas state.box_time_left"
+    " joints.joint_stiffness joints.joint_damping joints.joint_rest_length rest.time time",
+    POSITIVE: "model.edge_rest_length model.soft_thickness model.soft_edge_length model.soft_mesh_volume",
+    UP_TO_ONE: "model.soft_deflated_below model.soft_restitution model.box_restitution model.ground_restitution",
+    NO_LIMIT: "settings.speed_ceiling settings.angular_speed_ceiling settings.angular_speed_floor settings.sleep_speed"
+    " settings.sleep_after",
+    only(REAL): "state.box_orientation",
+    only(NOT_NEGATIVE): "model.box_inverse_mass model.box_inverse_inertia",
+    only(POSITIVE): "model.box_size",
+    only(UP_TO_ONE): "joints.joint_weights",
 }
+NUMBERS = {name: limits for limits, names in _BY_LIMITS.items() for name in names.split()}
 # The same of those that hold one whole number. (Others are tried as what they say together.)
-WHOLE: dict[str, tuple[tuple[int, ...], tuple[int, ...]]] = {
-    "format": ((), (-1, 0, 1, 7, 2**62)),
-    "model.soft_count": ((), (-1, 1, 3)),
-    "model.box_count": ((), (-1, 3, 5)),
-    "settings.integrator": ((0, 1, 2), (-1, 3, 2**62)),
-    "settings.substeps": ((1, 10_000_000), (0, -1, 10_000_001)),
-    "settings.iterations": ((1, 10_000_000), (0, -1, 10_000_001)),
-    "steps": ((0, 2**62), (-1, 2**62 + 1)),
+COUNTS = Limits((1, 10_000_000), (0, -1, 10_000_001))
+WHOLE: dict[str, Limits] = {
+    "format": Limits((), (-1, 0, 1, 7, 2**62)),
+    "model.soft_count": Limits((), (-1, 1, 3)),
+    "model.box_count": Limits((), (-1, 3, 5)),
+    "settings.integrator": Limits((0, 1, 2), (-1, 3, 2**62)),
+    "settings.substeps": COUNTS,
+    "settings.iterations": COUNTS,
+    "steps": Limits((0, 2**62), (-1, 2**62 + 1)),
 }
-
-
 # By the letter of a kind of numbers, or of words: others.
 OTHER_KINDS = {"f": ("i8", "U1", "?", "c16"), "i": ("f8", "U1", "?", "c16"), "b": ("i8", "U1", "f8"), "U": ("i8", "f8")}
 
 
 class Trial(NamedTuple):
-    """A saved world of which something was altered, and what must come of it."""
+    """Something saved of which something is altered, and what must come of it."""
 
     what: str
-    arrays: dict[str, Any]
     named: str | None  # what the refusal must name; None: it must be taken
+    changes: Mapping[str, Any] | bytes  # entries that are others; or what the file holds
+    gone: tuple[str, ...] = ()  # entries that are left out
+
+    def of(self, saved: Mapping[str, Any]) -> dict[str, Any]:
+        """Return all entries, altered."""
+        assert not isinstance(self.changes, bytes)
+        return {name: value for name, value in {**saved, **self.changes}.items() if name not in self.gone}
+
+
+def altered(what: str, name: str, array: Any, named: str | None) -> Trial:
+    """Return the trial of one entry that is another."""
+    return Trial(f"{what}: {name}", named, {name: array})
+
+
+def missing(name: str) -> Trial:
+    """Return the trial of an array that is left out."""
+    return Trial(f"missing: {name}", f"{name!r} is missing", {}, (name,))
+
+
+def put(array: np.ndarray, place: Any, value: Any) -> np.ndarray:
+    """Return a copy with something else at a place."""
+    changed = array.copy()
+    changed[place] = value
+    return changed
+
+
+def put_in(rows: list[Any], number: int, value: Any) -> list[Any]:
+    """Return a list with something else at a place."""
+    return [*rows[:number], value, *rows[number + 1 :]]
+
+
+def at_limits(
+    array: np.ndarray, limits: Limits, rng: np.random.Generator
+) -> Iterator[tuple[float, Place, np.ndarray, bool]]:
+    """Yield numbers at and beyond limits, a random place, the array with the number there, and whether it is taken."""
+    for value in (*limits.taken, *limits.refused):
+        place = tuple(int(rng.integers(n)) for n in array.shape)
+        yield value, place, put(array, place, value), value in limits.taken
+
+
+def at(place: Place) -> str:
+    """Return a place in an array as messages have it."""
+    return f"[{', '.join(map(str, place))}]"
+
+
+def of_turns(name: str, turns: np.ndarray, off: Iterable[float], said: str = "") -> Iterator[Trial]:
+    """Yield trials of quaternions whose lengths are off by so much, relatively."""
+    for place in np.ndindex(turns.shape[:-1]):
+        for by in off:
+            turned = put(turns, place, (1.0 + by) * turns[place] / np.linalg.norm(turns[place]))
+            named = None if abs(by) < 1e-6 else f"{name}{at(place)}{said}"
+            yield Trial("a turn of another length", named, {name: turned})
 
 
 def saved_world(rng: np.random.Generator) -> Arrays:
@@ -142,137 +167,96 @@ def saved_world(rng: np.random.Generator) -> Arrays:
     return world.snapshot()
 
 
-def put(array: np.ndarray, place: Any, value: Any) -> np.ndarray:
-    """Return a copy with something else at a place."""
-    changed = array.copy()
-    changed[place] = value
-    return changed
-
-
-def entry_by_entry(saved: Arrays, rng: np.random.Generator) -> Iterator[Trial]:
-    """Yield trials of each entry by itself: gone, of another kind or shape, and with numbers at and beyond limits."""
-    for name, array in saved.items():
-
-        def trial(what: str, changed: Any, named: str | None, name: str = name) -> Trial:
-            return Trial(f"{what}: {name}", saved | {name: changed}, named)
-
-        yield Trial(f"missing: {name}", {key: saved[key] for key in saved if key != name}, f"{name!r} is missing")
-        yield trial("no array", None, name)
-        yield trial("an axis more", array[None], name)
-        yield trial("of the other byte order", array.astype(array.dtype.newbyteorder()), None)
-        for kind in OTHER_KINDS[array.dtype.kind]:
-            zeros = np.zeros(array.shape, np.dtype(kind))
-            yield trial(f"{zeros.dtype}", zeros, f"{name} holds {zeros.dtype}")
-        if array.ndim:
-            yield trial("a row less", array[:-1], "joints." if name == "joints.joint_box" else name)
-            yield trial("Fortran's order", np.asfortranarray(array), None)
-            if array.dtype.kind in "fi":
-                half = array.astype(np.float32 if array.dtype.kind == "f" else np.int32)
-                yield trial(f"{half.dtype}", half, f"{name} holds {half.dtype}")
-        if name in NUMBERS:
-            for value in (*NUMBERS[name].taken, *NUMBERS[name].refused):
-                place = tuple(int(rng.integers(n)) for n in array.shape)
-                is_taken = value in NUMBERS[name].taken
-                yield trial(f"{value}", put(array, place, value), None if is_taken else name)
-        if name in WHOLE:
-            of_many = "model." if name.endswith("_count") else name
-            for number in WHOLE[name][0]:
-                yield trial(f"{number}", np.array(number), None)
-            for number in WHOLE[name][1]:
-                yield trial(f"{number}", np.array(number), of_many)
+def of_entry(name: str, array: np.ndarray, rng: np.random.Generator) -> Iterator[Trial]:
+    """Yield trials of an entry by itself: gone, of another kind or shape, and with numbers at and beyond limits."""
+    yield missing(name)
+    yield altered("no array", name, None, name)
+    yield altered("an axis more", name, array[None], name)
+    yield altered("of the other byte order", name, array.astype(array.dtype.newbyteorder()), None)
+    for kind in OTHER_KINDS[array.dtype.kind]:
+        zeros = np.zeros(array.shape, np.dtype(kind))
+        yield altered(f"{zeros.dtype}", name, zeros, f"{name} holds {zeros.dtype}")
+    if array.ndim:
+        yield altered("a row less", name, array[:-1], "joints." if name == "joints.joint_box" else name)
+        yield altered("Fortran's order", name, np.asfortranarray(array), None)
+        if array.dtype.kind in "fi":
+            half = array.astype(np.float32 if array.dtype.kind == "f" else np.int32)
+            yield altered(f"{half.dtype}", name, half, f"{name} holds {half.dtype}")
+    if name in NUMBERS:
+        for value, _, changed, is_taken in at_limits(array, NUMBERS[name], rng):
+            yield altered(f"{value}", name, changed, None if is_taken else name)
+    if name in WHOLE:
+        of_many = "model." if name.endswith("_count") else name
+        for number, _, changed, is_taken in at_limits(array, WHOLE[name], rng):
+            yield altered(f"{number}", name, changed, None if is_taken else of_many)
 
 
 def together(saved: Arrays, rng: np.random.Generator) -> Iterator[Trial]:
     """Yield trials of what entries say together: masses, turns, joints, surfaces, contacts and names."""
-
-    def trial(what: str, named: str | None, **changes: Any) -> Trial:
-        return Trial(what, saved | {name.replace("__", "."): array for name, array in changes.items()}, named)
-
-    yield trial("an entry more", "'model.colour' is no entry", model__colour=np.zeros(3))
-    yield trial("precision: single", None, precision=np.array("single"))
-    yield trial("precision: half", "precision is 'half'", precision=np.array("half"))
-
-    # Masses: of each body something is free, and a box turns as one of its size and mass does.
-    masses, starts = saved["model.particle_inverse_mass"], saved["model.soft_particle_start"]
-    for body in range(len(starts) - 1):
-        rows = np.arange(starts[body], starts[body + 1])
-        free = put(put(masses, rows, 0.0), rng.choice(rows), 1.0)
-        yield trial("one particle is free", None, model__particle_inverse_mass=free)
-        held = f"model.particle_inverse_mass of soft body {body}"
-        yield trial("no particle is free", held, model__particle_inverse_mass=put(masses, rows, 0.0))
-    inverse = saved["model.box_inverse_inertia"]
-    for box, axis in np.ndindex(inverse.shape):
-        culprit = f"model.box_inverse_inertia[{box}]"
-        exact = inverse[box, axis]
-        offs = [(by, None if abs(by) < 1e-9 else culprit) for by in (0.9e-9, -0.9e-9, 1.1e-9, -1.1e-9)]
-        for number, named in [(exact * (1.0 + by), named) for by, named in offs] if exact else [(1e-30, culprit)]:
-            changed = put(inverse, (box, axis), number)
-            yield trial("an inertia that is off", named, model__box_inverse_inertia=changed)
-    turns = saved["state.box_orientation"]
-    for box in range(len(turns)):
-        for by in (0.99e-6, -0.99e-6, 1.01e-6, -1.01e-6, 1.0, -1.0):
-            named = None if abs(by) < 1e-6 else f"state.box_orientation[{box}]"
-            turned = put(turns, box, (1.0 + by) * turns[box] / np.linalg.norm(turns[box]))
-            yield trial("a turn of another length", named, state__box_orientation=turned)
+    yield Trial("an entry more", "'model.colour' is no entry", {"model.colour": np.zeros(3)})
+    yield Trial("precision: single", None, {"precision": np.array("single")})
+    yield Trial("precision: half", "precision is 'half'", {"precision": np.array("half")})
+    yield from of_masses(saved, rng)
+    yield from of_turns("state.box_orientation", saved["state.box_orientation"], (*OFF, 1.0, -1.0))
     yield from of_joints(saved)
     yield from of_surfaces(saved, rng)
     yield from of_contacts(saved)
-    yield from of_rest(saved)
+    for value, named in ((1, None), (0, None), (2, "rest.asleep[1] is 2"), (-1, "rest.asleep[1] is -1")):
+        yield Trial("asleep", named, {"rest.asleep": put(saved["rest.asleep"], 1, value)})
     yield from of_names(saved)
+
+
+def of_masses(saved: Arrays, rng: np.random.Generator) -> Iterator[Trial]:
+    """Yield trials of masses: of each body something is free, and a box turns as one of its size and mass does."""
+    name = "model.particle_inverse_mass"
+    masses, starts = saved[name], saved["model.soft_particle_start"]
+    for body in range(len(starts) - 1):
+        rows = np.arange(starts[body], starts[body + 1])
+        held = put(masses, rows, 0.0)
+        yield Trial("one particle is free", None, {name: put(held, rng.choice(rows), 1.0)})
+        yield Trial("no particle is free", f"{name} of soft body {body}", {name: held})
+    name = "model.box_inverse_inertia"
+    inverse = saved[name]
+    for box, axis in np.ndindex(inverse.shape):
+        exact, culprit = inverse[box, axis], f"{name}[{box}]"
+        near = [(exact * (1.0 + by), None if abs(by) < 1e-9 else culprit) for by in (0.9e-9, -0.9e-9, 1.1e-9, -1.1e-9)]
+        for number, named in near if exact else [(1e-30, culprit)]:
+            yield Trial("an inertia that is off", named, {name: put(inverse, (box, axis), number)})
 
 
 def of_joints(saved: Arrays) -> Iterator[Trial]:
     """Yield trials of what each end of each joint may be on: a box, three particles of one body, or nothing."""
     starts, boxes = saved["model.soft_particle_start"], len(saved["model.box_size"])
-    count = int(starts[-1])
-    nothing, whole, none = (-1, -1, -1), (0.2, 0.3, 0.5), (0.0, 0.0, 0.0)
-    across = (starts[1] - 1, starts[1] - 1, starts[1])
-    ends = [  # box, particles, weights, and whether an end may be that
-        (-1, nothing, none, True),
-        (0, nothing, none, True),
-        (boxes - 1, nothing, none, True),
-        (-1, (0, 1, 2), whole, True),
-        (-1, (count - 3, count - 2, count - 1), whole, True),
-        (-1, (0, 1, 2), (1.0, 0.0, 0.0), True),
-        (-1, (0, 1, 2), (0.2, 0.3, 0.5 + 0.9e-9), True),
-        (-1, (0, 1, 2), (0.2, 0.3, 0.5 + 1.1e-9), False),
-        (-1, (0, 1, 2), (0.2, 0.3, 0.5 - 1.1e-9), False),
-        (-1, (0, 1, 2), none, False),
-        (-1, nothing, whole, False),
-        (0, nothing, whole, False),
-        (boxes, nothing, none, False),
-        (boxes, (0, 1, 2), whole, False),
-        (0, (0, 1, 2), whole, False),
-        (-1, (0, -1, 2), whole, False),
-        (-1, (-1, -1, 2), whole, False),
-        (-1, (0, -1, 2), none, False),
-        (-1, (count - 2, count - 1, count), whole, False),
-        (-1, (count, count, count), whole, False),
-        (-1, across, whole, False),
-        (-1, across[::-1], whole, False),
+    n, last = int(starts[-1]), boxes - 1
+    nothing, three, across = (-1, -1, -1), (0, 1, 2), (starts[1] - 1, starts[1] - 1, starts[1])
+    none, whole = (0.0, 0.0, 0.0), (0.2, 0.3, 0.5)
+    right = [  # box, particles and weights
+        *((box, nothing, none) for box in (-1, 0, last)),
+        *((-1, particles, whole) for particles in (three, (n - 3, n - 2, n - 1))),
+        *((-1, three, weights) for weights in ((1.0, 0.0, 0.0), (0.2, 0.3, 0.5 + 0.9e-9))),
     ]
+    wrong_particles = ((0, -1, 2), (-1, -1, 2), (n - 2, n - 1, n), (n, n, n), across, across[::-1])
+    wrong = [
+        *((-1, three, weights) for weights in ((0.2, 0.3, 0.5 + 1.1e-9), (0.2, 0.3, 0.5 - 1.1e-9), none)),
+        *((box, nothing, whole) for box in (-1, 0)),
+        *((box, three, whole) for box in (0, boxes)),
+        *((-1, particles, whole) for particles in wrong_particles),
+        (boxes, nothing, none),
+        (-1, (0, -1, 2), none),
+    ]
+    names = [f"joints.joint_{field}" for field in ("box", "particles", "weights")]
     for joint, end in np.ndindex(saved["joints.joint_box"].shape):
-        three = slice(3 * end, 3 * end + 3)
-        for box, particles, weights, is_right in ends:
-            changes = {
-                "joints.joint_box": put(saved["joints.joint_box"], (joint, end), box),
-                "joints.joint_particles": put(saved["joints.joint_particles"], (joint, three), particles),
-                "joints.joint_weights": put(saved["joints.joint_weights"], (joint, three), weights),
-            }
-            named = None if is_right else f"of end {end} of joint {joint}"
-            if (
-                is_right
-                and (changes["joints.joint_box"][joint] < 0).all()
-                and (changes["joints.joint_particles"][joint] < 0).all()
-            ):
+        places = (joint, end), *[(joint, slice(3 * end, 3 * end + 3))] * 2
+        for each in (*right, *wrong):
+            changes = {name: put(saved[name], place, value) for name, place, value in zip(names, places, each)}
+            named = None if each in right else f"of end {end} of joint {joint}"
+            if each in right and all((changes[name][joint] < 0).all() for name in names[:2]):
                 named = f"both ends of joint {joint}"
-            yield Trial("an end of a joint", saved | changes, named)
-        for name, least in (("joint_box", -2), ("joint_particles", -2)):
-            array = saved[f"joints.{name}"]
-            place = (joint, end if name == "joint_box" else 3 * end)
-            yield Trial("a number below −1", saved | {f"joints.{name}": put(array, place, least)}, f"joints.{name}[")
-    without = {name: array for name, array in saved.items() if not name.startswith("joints.")}
-    yield Trial("no joints", without | {"names.joint": np.array([], "U1")}, None)
+            yield Trial("an end of a joint", named, changes)
+        for name, place in ((names[0], (joint, end)), (names[1], (joint, 3 * end))):
+            yield Trial("a number below −1", f"{name}[", {name: put(saved[name], place, -2)})
+    all_of_them = tuple(name for name in saved if name.startswith("joints."))
+    yield Trial("no joints", None, {"names.joint": np.array([], "U1")}, all_of_them)
 
 
 def of_surfaces(saved: Arrays, rng: np.random.Generator) -> Iterator[Trial]:
@@ -280,13 +264,13 @@ def of_surfaces(saved: Arrays, rng: np.random.Generator) -> Iterator[Trial]:
     for kind in ("particle", "edge", "triangle"):
         name = f"model.soft_{kind}_start"
         for begin in ([1, *saved[name][1:]], [0, 0, saved[name][2]], [0, saved[name][2], saved[name][2]]):
-            yield Trial("where bodies begin", saved | {name: np.array(begin)}, f"{name} is")
-        yield Trial("where bodies begin", saved | {name: put(saved[name], 1, -1)}, f"{name}[1]")
-    triangles, edges = saved["model.triangle_particles"], saved["model.edge_particles"]
+            yield Trial("where bodies begin", f"{name} is", {name: np.array(begin)})
+        yield Trial("where bodies begin", f"{name}[1]", {name: put(saved[name], 1, -1)})
+    of_triangles, of_edges = "model.triangle_particles", "model.edge_particles"
+    triangles, edges = saved[of_triangles], saved[of_edges]
     ends, last = saved["model.soft_triangle_start"], saved["model.soft_particle_start"]
     for body in range(len(ends) - 1):
         row, first = int(rng.integers(ends[body], ends[body + 1])), int(last[body])
-        named = f"model.triangle_particles of soft body {body}"
         for wrong in (
             triangles[row, ::-1],
             np.repeat(triangles[row, 0], 3),
@@ -294,102 +278,67 @@ def of_surfaces(saved: Arrays, rng: np.random.Generator) -> Iterator[Trial]:
             put(triangles[row], 2, last[body + 1]),
             np.roll(triangles, 1 if row else -1, axis=0)[row],
         ):
-            changed = put(triangles, row, wrong)
-            yield Trial("no surface", saved | {"model.triangle_particles": changed}, named)
+            yield Trial("no surface", f"{of_triangles} of soft body {body}", {of_triangles: put(triangles, row, wrong)})
         turned = put(triangles, row, np.roll(triangles[row], 1))
-        yield Trial("a triangle that begins elsewhere", saved | {"model.triangle_particles": turned}, None)
+        yield Trial("a triangle that begins elsewhere", None, {of_triangles: turned})
         rows = slice(*saved["model.soft_edge_start"][body : body + 2])
-        named = f"model.edge_particles of soft body {body}"
         for own in (np.roll(edges[rows], 1, axis=0), edges[rows][:, ::-1], put(edges[rows], 1, edges[rows][0])):
-            yield Trial("other edges", saved | {"model.edge_particles": put(edges, rows, own)}, named)
+            yield Trial("other edges", f"{of_edges} of soft body {body}", {of_edges: put(edges, rows, own)})
 
 
 def of_contacts(saved: Arrays) -> Iterator[Trial]:
     """Yield trials of what the solver remembers: pairs (a, b) of boxes, or a box and the ground, −1, in order."""
     boxes = len(saved["model.box_size"])
-    lists: list[tuple[list[tuple[int, int]], bool]] = [
-        ([], True),
-        ([(0, -1)], True),
-        ([(0, -1), (1, 0)], True),
-        ([(1, 0), (1, 0)], True),
-        ([(1, -1), (1, 0), (2, -1), (2, 0), (2, 1), (boxes - 1, -1)], True),
-        ([(1, 0), (0, -1)], False),
-        ([(1, 0), (1, -1)], False),
-        ([(2, 1), (2, 0), (3, 0)], False),
-        ([(0, -1), (2, 1), (1, 0)], False),
-        ([(0, 0)], False),
-        ([(0, 1)], False),
-        ([(boxes, 0)], False),
-        ([(-1, -1)], False),
-        ([(0, -1), (boxes, -1)], False),
-    ]
-    for pairs, is_right in lists:
+    right: list[list[tuple[int, int]]] = [[], [(0, -1)], [(0, -1), (1, 0)], [(1, 0), (1, 0)]]
+    right.append([(1, -1), (1, 0), (2, -1), (2, 0), (2, 1), (boxes - 1, -1)])
+    wrong = [[(1, 0), (0, -1)], [(1, 0), (1, -1)], [(2, 1), (2, 0), (3, 0)], [(0, -1), (2, 1), (1, 0)], [(0, 0)]]
+    wrong += [[(0, 1)], [(boxes, 0)], [(-1, -1)], [(0, -1), (boxes, -1)]]
+    for pairs in (*right, *wrong):
         n = len(pairs)
-        yield Trial(
-            "contacts of the last step",
-            saved
-            | {
-                "cache.number": np.array([n]),
-                "cache.box": np.array(pairs, np.int64).reshape(n, 2),
-                "cache.feature": np.arange(n) - 2**62,
-                "cache.point": np.zeros((n, 3)),
-                "cache.impulse": np.ones((n, 3)),
-            },
-            None if is_right else "cache.box is no list",
-        )
-    yield Trial("below the ground", saved | {"cache.box": put(saved["cache.box"], (0, 1), -2)}, "cache.box[0, 1] is -2")
-    yield Trial("fewer than no contacts", saved | {"cache.number": np.array([-1])}, "cache.number[0] is -1")
-
-
-def of_rest(saved: Arrays) -> Iterator[Trial]:
-    """Yield trials of who sleeps: 1 or 0."""
-    for value, named in ((1, None), (0, None), (2, "rest.asleep[1] is 2"), (-1, "rest.asleep[1] is -1")):
-        yield Trial("asleep", saved | {"rest.asleep": put(saved["rest.asleep"], 1, value)}, named)
+        changes = {
+            "cache.number": np.array([n]),
+            "cache.box": np.array(pairs, np.int64).reshape(n, 2),
+            "cache.feature": np.arange(n) - 2**62,
+            "cache.point": np.zeros((n, 3)),
+            "cache.impulse": np.ones((n, 3)),
+        }
+        yield Trial("contacts of the last step", None if pairs in right else "cache.box is no list", changes)
+    yield Trial("below the ground", "cache.box[0, 1] is -2", {"cache.box": put(saved["cache.box"], (0, 1), -2)})
+    yield Trial("fewer than no contacts", "cache.number[0] is -1", {"cache.number": np.array([-1])})
 
 
 def of_names(saved: Arrays) -> Iterator[Trial]:
     """Yield trials of names: 1 to 100 printable characters, no space first or last, and each one's own."""
+    right, wrong = ("a", "two words", "ß漢", "x" * 100), ("x" * 101, " a", "a ", "a\n", "\u202e")
     for kind in ("soft", "box", "joint"):
         name = f"names.{kind}"
         count = len(saved[name])
-        for word, is_right in {
-            "a": True,
-            "two words": True,
-            "ß漢": True,
-            "x" * 100: True,
-            "x" * 101: False,
-            " a": False,
-            "a ": False,
-            "a\n": False,
-            "\u202e": False,
-        }.items():
-            words = np.array([""] * (count - 1) + [word])
-            yield Trial("a name", saved | {name: words}, None if is_right else f"{name}[{count - 1}]")
-        given = np.array(["solid", *[""] * (count - 1)])
-        taken = {"names.soft": np.array(["", "solid"])} if kind != "soft" else {"names.soft": np.array(["b", "b"])}
-        culprit = "names.soft[1]" if kind == "soft" else f"{name}[0]"
-        yield Trial("a name of two", saved | ({name: given} if kind != "soft" else {}) | taken, culprit)
+        for word in (*right, *wrong):
+            named = None if word in right else f"{name}[{count - 1}]"
+            yield Trial("a name", named, {name: np.array([""] * (count - 1) + [word])})
+        if kind == "soft":
+            yield Trial("a name of two", "names.soft[1]", {"names.soft": np.array(["b", "b"])})
+        else:
+            twice = {name: np.array(["solid", *[""] * (count - 1)]), "names.soft": np.array(["", "solid"])}
+            yield Trial("a name of two", f"{name}[0]", twice)
         for order in "<>":
             no_letter = np.array([0x110000] * count, f"{order}u4").view(f"{order}U1")
-            yield Trial("no letter", saved | {name: no_letter}, f"{name} holds 0x110000")
-            yield Trial("no letter", saved | {"precision": no_letter[0:1].reshape(())}, "precision holds 0x110000")
+            yield Trial("no letter", f"{name} holds 0x110000", {name: no_letter})
+            yield Trial("no letter", "precision holds 0x110000", {"precision": no_letter[0:1].reshape(())})
 
 
-def right_about(trial: Trial, world: World) -> bool:
+def right_about(trial: Trial, saved: Arrays, world: World) -> bool:
     """Tell whether a world takes a trial, with every entry as it is there, or refuses it by the name that it must."""
+    arrays = trial.of(saved)
     try:
-        world.restore(trial.arrays)
+        world.restore(arrays)
     except SnapshotError as error:
         return trial.named is not None and trial.named in str(error)
     except Exception:
         return False
     told = world.snapshot()
-    kept = [name for name in trial.arrays if name != "format" and not name.startswith("rings.")]
-    return trial.named is None and all(_same(told[name], trial.arrays[name]) for name in kept)
-
-
-def _same(one: np.ndarray, other: np.ndarray) -> bool:
-    return one.shape == other.shape and bool((one == other).all())
+    kept = [name for name in arrays if name != "format" and not name.startswith("rings.")]
+    return trial.named is None and all(np.array_equal(told[name], arrays[name]) for name in kept)
 
 
 @check(
@@ -409,18 +358,19 @@ def _same(one: np.ndarray, other: np.ndarray) -> bool:
     ),
 )
 def entries_of_saved_worlds(run: Run) -> Comparison:
-    """Each entry of a saved world that is altered, to and beyond the limits of what it may be, by itself and with those
-    that it must go with, is taken as it is, or refused by its name: numbers, kinds, shapes, masses, turns, ends of
-    joints, surfaces, contacts, settings and names."""
-    rng = run.fresh_rng()
-    right, kinds = [], []
-    world = World()
+    """Saved worlds take an altered entry, or refuse it by its name.
+
+    Each entry is altered, to and beyond the limits of what it may be, by itself and with those that it must go with:
+    numbers, kinds, shapes, masses, turns, ends of joints, surfaces, contacts, settings and names. What is taken is
+    taken as it is.
+    """
+    rng, answers, world = run.fresh_rng(), Answers(), World()
     for _ in range(run.count(1, 5, 50)):
         saved = saved_world(rng)
-        for trial in (*entry_by_entry(saved, rng), *together(saved, rng)):
-            right.append(right_about(trial, world))
-            kinds.append(trial.what.rpartition(": ")[2])
-    return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
+        trials = [trial for name, array in saved.items() for trial in of_entry(name, array, rng)]
+        for trial in (*trials, *together(saved, rng)):
+            answers.add(right_about(trial, saved, world), True, kind=trial.what.rpartition(": ")[2])
+    return answers.comparison()
 
 
 BOUND = re.compile(r"(>|≥|≤) (\S+?)(?=,| |$)")
@@ -452,31 +402,30 @@ def fits(value: float, said: str) -> bool:
     ),
 )
 def refusals_say_what_is_taken(run: Run) -> Comparison:
-    """What a refusal of a number in a saved world says that it must be is so: whatever numbers the entry takes are of
-    that kind and within those limits, and whatever it refuses is not."""
-    rng = run.fresh_rng()
-    right, kinds = [], []
-    world, saved = World(), saved_world(rng)
-    for name, limits in NUMBERS.items():
-        for value in limits.refused:
-            array = np.array(saved[name])
-            if not array.size or name.startswith(("settings.", "cache.")):
-                continue
-            place = tuple(int(rng.integers(n)) for n in array.shape)
-            array[place] = value
+    """A refusal of a number says which numbers are taken.
+
+    That is what it says that the number of a saved world must be. Whatever numbers the entry takes are of that kind
+    and within those limits, and whatever it refuses is not.
+    """
+    rng, answers, world = run.fresh_rng(), Answers(), World()
+    saved = saved_world(rng)
+    for name, whole in saved.items():
+        if name not in NUMBERS or not whole.size or name.startswith(("settings.", "cache.")):
+            continue
+        taken = [value for value in NUMBERS[name].taken if np.isfinite(value)]
+        for value, _, array, _ in at_limits(whole, only(NUMBERS[name]), rng):
             try:
                 world.restore(saved | {name: array})
                 said = ""
             except SnapshotError as error:
                 said = str(error).partition("; it must be ")[2]
-            taken = [other for other in limits.taken if np.isfinite(other)]  # −∞ says that there is no ground
-            right.append(bool(said) and not fits(value, said) and all(fits(other, said) for other in taken))
-            kinds.append(name)
-    return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
+            is_right = bool(said) and not fits(value, said) and all(fits(other, said) for other in taken)
+            answers.add(is_right, True, kind=name)
+    return answers.comparison()
 
 
-def flight(rng: np.random.Generator, folder: Path) -> World:
-    """Keep two chunks of two frames of a world of two soft bodies and two boxes; return the world."""
+def keep_flight(rng: np.random.Generator, folder: Path) -> None:
+    """Keep two chunks of two frames of a world of two soft bodies and two boxes."""
     world = World()
     for k, mesh in enumerate((softbody.tetrahedron(0.4), softbody.octahedron(0.4))):
         world.add_soft_body(mesh, 1.0, 100.0, 10.0, (3.0 * k, 0.0, 0.0), rng.normal(size=3))
@@ -488,154 +437,109 @@ def flight(rng: np.random.Generator, folder: Path) -> World:
             kept.frame()
             if k % 2:
                 kept.flush()
-    return world
 
 
-class Damage(NamedTuple):
-    """A file of a trajectory that was altered, and what must come of it."""
-
-    what: str
-    file: str
-    raw: dict[str, Any] | bytes  # arrays, or what the file holds
-    named: str | None  # what the refusal must name; None: it must be taken
+UNLIMITED = ("particle_position", "particle_velocity", "box_position", "box_velocity", "box_angular_velocity")
+ENTRY_MORE = Trial("an entry more", "'colour' is no entry", {"colour": np.zeros(3)})
 
 
-PLACES = ("particle_position", "particle_velocity", "box_position", "box_velocity", "box_angular_velocity")
-
-
-def of_chunk(arrays: Arrays, file: str, rng: np.random.Generator) -> Iterator[Damage]:
-    """Yield what may be wrong with the frames of a chunk."""
+def of_chunk(arrays: Arrays, rng: np.random.Generator) -> Iterator[Trial]:
+    """Yield trials of the frames of a chunk."""
     for name, array in arrays.items():
-
-        def damage(what: str, changed: np.ndarray, named: str | None, name: str = name) -> Damage:
-            return Damage(f"{what}: {name}", file, arrays | {name: changed}, named)
-
-        yield Damage(
-            f"missing: {name}", file, {key: arrays[key] for key in arrays if key != name}, f"{name!r} is missing"
-        )
-        yield damage("float32", array.astype(np.float32), f"{name} holds float32")
-        yield damage("whole numbers", array.astype(np.int64), f"{name} holds int64")
-        yield damage("a frame less", array[:-1], f"{name} has shape")
-        yield damage("a row less", array[:, :-1] if array.ndim > 1 else array[:0], f"{name} has shape")
-        yield damage("a number less", array[..., :-1], f"{name} has shape")
-        for value in (*REAL.taken, *REAL.refused):
-            if name in PLACES or value in REAL.refused:
-                place = tuple(int(rng.integers(n)) for n in array.shape)
-                named = None if value in REAL.taken else f"{name}[{', '.join(map(str, place))}]"
-                yield damage(f"{value}", put(array, place, value), named)
-    yield Damage("an entry more", file, arrays | {"colour": np.zeros(3)}, "'colour' is no entry")
-    yield Damage(
-        "another time", file, arrays | {"time": arrays["time"] + 1e-9}, "time is not what trajectory.json says"
-    )
-    turns = arrays["box_orientation"]
-    for frame, box in np.ndindex(turns.shape[:2]):
-        for by in (0.99e-6, -0.99e-6, 1.01e-6, -1.01e-6, -1.0):
-            changed = put(turns, (frame, box), (1.0 + by) * turns[frame, box] / np.linalg.norm(turns[frame, box]))
-            named = None if abs(by) < 1e-6 else f"box_orientation[{frame}, {box}] has length"
-            yield Damage("a turn of another length", file, arrays | {"box_orientation": changed}, named)
+        yield missing(name)
+        yield altered("float32", name, array.astype(np.float32), f"{name} holds float32")
+        yield altered("whole numbers", name, array.astype(np.int64), f"{name} holds int64")
+        yield altered("a frame less", name, array[:-1], f"{name} has shape")
+        yield altered("a row less", name, array[:, :-1] if array.ndim > 1 else array[:0], f"{name} has shape")
+        yield altered("a number less", name, array[..., :-1], f"{name} has shape")
+        for value, place, changed, is_taken in at_limits(array, REAL if name in UNLIMITED else only(REAL), rng):
+            yield altered(f"{value}", name, changed, None if is_taken else f"{name}{at(place)}")
+    yield ENTRY_MORE
+    yield Trial("another time", "time is not what trajectory.json says", {"time": arrays["time"] + 1e-9})
+    yield from of_turns("box_orientation", arrays["box_orientation"], (*OFF, -1.0), " has length")
 
 
-def of_bodies(arrays: Arrays, rng: np.random.Generator) -> Iterator[Damage]:
-    """Yield what may be wrong with the bodies, of which the manifest has a hash besides."""
-    file = "bodies.npz"
+def of_bodies(arrays: Arrays, rng: np.random.Generator) -> Iterator[Trial]:
+    """Yield trials of the bodies, of which the manifest has a hash besides."""
     for name, array in arrays.items():
-        yield Damage(
-            f"missing: {name}", file, {key: arrays[key] for key in arrays if key != name}, f"{name!r} is missing"
-        )
+        yield missing(name)
         half = np.float32 if array.dtype.kind == "f" else np.int32
-        yield Damage(f"of another kind: {name}", file, arrays | {name: array.astype(half)}, f"{name} holds")
-        yield Damage(f"an axis more: {name}", file, arrays | {name: array[None]}, f"{name} has shape")
+        yield altered("of another kind", name, array.astype(half), f"{name} holds")
+        yield altered("an axis more", name, array[None], f"{name} has shape")
         place = tuple(int(rng.integers(n)) for n in array.shape)
-        yield Damage(f"below all limits: {name}", file, arrays | {name: put(array, place, -1)}, name)
+        yield altered("below all limits", name, put(array, place, -1), name)
     other = put(arrays["box_size"], (1, 1), np.nextafter(0.4, 1.0))
-    yield Damage("other bodies", file, arrays | {"box_size": other}, "of other bodies than trajectory.json says")
-    yield Damage("an entry more", file, arrays | {"colour": np.zeros(3)}, "'colour' is no entry")
+    yield Trial("other bodies", "of other bodies than trajectory.json says", {"box_size": other})
+    yield ENTRY_MORE
 
 
-def of_manifest(raw: bytes, rng: np.random.Generator) -> Iterator[Damage]:
-    """Yield what may be wrong with a manifest, or not."""
-    found, file = json.loads(raw), "trajectory.json"
+def of_manifest(found: dict[str, Any], rng: np.random.Generator) -> Iterator[Trial]:
+    """Yield trials of a manifest."""
     labels, chunks = found["labels"], found["chunks"]
     number = int(rng.integers(len(chunks)))
-    each = chunks[number]
-    times = each["times"]
+    each, name_of_it = chunks[number], f"chunks[{number}]"
 
-    def told(what: str, named: str | None, **changes: Any) -> Damage:
-        return Damage(what, file, json.dumps(found | changes).encode(), named)
+    def chunk(what: str, named: str, **changes: Any) -> Trial:
+        return Trial(what, name_of_it + named, {"chunks": put_in(chunks, number, each | changes)})
 
-    def chunk(what: str, named: str, **changes: Any) -> Damage:
-        return told(what, f"chunks[{number}]{named}", chunks=put_in(chunks, number, each | changes))
-
-    for name in ("format", "bodies", "velocities", "chunks"):
-        lacking = {key: value for key, value in found.items() if key != name}
-        yield Damage(f"missing: {name}", file, json.dumps(lacking).encode(), f"{name}")
     wrong_ones: dict[str, tuple[Any, ...]] = {
         "format": (0, 2, "1", None),
         "bodies": (3, None, [], {"sha256": 3}, {"sha256": found["bodies"]["sha256"][1:]}),
         "velocities": (1, 0, "yes", None, []),
         "chunks": (3, None, {}, "none"),
     }
-    for name, others in wrong_ones.items():
-        for other in others:
-            yield told(f"{name}: {other!r}", f"{name}", **{name: other})
-    yield told("no labels", None, labels=None)
-    odd: Any
-    for odd in (
-        3,
-        [[], [], []],
-        labels | {"more": []},
-        {key: labels[key] for key in ("soft", "box")},
-        labels | {"held": (0, 1)},
-        labels | {"held": "no"},
-        labels | {"box": ["a", "a"]},
-        labels | {"soft": [1, ""]},
-        labels | {"soft": [" a", ""]},
-        labels | {"box": ["a"]},
-        labels | {"held": [False] * 3},
-    ):
-        yield told(f"labels: {odd!r}", "labels", labels=odd)
-    yield told("other labels", None, labels={"soft": ["c", ""], "box": ["", "d"], "held": [True, False]})
+    for name in wrong_ones:
+        yield Trial(f"missing: {name}", name, {}, (name,))
+    for name, wrong in wrong_ones.items():
+        for odd in wrong:
+            yield Trial(f"{name}: {odd!r}", name, {name: odd})
+    yield Trial("no labels", None, {"labels": None})
+    wrong_labels: list[Any] = [3, [[], [], []], labels | {"more": []}, {key: labels[key] for key in ("soft", "box")}]
+    wrong_labels += [labels | {"held": held} for held in ((0, 1), "no")]
+    wrong_labels += [labels | {"box": ["a", "a"]}, labels | {"soft": [1, ""]}, labels | {"soft": [" a", ""]}]
+    wrong_labels += [labels | {"box": ["a"]}, labels | {"held": [False] * 3}]
+    for odd in wrong_labels:
+        yield Trial(f"labels: {odd!r}", "labels", {"labels": odd})
+    others = {"soft": ["c", ""], "box": ["", "d"], "held": [True, False]}
+    yield Trial("other labels", None, {"labels": others})
     for name in ("file", "times", "frames"):
         lacking = {key: value for key, value in each.items() if key != name}
-        yield told(f"a chunk without {name}", f"chunks[{number}].{name}", chunks=put_in(chunks, number, lacking))
-    yield told("a chunk that is none", f"chunks[{number}] must be", chunks=put_in(chunks, number, 3))
-    for wrong in ("../1.npz", "1.npz", "0000000000000000000.npz", "000000.npy", 0):
-        yield chunk(f"file: {wrong!r}", ".file", file=wrong)
+        changes = {"chunks": put_in(chunks, number, lacking)}
+        yield Trial(f"a chunk without {name}", f"{name_of_it}.{name}", changes)
+    yield Trial("a chunk that is none", f"{name_of_it} must be", {"chunks": put_in(chunks, number, 3)})
+    for file in ("../1.npz", "1.npz", "0000000000000000000.npz", "000000.npy", 0):
+        yield chunk(f"file: {file!r}", ".file", file=file)
     for odd in (3, [0, 0.25], [0.0, NAN], [INF, INF], [-LEAST, 0.0], [], [True, False], ["0.0", "0.25"]):
         yield chunk(f"times: {odd!r}", ".times", times=odd, frames=len(odd) if isinstance(odd, list) else 2)
-    yield chunk("a frame more", ".frames", frames=len(times) + 1)
-    yield told("one file twice", "chunks must have a file each", chunks=[chunks[0], chunks[0]])
-    yield told("times that go back", "times of chunks must not go back", chunks=chunks[::-1])
-    yield told("the first chunk only", None, chunks=chunks[:1])
-    yield told("no chunks", None, chunks=[])
+    yield chunk("a frame more", ".frames", frames=len(each["times"]) + 1)
+    yield Trial("one file twice", "chunks must have a file each", {"chunks": [chunks[0], chunks[0]]})
+    yield Trial("times that go back", "times of chunks must not go back", {"chunks": chunks[::-1]})
+    yield Trial("the first chunk only", None, {"chunks": chunks[:1]})
+    yield Trial("no chunks", None, {"chunks": []})
     for what, text in {"no JSON": b"{", "no UTF-8": b'{"a": "\xff"}', "a list": b"[]"}.items():
-        yield Damage(what, file, text, "trajectory.json")
+        yield Trial(what, "trajectory.json", text)
     most = 2**26
-    yield Damage("a byte too many", file, raw + b" " * (most + 1 - len(raw)), f"more than {most} bytes")
+    yield Trial("a byte too many", f"more than {most} bytes", json.dumps(found).encode().ljust(most + 1))
 
 
-def put_in(rows: list[Any], number: int, value: Any) -> list[Any]:
-    """Return a list with something else at a place."""
-    return [value if k == number else row for k, row in enumerate(rows)]
-
-
-def right_about_file(damage: Damage, folder: Path) -> bool:
+def right_about_file(trial: Trial, whole: dict[str, Any], path: Path) -> bool:
     """Tell whether a trajectory with one file that was altered can be read, or is refused by the name that it must."""
-    path = folder / damage.file
     before = path.read_bytes()
-    if isinstance(damage.raw, bytes):
-        path.write_bytes(damage.raw)
+    if isinstance(trial.changes, bytes):
+        path.write_bytes(trial.changes)
+    elif path.suffix == ".json":
+        path.write_text(json.dumps(trial.of(whole)))
     else:
-        np.savez(path, **damage.raw)  # type: ignore[arg-type]
+        np.savez(path, **trial.of(whole))
     try:
-        frames = [frame._asdict() for frame in Trajectory.open(folder)]
+        frames = [frame._asdict() for frame in Trajectory.open(path.parent)]
     except TrajectoryError as error:
-        return damage.named is not None and damage.named in str(error) and damage.file in str(error)
+        return trial.named is not None and trial.named in str(error) and path.name in str(error)
     except Exception:
         return False
     finally:
         path.write_bytes(before)
-    return damage.named is None and (not frames or set(frames[0]) == set(softbody.Frame._fields))
+    return trial.named is None and (not frames or set(frames[0]) == set(softbody.Frame._fields))
 
 
 @check(
@@ -653,22 +557,21 @@ def right_about_file(damage: Damage, folder: Path) -> bool:
     ),
 )
 def entries_of_trajectories(run: Run) -> Comparison:
-    """Each entry of a trajectory that is altered, in its chunks, its bodies and its manifest, to and beyond the limits
-    of what it may be, is read as it is, or refused by its name and the file's: numbers, kinds, shapes, times, turns,
-    labels, names of files, and sizes."""
-    rng = run.fresh_rng()
-    right, kinds = [], []
+    """Trajectories read an altered entry, or refuse it by its name.
+
+    Entries of chunks, bodies and manifest are altered to and beyond the limits of what they may be: numbers, kinds,
+    shapes, times, turns, labels, names of files, and sizes. What is read is read as it is, and the refusal names the
+    file, too.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(1, 3, 20)):
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name) / "kept"
-            flight(rng, folder)
-            chunk = f"00000{rng.integers(2)}.npz"
-            damages = [
-                *of_chunk(dict(np.load(folder / chunk)), chunk, rng),
-                *of_bodies(dict(np.load(folder / "bodies.npz")), rng),
-                *of_manifest((folder / "trajectory.json").read_bytes(), rng),
-            ]
-            for damage in damages:
-                right.append(right_about_file(damage, folder))
-                kinds.append(f"{damage.file}, {damage.what}"[:80])
-    return Comparison(np.array(right), np.ones(len(right), bool), groups=kinds)
+            keep_flight(rng, folder)
+            trials = {f"00000{rng.integers(2)}.npz": of_chunk, "bodies.npz": of_bodies, "trajectory.json": of_manifest}
+            for file, trials_of in trials.items():
+                is_json = file.endswith("json")
+                whole = json.loads((folder / file).read_bytes()) if is_json else dict(np.load(folder / file))
+                for trial in trials_of(whole, rng):
+                    answers.add(right_about_file(trial, whole, folder / file), True, kind=f"{file}, {trial.what}"[:80])
+    return answers.comparison()

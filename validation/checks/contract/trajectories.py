@@ -8,6 +8,7 @@ import tempfile
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -16,9 +17,10 @@ import softbody
 from softbody import Trajectory, TrajectoryWriter, World
 from softbody.scenes import tray
 from softbody.storage import atomic_file
-from softbody.trajectory import reader, writer
+from validation.answers import Answers
 from validation.cases import random_mesh, random_orientations
 from validation.check import Comparison, Run, check
+from validation.checks.contract.kept_files import extend_evenly, row_of
 from validation.checks.contract.pictures import LATE
 from validation.fault import Fault
 
@@ -27,15 +29,15 @@ LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 
 FALL = 9.81  # [m/s²]
 
-# What is kept, as State and the files have it.
-NAMES = (
-    "particle_position",
-    "particle_velocity",
-    "box_position",
-    "box_orientation",
-    "box_velocity",
-    "box_angular_velocity",
-)
+# What is kept: names in State and the files, and in a Frame.
+NAMES = {
+    "particle_position": "positions",
+    "particle_velocity": "velocities",
+    "box_position": "box_positions",
+    "box_orientation": "box_orientations",
+    "box_velocity": "box_velocities",
+    "box_angular_velocity": "box_angular_velocities",
+}
 
 
 class Flight:
@@ -65,20 +67,19 @@ class Flight:
 
 
 def rows_of(frame: softbody.Frame, kept: Trajectory) -> np.ndarray:
-    """Return time, middle and mean velocity (4, 7) of the bodies in a frame."""
+    """Return the `row_of` each body (4, 7) in a frame."""
     assert frame.velocities is not None
     assert frame.box_velocities is not None
-    bodies = [kept.particles(k) for k in range(kept.soft_count)]
-    middles = [*(frame.positions[rows].mean(axis=0) for rows in bodies), *frame.box_positions]
-    speeds = [*(frame.velocities[rows].mean(axis=0) for rows in bodies), *frame.box_velocities]
-    return np.hstack([np.full((len(middles), 1), frame.time), middles, speeds])
+    soft = [(frame.positions[rows], frame.velocities[rows]) for rows in map(kept.particles, range(kept.soft_count))]
+    boxes = zip(frame.box_positions[:, None], frame.box_velocities[:, None])
+    return np.array([row_of(frame.time, *body) for body in (*soft, *boxes)])
 
 
 def rows_now(world: World) -> np.ndarray:
     """Return the same of a world as it is."""
-    middles = [*(body.positions.mean(axis=0) for body in world.soft_bodies), *(box.position for box in world.boxes)]
-    speeds = [*(body.velocities.mean(axis=0) for body in world.soft_bodies), *(box.velocity for box in world.boxes)]
-    return np.hstack([np.full((len(middles), 1), world.time), middles, speeds])
+    soft = [(body.positions, body.velocities) for body in world.soft_bodies]
+    boxes = [(box.position[None], box.velocity[None]) for box in world.boxes]
+    return np.array([row_of(world.time, *body) for body in (*soft, *boxes)])
 
 
 @check(
@@ -94,83 +95,82 @@ def rows_now(world: World) -> np.ndarray:
         LATE,
         Fault(
             "the frame before",
-            reader.Trajectory.__getitem__,
+            Trajectory.__getitem__,
             "array[k - self._ends[at]] → array[max(0, k - self._ends[at] - 1)]",
         ),
         Fault(
             "a world that is put there at its own time",
-            reader.Trajectory.put_into,
+            Trajectory.put_into,
             "(store.clock.time, frame.time) → (store.clock.time, store.time)",
         ),
         Fault(
             "a world that is put there with its own speed",
-            reader.Trajectory.put_into,
+            Trajectory.put_into,
             "0.0 if frame.velocities is None else frame.velocities → state.particle_velocity.copy()",
         ),
-        Fault("a flush that waits", writer.TrajectoryWriter.flush, "self._flush() → None"),
-        Fault("a close that drops what was not written", writer.TrajectoryWriter.close, "self.flush() → None"),
+        Fault("a flush that waits", TrajectoryWriter.flush, "self._flush() → None"),
+        Fault("a close that drops what was not written", TrajectoryWriter.close, "self.flush() → None"),
         Fault(
             "a frame at once wherever two runs meet",
-            writer.TrajectoryWriter.run,
+            TrajectoryWriter.run,
             "is_first or (time_step is None and self._runner.store.time > self.last_time)"
             " → self._runner.store.time > self.last_time",
         ),
         Fault(
             "no first frame where the world chooses its steps",
-            writer.TrajectoryWriter.run,
+            TrajectoryWriter.run,
             "is_first or (time_step is None and self._runner.store.time > self.last_time) → False",
         ),
     ),
 )
 def flights_are_kept(run: Run) -> Comparison:
-    """Bodies that fly are kept when they were to be, at the steps nearest to multiples of the frame, where the parabola
-    has them: by one `run` or two that meet between frames, frame by frame, and by a writer that goes on with what
-    another one left; read while it is being written, after a `flush`, or closed. A world that is put into a frame is
-    there, at that time."""
-    rng = run.fresh_rng()
-    measured, expected, kinds = [], [], []
-    for _ in range(run.count(3, 10, 100)):
-        for way in ("run", "frame by frame", "gone on with", "the world's steps"):
-            flight = Flight(rng)
-            world, rate, count = flight.world, rng.uniform(20.0, 100.0), int(rng.integers(6, 20))
-            step = 1.0 / rate / rng.uniform(3.0, 9.0)
-            due = [round(k / rate / step) for k in range(count + 1)]
-            frames, put = list[np.ndarray](), list[tuple[int, np.ndarray]]()
-            # What cannot be kept or read is a frame that is missing.
-            with tempfile.TemporaryDirectory() as folder, suppress(softbody.SoftbodyError, LookupError):
-                path = Path(folder) / "kept"
-                kept = TrajectoryWriter(world, path, rate)
-                if way == "frame by frame":
-                    for now in due:
-                        world.step(step, now - world.steps)
-                        kept.frame()
-                    kept.flush()  # read while it is open
-                elif way == "the world's steps":
-                    kept.run(count / rate)
-                    kept.close()
-                    each = world.steps // count
-                    step, due = 1.0 / rate / each, [each * k for k in range(count + 1)]
-                else:
-                    kept.run(0.5 * due[-1] * step, step)  # to between two frames
-                    if way == "gone on with":
-                        kept.close()
-                        kept = TrajectoryWriter(world, path, rate, resume=True)
-                    kept.run((due[-1] + 0.4 - world.steps) * step, step)
-                    kept.close()
-                found = Trajectory.open(path)
-                frames = [rows_of(frame, found) for frame in found]
-                for k in rng.permutation(len(found))[:3]:
-                    found.put_into(world, int(k))
-                    put.append((int(k), rows_now(world)))
+    """Bodies that fly are kept where their parabola has them.
+
+    They are kept when they were to be, at the steps nearest to multiples of the frame. One `run` keeps them, or two
+    that meet between frames, or frame by frame, or a writer that goes on with what another one left. They are read
+    while it is being written, after a `flush`, or closed. A world that is put into a frame is there, at that time.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    ways = ("run", "frame by frame", "gone on with", "the world's steps")
+    for _, way in product(range(run.count(3, 10, 100)), ways):
+        flight = Flight(rng)
+        world, rate, count = flight.world, rng.uniform(20.0, 100.0), int(rng.integers(6, 20))
+        step = 1.0 / rate / rng.uniform(3.0, 9.0)
+        due = [round(k / rate / step) for k in range(count + 1)]
+        frames, put = list[np.ndarray](), dict[int, np.ndarray]()
+        # What cannot be kept or read is a frame that is missing.
+        with tempfile.TemporaryDirectory() as folder, suppress(softbody.SoftbodyError, LookupError):
+            path = Path(folder) / "kept"
+            kept = TrajectoryWriter(world, path, rate)
+            if way == "frame by frame":
+                for now in due:
+                    world.step(step, now - world.steps)
+                    kept.frame()
+                kept.flush()  # read while it is open
+            elif way == "the world's steps":
+                kept.run(count / rate)
                 kept.close()
-            judged = [flight.at(step, now) for now in due]
-            frames += [np.zeros((4, 7))] * (len(judged) - len(frames))
-            judged += [np.zeros((4, 7))] * (len(frames) - len(judged))
-            measured += [*frames, *(rows for _, rows in put)]
-            expected += [*judged, *(judged[k] for k, _ in put)]
-            kinds += [way] * 4 * len(frames) + [f"{way}: put back"] * 4 * len(put)
-    scale = 1.0 + np.linalg.norm(np.concatenate(expected), axis=1)
-    return Comparison(np.concatenate(measured), np.concatenate(expected), scale, kinds)
+                each = world.steps // count
+                step, due = 1.0 / rate / each, [each * k for k in range(count + 1)]
+            else:
+                kept.run(0.5 * due[-1] * step, step)  # to between two frames
+                if way == "gone on with":
+                    kept.close()
+                    kept = TrajectoryWriter(world, path, rate, resume=True)
+                kept.run((due[-1] + 0.4 - world.steps) * step, step)
+                kept.close()
+            found = Trajectory.open(path)
+            frames = [rows_of(frame, found) for frame in found]
+            for k in rng.permutation(len(found))[:3]:
+                found.put_into(world, int(k))
+                put[int(k)] = rows_now(world)
+            kept.close()
+        judged = [flight.at(step, now) for now in due]
+        judged += [np.zeros((4, 7))] * (len(frames) - len(judged))
+        back = list(put.values()), [judged[k] for k in put]
+        for kind, ours, theirs in ((way, frames, judged), (f"{way}: put back", *back)):
+            extend_evenly(answers, np.reshape(ours, (-1, 7)), np.reshape(theirs, (-1, 7)), kind, is_relative=True)
+    return answers.comparison()
 
 
 @check(
@@ -181,27 +181,26 @@ def flights_are_kept(run: Run) -> Comparison:
     because="whole numbers",
     faults=(
         Fault(
-            "the first body's particles",
-            reader.Trajectory.particles,
-            'check_whole(body, "body", 0, self.soft_count - 1) → 0',
+            "the first body's particles", Trajectory.particles, 'check_whole(body, "body", 0, self.soft_count - 1) → 0'
         ),
         Fault(
             "triangles by numbers of all particles",
-            reader.Trajectory.triangles,
+            Trajectory.triangles,
             "self._shapes.triangles(b_) → self._shapes.triangles(b_) + self._shapes.particles(body).start",
         ),
         Fault(
             "rows up to the last particle but one",
-            reader.Trajectory.particles,
+            Trajectory.particles,
             "self._shapes.particles(b_) → slice(self._shapes.particles(b_).start, self._shapes.particles(b_).stop - 1)",
         ),
     ),
 )
 def rows_of_bodies(run: Run) -> Comparison:
-    """A trajectory's `particles` and `triangles` are those of the meshes that were added, of worlds of several bodies,
-    all unlike."""
-    rng = run.fresh_rng()
-    measured, expected = [], []
+    """A trajectory's `particles` and `triangles` are its meshes' own.
+
+    That holds of worlds of several bodies, all unlike.
+    """
+    rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(3, 10, 100)):
         world, first = World(), 0
         meshes = [random_mesh(kind, rng) for kind in rng.permutation(["torus", "sphere", "box"])]
@@ -213,10 +212,10 @@ def rows_of_bodies(run: Run) -> Comparison:
             found = Trajectory.open(Path(folder) / "kept")
             for k, mesh in enumerate(meshes):
                 rows = found.particles(k)
-                measured += [[rows.start, rows.stop, 0], *found.triangles(k)]
-                expected += [[first, first + len(mesh.vertices), 0], *mesh.triangles]
+                answers.add([rows.start, rows.stop, 0], [first, first + len(mesh.vertices), 0])
+                answers.extend(found.triangles(k), mesh.triangles)
                 first += len(mesh.vertices)
-    return Comparison(np.array(measured), np.array(expected))
+    return answers.comparison()
 
 
 @check(
@@ -228,27 +227,30 @@ def rows_of_bodies(run: Run) -> Comparison:
     faults=(
         Fault(
             "frames that follow the world until they are written",
-            writer.TrajectoryWriter._checked,
+            TrajectoryWriter._checked,
             "{name: array[0] for name, array in frame.items()}"
             " → {name: getattr(self._runner.store.state, name) for name in frame}",
         ),
         Fault(
             "frames in single precision",
-            writer.TrajectoryWriter._flush,
+            TrajectoryWriter._flush,
             "np.stack([frame[name] for _, frame in pending])"
             " → np.stack([frame[name] for _, frame in pending]).astype(np.float32).astype(float)",
         ),
         Fault(
             "the first chunk again",
-            reader.Trajectory.__getitem__,
+            Trajectory.__getitem__,
             "self._manifest.chunks[at] → (self._manifest.chunks[0].file, self._manifest.chunks[0].times)",
         ),
     ),
 )
 def frames_have_every_bit(run: Run) -> Comparison:
-    """Every bit of every frame of balls that fall into a tray is kept, over several chunks: in what `Trajectory`
-    returns, and in the files that NumPy reads itself, in the order and with the times of the manifest."""
-    same, kinds = [], []
+    """Every bit of every frame is kept.
+
+    Balls fall into a tray, over several chunks. The bits are in what `Trajectory` returns, and in the files that NumPy
+    reads itself, in the order and with the times of the manifest.
+    """
+    answers = Answers()
     for chunk in (128, 5):
         world = tray.build(2)
         step, beside = 0.9 * world.stable_time_step(), []
@@ -256,7 +258,7 @@ def frames_have_every_bit(run: Run) -> Comparison:
             with TrajectoryWriter(world, folder) as kept:
                 for _ in range(run.count(140, 300, 600)):
                     world.step(step)
-                    beside.append((world.time, [array.copy() for array in _motion(world)]))
+                    beside.append((world.time, {name: getattr(world.state, name).copy() for name in NAMES}))
                     kept.frame()
                     if kept.frames % chunk == 0:
                         kept.flush()
@@ -265,18 +267,17 @@ def frames_have_every_bit(run: Run) -> Comparison:
             files = [dict(np.load(Path(folder) / each["file"])) for each in manifest["chunks"]]
         rows = {name: np.concatenate([file[name] for file in files]) for name in files[0]}
         for k, (time, arrays) in enumerate(beside):
-            frame = frames[k]
-            told: list[np.ndarray | None] = [
-                frame.positions,
-                frame.velocities,
-                frame.box_positions,
-                frame.box_orientations,
-            ]
-            told += [frame.box_velocities, frame.box_angular_velocities]
-            same.append(frame.time == time and all(_same_bits(*both) for both in zip(told, arrays)))
-            same.append(rows["time"][k] == time and all(_same_bits(rows[n][k], a) for n, a in zip(NAMES, arrays)))
-            kinds += [f"a Trajectory, {chunk} a chunk", f"NumPy, {chunk} a chunk"]
-    return Comparison(np.array(same), np.ones(len(same), bool), groups=kinds)
+            told = {name: getattr(frames[k], field) for name, field in NAMES.items()}
+            is_same = frames[k].time == time and _same_bits(told, arrays)
+            answers.add(is_same, True, kind=f"a Trajectory, {chunk} a chunk")
+            is_same = rows["time"][k] == time and _same_bits({name: rows[name][k] for name in NAMES}, arrays)
+            answers.add(is_same, True, kind=f"NumPy, {chunk} a chunk")
+    return answers.comparison()
+
+
+def _same_bits(some: dict[str, np.ndarray | None], others: dict[str, np.ndarray]) -> bool:
+    """Tell whether all arrays are there, and have the bits of the others of their names."""
+    return all(array is not None and array.tobytes() == others[name].tobytes() for name, array in some.items())
 
 
 @check(
@@ -288,30 +289,26 @@ def frames_have_every_bit(run: Run) -> Comparison:
     because="yes or no: was the lock given back before the writer was done?",
     faults=(
         Fault("locks that are none", atomic_file._locked, "fcntl.LOCK_EX | fcntl.LOCK_NB → fcntl.LOCK_UN"),
-        Fault(
-            "a flush that does not ask",
-            writer.TrajectoryWriter.flush,
-            "alone_in(f_) → alone_in(self._folder / 'nowhere')",
-        ),
+        Fault("a flush that does not ask", TrajectoryWriter.flush, "alone_in(f_) → alone_in(self._folder / 'nowhere')"),
     ),
 )
 def folders_are_locked(run: Run) -> Comparison:
-    """Whoever begins a trajectory, writes to it or ends it waits while somebody else has its folder locked."""
-    world, waited = Flight(run.fresh_rng()).world, []
+    """Writers of a trajectory wait while its folder is locked.
+
+    Somebody else has it locked while a trajectory is begun, written to, or ended.
+    """
+    world, answers = Flight(run.fresh_rng()).world, Answers()
     for _ in range(run.count(1, 2, 10)):
         with tempfile.TemporaryDirectory() as folder:
             with locked_for_a_while(folder) as given_back:
                 kept = TrajectoryWriter(world, folder)
-                waited.append(bool(given_back))
-            kept.frame()
-            with locked_for_a_while(folder) as given_back:
-                kept.flush()
-                waited.append(bool(given_back))
-            kept.frame()
-            with locked_for_a_while(folder) as given_back:
-                kept.close()
-                waited.append(bool(given_back))
-    return Comparison(np.array(waited), np.ones(len(waited), bool))
+                answers.add(bool(given_back), True)
+            for go_on in (kept.flush, kept.close):
+                kept.frame()
+                with locked_for_a_while(folder) as given_back:
+                    go_on()
+                    answers.add(bool(given_back), True)
+    return answers.comparison()
 
 
 @contextmanager
@@ -333,12 +330,3 @@ def locked_for_a_while(folder: str) -> Iterator[list[bool]]:
     finally:
         somebody.join()
         os.close(file)
-
-
-def _motion(world: World) -> list[np.ndarray]:
-    """Return the arrays of NAMES."""
-    return [getattr(world.state, name) for name in NAMES]
-
-
-def _same_bits(one: np.ndarray | None, other: np.ndarray) -> bool:
-    return one is not None and one.tobytes() == other.tobytes()
