@@ -55,6 +55,12 @@ def test_a_docstring_is_the_claim_and_what_else_is_said_of_it():
         declared(family=None)
 
 
+def test_a_claim_is_one_short_sentence():
+    claims = [claim.claim for claim in all_checks().values()]
+    assert [claim for claim in claims if len(claim.split()) > 12 or not claim.endswith(".")] == []
+    assert len({*claims}) == len(claims)
+
+
 @pytest.mark.parametrize("tolerance", [-1.0, math.inf, math.nan])
 def test_a_tolerance_that_refuses_nothing_is_refused(tolerance):
     with pytest.raises(ValueError, match="tolerance"):
