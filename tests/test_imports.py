@@ -104,12 +104,14 @@ def reaches(tree: ast.Module) -> Iterator[tuple[int, str]]:
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == NAMES_OF_SOURCE
         for inner in ast.walk(node)
     }
+    used = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and id(node) not in named}
     for node in ast.walk(tree):
         if isinstance(node, ast.Attribute) and is_private(node.attr):
             if id(node) not in named and not is_own(node.value):
                 yield node.lineno, ast.unparse(node)
         elif isinstance(node, ast.ImportFrom):
-            yield from ((node.lineno, f"import {a.name}") for a in node.names if is_private(a.name))
+            private = [alias.name for alias in node.names if is_private(alias.name)]
+            yield from ((node.lineno, f"import {name}") for name in private if name in used or not named)
 
 
 def is_private(name: str) -> bool:

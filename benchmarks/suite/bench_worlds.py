@@ -103,7 +103,7 @@ def narrow_phases(
     """Do the broad and the narrow phase many times; return the contacts."""
     for _ in range(times):
         contacts.number[:] = 0
-        contacts = find_soft_contacts(model, state, surfaces, None, settings, contacts)
+        contacts = find_soft_contacts(model, state, state, surfaces, None, settings, contacts)
     return contacts
 
 
@@ -117,7 +117,7 @@ def contact_phases(
         contacts = narrow_phases(model, state, surfaces, settings, contacts, 1)
         now = Bodies(particles_of(model, state), boxes_of(model, state))
         before = Bodies(particles_of(model, start), boxes_of(model, start))
-        resolve_contacts(contacts, now, before, surfaces.weight_sum, SOME_STEP)
+        resolve_contacts(contacts, now, before, surfaces.response, SOME_STEP)
 
 
 def stages_of(world: World, step: float, steps: int, units: float) -> dict[str, Peer]:

@@ -149,7 +149,7 @@ class HasStore(Protocol):
 
 def new_clock(steps: int = 0, time: float = 0.0) -> Clock:
     """Return the clock of a world that has done so many steps, and is at such a time [s]."""
-    return Clock(np.array([steps], np.int64), np.array([time]), np.zeros(1, np.int64))
+    return Clock(np.array([steps], np.int64), np.array([time]), np.zeros(1, np.int64), np.zeros(1))
 
 
 def _copied(part: Any) -> Any:

@@ -12,30 +12,32 @@ from math import sqrt
 import numpy as np
 
 from softbody.compiler.jit import jit, jit_lean
-from softbody.linalg.vec import load, scale, store, sub
+from softbody.linalg.vec import accumulate, load, scale, store, sub
 from softbody.model.arrays import Model, State
 from softbody.model.material import Material, combined, material_of_ground, material_of_soft, sliding_kept, speed_after
 from softbody.model.sleep_state import SleepState, sleeps
 
 
 @jit_lean
-def resolve_ground(model: Model, state: State, impulse: np.ndarray, rest: SleepState | None) -> None:
+def resolve_ground(model: Model, state: State, impulse: np.ndarray, rest: SleepState | None, anew: bool) -> None:
     """Lift particles that are below the ground on to it, and let those that still go down bounce.
 
-    `impulse` (n, 3) [N s] is set to what the ground has given each particle; of those who sleep it is left.
+    What the ground gives each particle is added to `impulse` (n, 3) [N s], which begins `anew` with 0. Who sleeps keeps
+    what it was given.
     """
     for body in range(model.soft_count):
         if sleeps(rest, body):
             continue
         material = material_on_ground(model, body)
         for i in range(model.soft_particle_start[body], model.soft_particle_start[body + 1]):
-            store(impulse, i, (0.0, 0.0, 0.0))
+            if anew:
+                store(impulse, i, (0.0, 0.0, 0.0))
             if state.particle_position[i, 2] < model.ground_height:
                 before = load(state.particle_velocity, i)
                 land(state.particle_position.T, state.particle_velocity.T, (i, i + 1), model.ground_height, material)
                 change = sub(load(state.particle_velocity, i), before)
                 if model.particle_inverse_mass[i] > 0.0:
-                    store(impulse, i, scale(1.0 / model.particle_inverse_mass[i], change))
+                    accumulate(impulse, i, scale(1.0 / model.particle_inverse_mass[i], change))
 
 
 @jit

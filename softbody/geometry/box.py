@@ -43,6 +43,71 @@ def box_corners(size: Vec, position: Vec, orientation: Quaternion) -> np.ndarray
 
 
 @jit_lean
+def way_back(before: Vec, now: Vec, half: Vec) -> tuple[float, Vec]:
+    """Return (depth [m], normal): how far a point has come behind the face of a box through which it came in.
+
+    `before` and `now` [m] are seen from the box, which may have moved, too; `half` is half of its extent [m]. However
+    deep it is, it goes back by that face, also where it has gone right through; what was inside before by the face that
+    was closest then. A depth of 0: it is outside, or came round a side.
+    """
+    was_inside, is_inside = is_in(before, half), is_in(now, half)
+    if was_inside:
+        axis, side = _closest_face(before, half)
+        went_through = not is_inside and half[axis] - side * now[axis] > 2.0 * half[axis]
+    else:
+        axis, side, leaves_by = _face_of_entry(before, now, half)
+        went_through = axis >= 0 and leaves_by == axis
+        if axis < 0 and is_inside:  # to rounding it was on the face, or has grazed a side
+            axis, side = _closest_face(now, half)
+    if axis < 0 or not (is_inside or went_through):
+        return 0.0, (0.0, 0.0, 0.0)
+    normal = (side if axis == 0 else 0.0, side if axis == 1 else 0.0, side if axis == 2 else 0.0)
+    return half[axis] - side * now[axis], normal
+
+
+@jit_lean
+def is_in(point: Vec, half: Vec) -> bool:
+    """Tell whether a point is in a box of `half` the extent [m], whose frame it is seen from."""
+    return abs(point[0]) < half[0] and abs(point[1]) < half[1] and abs(point[2]) < half[2]
+
+
+@jit_lean
+def _closest_face(point: Vec, half: Vec) -> tuple[int, float]:
+    """Return the axis and the side, −1 or 1, of the face that is closest to a point in a box."""
+    closest, axis = np.inf, 0
+    for k in range(3):
+        if half[k] - abs(point[k]) < closest:
+            closest, axis = half[k] - abs(point[k]), k
+    return axis, (1.0 if point[axis] >= 0.0 else -1.0)
+
+
+@jit_lean
+def _face_of_entry(before: Vec, now: Vec, half: Vec) -> tuple[int, float, int]:
+    """Return the axis and side of the face by which a way leads into a box, and the axis of the one it would leave by.
+
+    The first is −1 for a way that does not come in.
+    """
+    enters, leaves, axis, side, leaves_by = -np.inf, np.inf, -1, 1.0, -1
+    for k in range(3):
+        way = now[k] - before[k]
+        if way == 0.0:
+            if abs(before[k]) >= half[k]:
+                return -1, 1.0, -1
+            continue
+        from_side = -1.0 if way > 0.0 else 1.0
+        first, last = (from_side * half[k] - before[k]) / way, (-from_side * half[k] - before[k]) / way
+        if first > enters:
+            enters, axis, side = first, k, from_side
+        if last < leaves:
+            leaves, leaves_by = last, k
+    if not 0.0 <= enters < leaves or enters > 1.0:
+        return -1, 1.0, -1
+    if leaves > 1.0:
+        leaves_by = -1
+    return axis, side, leaves_by
+
+
+@jit_lean
 def point_in_box(p: Vec, size: Vec, position: Vec, orientation: Quaternion) -> tuple[float, Vec]:
     """Return (depth [m], normal): how far `p` is behind the closest face, and that face's outward normal; paper §4.7.
 

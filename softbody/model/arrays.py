@@ -174,6 +174,7 @@ class Clock(NamedTuple):
     steps: np.ndarray  # (1,) done since the world was made
     time: np.ndarray  # (1,) [s]
     shape: np.ndarray  # (1,) checksum of where the last run has left the particles
+    part: np.ndarray  # (1,) [s] the last step, or its last part: contacts are of that
 
 
 class VertexRings(NamedTuple):

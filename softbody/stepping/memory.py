@@ -6,6 +6,7 @@ import numpy as np
 
 from softbody.bodies.store import Store
 from softbody.collision.boxes.manifold import new_manifold
+from softbody.collision.soft.soft_response import parting_times
 from softbody.collision.soft.surface import Surfaces, build_surfaces
 from softbody.compiler.interrupts import NEVER_SET, InterruptFlag
 from softbody.compiler.threads import Team
@@ -32,6 +33,7 @@ class Memory:
         self._grounded: np.ndarray | None = None  # memory for which boxes touch the ground
         self._acting: Controls | None = None  # memory for what acts in a step that has joints
         self._limits_of: tuple[Model | None, bytes] = None, b""  # for which springs and gas extents are limited
+        self._times_of: tuple[Model | None, bytes] = None, b""  # for which springs and gas parting times are known
         self._unlike_of: tuple[Model | None, bool] = None, False  # of which masses, and whether any are too unlike
         rest = store.contents.sleep.rest
         rest.settled[:] = False  # bounds of those who sleep are not known here
@@ -76,8 +78,14 @@ class Memory:
 
     def surfaces(self) -> Surfaces | None:
         """Return what finds the contacts of soft bodies, if there are any."""
-        if self._surfaces is None and self._store.model.soft_count:
-            self._surfaces = build_surfaces(self._store.model, self._store.state.particle_position, self.threads)
+        model, controls = self._store.model, self._store.controls
+        if self._surfaces is None and model.soft_count:
+            self._surfaces = build_surfaces(model, self._store.state.particle_position, self.threads)
+            self._surfaces.response.edge_length[:] = model.soft_edge_length
+        gas = controls.soft_gas.tobytes()
+        if self._surfaces is not None and not (self._times_of[0] is model and self._times_of[1] == gas):
+            self._surfaces.response.parting_time[:] = parting_times(model, controls)
+            self._times_of = model, gas
         return self._surfaces
 
     def may_carry_too_much(self, model: Model) -> bool:

@@ -178,7 +178,8 @@ class Runner:
         """Do what `World.contact_points` says."""
         store = self.store
         given, asleep = store.contents.ground_impulse, store.contents.sleep.rest.asleep
-        found = contact_points(store.model, store.state.particle_position, store.contacts, given, store.time_step)
+        part = float(store.clock.part[0])
+        found = contact_points(store.model, store.state.particle_position, store.contacts, given, part)
         if not (store.may_sleep and asleep.any() and store.time_step > 0.0):  # 0: no step since it was restored
             return found
         return found.and_of(asleep, self._contacts_if_awake())

@@ -12,8 +12,13 @@ from softbody.collision.boxes.manifold import Manifold
 from softbody.collision.contact import Contacts
 from softbody.collision.paper.paper_response import resolve_in_turn
 from softbody.collision.soft.soft_contacts import find_soft_contacts
-from softbody.collision.soft.soft_response import Bodies, resolve_contacts
-from softbody.collision.soft.split_steps import subdivision
+from softbody.collision.soft.soft_response import (
+    Bodies,
+    note_on_ground,
+    press_on_ground,
+    resolve_contacts,
+)
+from softbody.collision.soft.split_steps import MOST_PARTS, closes_too_far, subdivision
 from softbody.collision.soft.surface import Surfaces
 from softbody.collision.solver.warm_start import cache_impulses, copied_cache, copy_cache
 from softbody.compiler.jit import jit, jit_inlined, jit_lean
@@ -45,6 +50,7 @@ from softbody.stepping.sleep import begin_step, let_sleep, mark_sleepers, note_r
 NO_ROOM = 3  # there are more contacts than rows for them
 UNSEEN = 4  # something is not finite, or particles are not where the last run has left them: to be looked at first
 ABORTED = 5  # an interrupt ended the step before it was done
+TOO_FAR = 6  # a load has pressed something so far into something else that the step is to be taken in more parts
 
 
 class Work(NamedTuple):
@@ -86,12 +92,13 @@ def step(
     settings: Settings,
     h: float,
     abort_mid_step: bool,
+    may_part: bool,
 ) -> tuple[Contacts, int, int]:
     """Advance a world by `h` [s]; return (contacts, fault, body), boxes numbered after soft bodies.
 
-    The contacts are those of this step, in longer arrays if there was no room for all. On a fault (DIVERGED, COLLAPSED
-    or ABORTED, else 0) the step must be undone, to `work.start`. It is ABORTED, with the contacts as they were, only if
-    `abort_mid_step` is true and `work.stop` is not 0 while soft bodies move.
+    The contacts are those of this step, in longer arrays if there was no room for all. On a fault (DIVERGED, COLLAPSED,
+    TOO_FAR or ABORTED, else 0) the step must be undone, to `work.start`. It is ABORTED, with the contacts as they were,
+    only if `abort_mid_step` is true and `work.stop` is not 0 while soft bodies move; TOO_FAR only if it `may_part`.
     """
     begin_step(model, state, work.start, work.ground_impulse, work.rest)
     slow_boxes(model, state, work.grounded, h)
@@ -111,20 +118,35 @@ def step(
     diverged = -1 if work.grounded is None else diverged_box(model, state, h)
     if diverged >= 0:
         return contacts, DIVERGED, model.soft_count + diverged
-    contacts = find_soft_contacts(model, state, work.surfaces, work.rest, settings, contacts)
+    if not settings.single_soft_contact:  # first: what contacts press on the ground, that holds
+        resolve_ground(model, state, work.ground_impulse, work.rest, True)
+    before = state if settings.single_soft_contact else work.start
+    contacts = find_soft_contacts(model, state, before, work.surfaces, work.rest, settings, contacts)
+    if may_part and closes_too_far(model, state, work.start, contacts, h):
+        return contacts, TOO_FAR, -1
     if not settings.single_contact:
         cache_impulses(contacts)  # not sooner: had there been no room, the step might have to be undone
     push = resolve_soft_contacts(model, state, work.start, work.surfaces, contacts, settings, h)
     hold_boxes(model, controls, state, work.grounded, contacts, push, settings, h)
     if work.grounded is not None:
         limit_speeds(model, state, settings)  # once more: soft bodies have pushed boxes since
-    resolve_ground(model, state, work.ground_impulse, work.rest)
+    press_through(model, state, work.surfaces, contacts, work.ground_impulse)
+    resolve_ground(model, state, work.ground_impulse, work.rest, settings.single_soft_contact)
     diverged = _diverged_by_contacts(model, state, work, contacts, h)
     if diverged >= 0:
         contacts.cache.number[0] = 0
         return contacts, DIVERGED, diverged
     stop_boxes(state, work.grounded)
     return contacts, 0, -1
+
+
+@jit
+def press_through(
+    model: Model, state: State, surfaces: Surfaces | None, contacts: Contacts, impulse: np.ndarray
+) -> None:
+    """Let the ground bear what contacts have pressed particles on to it with; it is added to `impulse` (n, 3) [N s]."""
+    if surfaces is not None:
+        press_on_ground(contacts, model, state, impulse, surfaces.response)
 
 
 @jit_lean
@@ -192,7 +214,8 @@ def resolve_soft_contacts(
         resolve_in_turn(contacts, now)
         return np.empty((0, 6))
     before = Bodies(particles_of(model, start), boxes_of(model, start))
-    return resolve_contacts(contacts, now, before, surfaces.weight_sum, h, surfaces.threads, surfaces.with_boxes)
+    note_on_ground(contacts, model, state, surfaces.response)
+    return resolve_contacts(contacts, now, before, surfaces.response, h, surfaces.threads, surfaces.with_boxes)
 
 
 @jit
@@ -235,23 +258,33 @@ def run(
             parts = 0
         elif settings.split_steps and model.soft_count > 0:
             parts = subdivision(model, state, work.rest, h)
-        if parts > 1:
-            start, cache = copied(state), copied_cache(contacts.cache)
-        for part in range(parts):
+        begun, part, may_part = False, 0, settings.split_steps and not settings.single_soft_contact
+        while part < parts:
+            if parts > 1 and not begun:
+                start, cache, begun = copied(state), copied_cache(contacts.cache), True
             may_abort = abort_mid_step and part == 0  # later the contacts are not as they were
-            found, fault, body = step(model, controls, state, work, contacts, settings, h / parts, may_abort)
+            found, fault, body = step(
+                model, controls, state, work, contacts, settings, h / parts, may_abort, may_part and parts < MOST_PARTS
+            )
+            part += 1
             if found.depth.shape[0] > room:
                 fault, body = NO_ROOM, found.depth.shape[0]
+            elif fault == TOO_FAR:  # once more from the start, in twice as many parts
+                copy_state(start if begun else work.start, state)
+                if begun:
+                    copy_cache(cache, contacts.cache)
+                parts, part, fault = 2 * parts, 0, 0
             if fault:
                 break
         # A step that cannot be finished has not happened.
         if fault:
-            copy_state(start if parts > 1 else work.start, state)
-            if parts > 1:
+            copy_state(start if begun else work.start, state)
+            if begun:
                 copy_cache(cache, contacts.cache)
             if fault != ABORTED:
                 contacts.number[0] = contacts.number[1] = 0
             break
+        clock.part[0] = h / parts if parts > 0 else h
         note_rest(model, state, work.rest, settings, h)
         done += 1
         if work.stop[0] != 0:
@@ -308,7 +341,8 @@ def run_alone_by_clock(
         last, fault, body = move_soft_bodies(bodies, motion, settings, h, 1, -np.inf, BARE, abort_mid_step)
         done += last
         if last == 1:
-            resolve_ground(model, state, ground_impulse, None)
+            resolve_ground(model, state, ground_impulse, None, True)
+    clock.part[0] = h
     _advance_clock(clock, order, done, state)
     return fault, body
 

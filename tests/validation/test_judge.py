@@ -15,8 +15,8 @@ from validation.judge import errors_of, judge
 
 def make_check(compare, unit="relative", tolerance=1e-9, engines=(), erratum=None) -> Check:
     return Check(
-        "family.claim", "family", "A claim.", "1", "piece", "judge", engines, unit, tolerance, "why", "what", compare,
-        erratum,
+        "family.claim", "family", "A claim.", "1", "piece", "judge", engines, unit, tolerance, "why", compare,
+        erratum=erratum,
     )  # fmt: skip
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from softbody.collision.boxes.sat_boxes import PlacedBox
 from softbody.collision.contact import Listing, Touch, add_contact, box_side, soft_side
 from softbody.collision.soft.edge_box import edge_in_box
@@ -9,10 +11,10 @@ from softbody.collision.soft.point_mesh import way_out
 from softbody.collision.soft.soft_soft import candidate_edges, half_way, point_between
 from softbody.collision.soft.surface import Memory, Solid, Surface
 from softbody.compiler.jit import jit_lean
-from softbody.geometry.box import point_in_box
+from softbody.geometry.box import way_back
 from softbody.geometry.penetration import INSIDE, Points, find_penetrations
-from softbody.linalg.quaternion import rotate_inverse
-from softbody.linalg.vec import load, scale, sub
+from softbody.linalg.quaternion import rotate, rotate_inverse
+from softbody.linalg.vec import dot, load, scale, sub
 from softbody.model.material import Material
 from softbody.model.surface_point import at_particle, on_edge
 
@@ -21,6 +23,7 @@ from softbody.model.surface_point import at_particle, on_edge
 def find_contacts_in_box(
     surface: Surface,
     box: tuple[int, PlacedBox],
+    before: tuple[np.ndarray, PlacedBox],
     with_edges: bool,
     memory: Memory,
     material: Material,
@@ -28,22 +31,42 @@ def find_contacts_in_box(
 ) -> None:
     """List where particles of a soft body are in a box, (its number, where it is), and its edges if they count.
 
-    The surface is side a of the contacts, the box side b.
+    A particle leaves by the face through which it came since `before`, when the particles were at (n, 3) [m], and the
+    box where it was then. The surface is side a of the contacts, the box side b.
     """
     number, (size, position, orientation) = box
     first, points, outcode = surface.first, surface.vertices.position, memory.found.outcode
     b, half = box_side(number), scale(0.5, size)
+    (old_points, old_box), farthest = before, 0.0
     # Outcodes by the six faces; a particle that is outside none is inside.
     for i in range(points.shape[0]):
         x, y, z = rotate_inverse(orientation, sub(load(points, i), position))
         bits = (x <= -half[0]) | (x >= half[0]) << 1 | (y <= -half[1]) << 2 | (y >= half[1]) << 3
         bits |= (z <= -half[2]) << 4 | (z >= half[2]) << 5
         outcode[i] = INSIDE if bits == 0 else bits
+        p, old = load(points, i), load(old_points, i)
+        way = sub(p, old)
+        farthest = max(farthest, dot(way, way))
         if bits == 0:
-            p = load(points, i)
-            depth, normal = point_in_box(p, size, position, orientation)
+            from_box = rotate_inverse(old_box.orientation, sub(old, old_box.position))
+            depth, normal = way_back(from_box, (x, y, z), half)
+            normal = rotate(orientation, normal)
             touch = Touch(half_way(p, depth, normal), normal, depth, 0)
             add_contact(contacts, soft_side(at_particle(first + i)), b, touch, material)
+    # What has gone right through has come as far as the box is thin.
+    way, thinnest = sub(position, old_box.position), min(half[0], half[1], half[2])
+    if farthest + dot(way, way) > thinnest * thinnest:
+        for i in range(points.shape[0]):
+            if outcode[i] != INSIDE:
+                p = load(points, i)
+                here = rotate_inverse(orientation, sub(p, position))
+                from_box = rotate_inverse(old_box.orientation, sub(load(old_points, i), old_box.position))
+                depth, normal = way_back(from_box, here, half)
+                if depth > 0.0:
+                    outcode[i] = INSIDE
+                    normal = rotate(orientation, normal)
+                    touch = Touch(half_way(p, depth, normal), normal, depth, 0)
+                    add_contact(contacts, soft_side(at_particle(first + i)), b, touch, material)
     if not with_edges:
         return
     for row in range(candidate_edges(surface.ridges, outcode, memory.edge)):

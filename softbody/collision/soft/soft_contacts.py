@@ -67,6 +67,7 @@ class Pairs(NamedTuple):
 def find_soft_contacts(
     model: Model,
     state: State,
+    before: State,
     surfaces: Surfaces | None,
     rest: SleepState | None,
     settings: Settings,
@@ -74,7 +75,8 @@ def find_soft_contacts(
 ) -> Contacts:
     """Add every contact of a soft body with another or with a box; return the contacts, with room for all.
 
-    `surfaces` is None where there are no soft bodies, and `rest` where nobody may sleep.
+    What has come into a box since `before`, when the step began, leaves it as it came. `surfaces` is None where there
+    are no soft bodies, and `rest` where nobody may sleep.
     """
     if surfaces is None:
         return contacts
@@ -83,53 +85,67 @@ def find_soft_contacts(
     start, near = near_bodies(model, state, shapes, scratch, rest, settings.exhaustive_pairs)
     cut, work = even_shares(model, start, near, shares)
     pairs = Pairs(start, near, cut, work, settings.edge_contacts, surfaces.with_boxes)
-    before, found = contacts.number[0], np.zeros(shares, np.int64)
+    kept, found = contacts.number[0], np.zeros(shares, np.int64)
     while True:
-        rows = rows_of(contacts, found, before, contacts.depth.shape[0])
-        _find_all(model, state, shapes, scratch, pairs, rows, surfaces.threads)
-        most, room = 0, (contacts.depth.shape[0] - before) // shares
+        rows = rows_of(contacts, found, kept, contacts.depth.shape[0])
+        _find_all(model, state, before, shapes, scratch, pairs, rows, surfaces.threads)
+        most, room = 0, (contacts.depth.shape[0] - kept) // shares
         for share in range(shares):
             most = max(most, found[share])
         if most <= room:
             break
-        contacts.number[0] = before + shares * most
-        contacts = with_room(contacts, before)
+        contacts.number[0] = kept + shares * most
+        contacts = with_room(contacts, kept)
     # One share after another, without gaps.
-    count = before
+    count = kept
     for share in range(shares):
-        for k in range(before + share * room, before + share * room + found[share]):
+        for k in range(kept + share * room, kept + share * room + found[share]):
             if k != count:
                 move_row(contacts, k, contacts, count)
             count += 1
     contacts.number[0] = count
-    _note_deepest(surfaces, contacts, before)
+    _note_deepest(surfaces, contacts, kept)
     return contacts
 
 
 @jit
 def _find_all(
-    model: Model, state: State, shapes: Shapes, scratch: ThreadScratch, pairs: Pairs, rows: Listing, threads: int | None
+    model: Model,
+    state: State,
+    before: State,
+    shapes: Shapes,
+    scratch: ThreadScratch,
+    pairs: Pairs,
+    rows: Listing,
+    threads: int | None,
 ) -> None:
     """List the contacts of all shares, each in its part of the rows."""
     if threads is None or pairs.work < MUCH:
         for share in range(pairs.cut.shape[0] - 1):
-            find_share(model, state, shapes, scratch, pairs, rows, share)
+            find_share(model, state, before, shapes, scratch, pairs, rows, share)
     else:
-        find_on_threads(model, state, shapes, scratch, pairs, rows)
+        find_on_threads(model, state, before, shapes, scratch, pairs, rows)
 
 
 @jit_threaded
 def find_on_threads(
-    model: Model, state: State, shapes: Shapes, scratch: ThreadScratch, pairs: Pairs, rows: Listing
+    model: Model, state: State, before: State, shapes: Shapes, scratch: ThreadScratch, pairs: Pairs, rows: Listing
 ) -> None:
     """Let each thread find a share of the contacts, in memory of its own."""
     for share in prange(pairs.cut.shape[0] - 1):
-        find_share(model, state, shapes, scratch, pairs, rows, share)
+        find_share(model, state, before, shapes, scratch, pairs, rows, share)
 
 
 @jit_lean
 def find_share(
-    model: Model, state: State, shapes: Shapes, scratch: ThreadScratch, pairs: Pairs, rows: Listing, share: int
+    model: Model,
+    state: State,
+    before: State,
+    shapes: Shapes,
+    scratch: ThreadScratch,
+    pairs: Pairs,
+    rows: Listing,
+    share: int,
 ) -> None:
     """List the contacts of one share of the soft bodies in its part of the rows, and count them."""
     room = rows.depth.shape[0] // (pairs.cut.shape[0] - 1)
@@ -137,7 +153,7 @@ def find_share(
     listing.number[0] = 0
     for body in range(pairs.cut[share], pairs.cut[share + 1]):
         if pairs.start[body] < pairs.start[body + 1]:
-            _find_contacts_of(model, state, shapes, scratch, pairs, listing, share, body)
+            _find_contacts_of(model, state, before, shapes, scratch, pairs, listing, share, body)
 
 
 @jit
@@ -230,6 +246,7 @@ def _sphere_may_meet_box(model: Model, state: State, sphere: tuple[Vec, float], 
 def _find_contacts_of(
     model: Model,
     state: State,
+    before: State,
     shapes: Shapes,
     scratch: ThreadScratch,
     pairs: Pairs,
@@ -252,7 +269,7 @@ def _find_contacts_of(
             find_soft_soft_contacts(probe, solid, deepest, memory, material, listing)
         else:
             _find_contacts_with_box(
-                model, state, solid, memory, pairs.with_edges, listing, (body, other - soft), pairs.with_boxes
+                model, state, before, solid, memory, pairs.with_edges, listing, (body, other - soft), pairs.with_boxes
             )
 
 
@@ -260,6 +277,7 @@ def _find_contacts_of(
 def _find_contacts_with_box(
     model: Model,
     state: State,
+    before: State,
     solid: Solid,
     memory: Memory,
     with_edges: bool,
@@ -272,14 +290,20 @@ def _find_contacts_with_box(
         return
     body, box = pair
     material = combined(material_of_soft(model, body), material_of_box(model, box))
-    placed = PlacedBox(
-        load(model.box_size, box), load(state.box_position, box), load_quaternion(state.box_orientation, box)
-    )
-    find_contacts_in_box(solid.surface, (box, placed), with_edges, memory, material, listing)
+    placed, old = placed_at(model, state, box), placed_at(model, before, box)
+    points = before.particle_position[model.soft_particle_start[body] : model.soft_particle_start[body + 1]]
+    find_contacts_in_box(solid.surface, (box, placed), (points, old), with_edges, memory, material, listing)
     place, hint = memory.corners.position, memory.corners.hint
     for k in range(8):
         store(place, k, box_corner(placed.size, placed.position, placed.orientation, k))
     find_corner_contacts(solid, box, Points(place, bounding_box(place), hint), memory, material, listing)
+
+
+@jit_lean
+def placed_at(model: Model, state: State, box: int) -> PlacedBox:
+    """Return a box where it is in a state."""
+    orientation = load_quaternion(state.box_orientation, box)
+    return PlacedBox(load(model.box_size, box), load(state.box_position, box), orientation)
 
 
 @jit_lean

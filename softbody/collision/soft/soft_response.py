@@ -7,12 +7,14 @@ Where several contacts share a particle or a box, each has a part of its mass: o
 contacts' weights on it, of a box in equal parts (mass splitting: Tonge, Benevolenski and Voroshilov 2012). Each contact
 is then solved as if it were alone, by the paper's formulas, and the parts of a body are put together again: its motion
 is their mean. So what holds for one contact holds for all: momentum is kept and no energy is added. Nothing depends on
-the order of contacts, up to the rounding of sums, and mirrored bodies move as mirror images. Some sweeps leave little
-of what is lost in the mean.
+the order of contacts, up to the rounding of sums, and mirrored bodies move as mirror images. Sweeps go on until little
+is left of what each body has to be held by. A particle on the ground does not give way to what presses it down: the
+ground takes that at once, so that the load goes through.
 """
 
 from __future__ import annotations
 
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -29,20 +31,26 @@ from softbody.collision.solver.held_boxes import add_push, support_compliance
 from softbody.compiler.jit import jit, jit_lean, jit_threaded
 from softbody.geometry.triangle import area_vector
 from softbody.linalg.vec import Vec, accumulate, add, cross, dot, load, norm, scale, store, sub
-from softbody.model.arrays import NOBODY, Particles, RigidBodies
-from softbody.model.material import friction_impulse
+from softbody.model.arrays import NOBODY, Controls, Model, Particles, RigidBodies, State
+from softbody.model.material import combined, friction_impulse, material_of_ground, material_of_soft
 from softbody.model.surface_point import SurfacePoint, add_at, at_particle, inverse_mass_at, value_at
 
 # Cosine between an impulse and the normal of a triangle below which it is all but along the triangle.
 ALONG_SURFACE = 0.05
 
-# In which two sides part that overlap by more than they have closed in the step, as bodies that start in each other do
-# [s]: so slowly that a tenth of a metre adds no more energy than a fall of 2 mm.
-PARTING_TIME = 0.5
+# Two sides that overlap by more than they have closed in the step part within some steps, but at no more than a part of
+# the speed that the load gives them in one: it could not lift what lies on them by more than the load has pressed it.
+PARTING_STEPS, OF_LOAD = 4.0, 0.5
+
+# Without a load, as bodies that start in each other, they part in so many times √(m / (k + nRT / d²)) of a body of mass
+# m, springs k, gas nRT and thickness d: a tenth of a metre adds no more energy than a fall of some millimetres.
+PARTING_TIMES = 8.0
 
 MANY = 100  # contacts from which threads share them: they meet eight times a step, which takes some microseconds each
 
-SWEEPS = 4  # over all contacts of a step; with ten nothing rests better
+# Sweeps over all contacts of a step: at least, and at most. Between them only contacts act that lack more than a part,
+# ENOUGH, of the most that a body's contacts lack at first, and that would close by more than a part, FINE, of an edge.
+SWEEPS, MOST_SWEEPS, ENOUGH, FINE = 4, 60, 1.0 / 256.0, 1e-3
 
 
 class Bodies(NamedTuple):
@@ -62,6 +70,27 @@ class WeightSums(NamedTuple):
     box: np.ndarray  # (m,) where each contact has weight 1
 
 
+class Response(NamedTuple):
+    """What the response to contacts knows of particles and soft bodies, and remembers within a step."""
+
+    weight_sum: np.ndarray  # (n,) zero, and left so
+    body: np.ndarray  # (n,) soft body of each particle
+    parting_time: np.ndarray  # (b,) [s] see PARTING_TIMES
+    load: np.ndarray  # (b,) [m/s] the most that a contact of each body lacks when the step's first sweep begins
+    edge_length: np.ndarray  # (b,) [m] mean
+    on_ground: np.ndarray  # (n,) bool: which particles of contacts the ground holds; False, and left so
+    ground_impulse: np.ndarray  # (n,) [N s] that the ground gives them for what presses them down; 0, and left so
+
+
+def response_memory(start: np.ndarray) -> Response:
+    """Return memory for soft bodies whose particles begin at `start` (b + 1,)."""
+    count, bodies = int(start[-1]), len(start) - 1
+    of = np.repeat(np.arange(bodies), np.diff(start))
+    on_ground = np.zeros(count, np.bool_)
+    times, load, edges = np.full(bodies, np.inf), np.zeros(bodies), np.zeros(bodies)
+    return Response(np.zeros(count), of, times, load, edges, on_ground, np.zeros(count))
+
+
 class SubstepContact(NamedTuple):
     """How each contact of soft bodies went on within the step."""
 
@@ -70,6 +99,8 @@ class SubstepContact(NamedTuple):
     parting: np.ndarray  # (c,) speed at which they are to part at least, without a bounce [m/s]
     target_height: np.ndarray  # (c,) how far a is to be above b, along the normal [m]
     acted: np.ndarray  # (c,) bool
+    acts: np.ndarray  # (c,) bool: in this sweep
+    enough: np.ndarray  # (c,) [m/s] that it may lack after the first sweeps
     time_since: np.ndarray  # (c,) [s] before the end of the step at which the next impulse acts
     place: np.ndarray  # (c, 3) on b: weights on a triangle's corners, or from a box's centre [m]; where they touched
     impulse: np.ndarray  # (c, 3) on a, the next one [N s]
@@ -78,21 +109,69 @@ class SubstepContact(NamedTuple):
     held: np.ndarray  # (m, 6) impulse [N s] and moment [N m s] on each box that is
 
 
+@jit_lean
+def note_on_ground(contacts: Contacts, model: Model, state: State, response: Response) -> None:
+    """Note which particles of contacts of soft bodies the ground holds."""
+    for k in range(contacts.number[1], contacts.number[0]):
+        for side in range(2):
+            for c in range(3):
+                i = contacts.particles[k, side, c]
+                if i != NOBODY:
+                    response.on_ground[i] = state.particle_position[i, 2] <= model.ground_height
+
+
+@jit_lean
+def press_on_ground(contacts: Contacts, model: Model, state: State, impulse: np.ndarray, response: Response) -> None:
+    """Let the ground give particles what contacts have pressed them on to it with, and rub them by it.
+
+    It is added to `impulse` (n, 3) [N s].
+    """
+    for k in range(contacts.number[1], contacts.number[0]):
+        for side in range(2):
+            for c in range(3):
+                i = contacts.particles[k, side, c]
+                if i == NOBODY or not response.on_ground[i]:
+                    continue
+                pressed, inverse_mass = response.ground_impulse[i], model.particle_inverse_mass[i]
+                response.on_ground[i], response.ground_impulse[i] = False, 0.0
+                v = load(state.particle_velocity, i)
+                slide = sqrt(v[0] * v[0] + v[1] * v[1])
+                if slide > 0.0 and inverse_mass > 0.0:
+                    material = combined(material_of_soft(model, response.body[i]), material_of_ground(model))
+                    lost = min(slide, material.friction * pressed * inverse_mass) / slide
+                    change = (-lost * v[0], -lost * v[1], 0.0)
+                    accumulate(state.particle_velocity, i, change)
+                    accumulate(impulse, i, scale(1.0 / inverse_mass, change))
+                accumulate(impulse, i, (0.0, 0.0, pressed))
+
+
+def parting_times(model: Model, controls: Controls) -> np.ndarray:
+    """Return in what time (b,) [s] soft bodies part from what they start in; inf where nothing holds them in shape."""
+    times = np.full(model.soft_count, np.inf)
+    for body in range(model.soft_count):
+        particles = model.particle_inverse_mass[slice(*model.soft_particle_start[body : body + 2])]
+        springs = model.edge_stiffness[slice(*model.soft_edge_start[body : body + 2])]
+        holds = springs.mean() + controls.soft_gas[body] / model.soft_thickness[body] ** 2
+        lightness = particles.max() / len(particles)  # of the whole body [1/kg]
+        if holds * lightness > 0.0:
+            times[body] = PARTING_TIMES / sqrt(holds * lightness)
+    return times
+
+
 @jit
 def resolve_contacts(
     contacts: Contacts,
     bodies: Bodies,
     start: Bodies,
-    weight_sum: np.ndarray,
+    response: Response,
     h: float,
     threads: int | None = None,
     with_boxes: bool | None = True,
 ) -> np.ndarray:
     """Resolve the contacts of soft bodies that a step of `h` [s] from `start` has led to; §4.2, §4.3.
 
-    Positions and velocities of particles and boxes are changed. `weight_sum` (n,) is zero, and left so. Returns (m, 6):
-    the pushes on boxes that stand on something, which that is to hold; see `pass_down`. `threads` and `with_boxes`: see
-    `Surfaces`.
+    Positions and velocities of particles and boxes are changed. Returns (m, 6): the pushes on boxes that stand on
+    something, which that is to hold; see `pass_down`. `threads` and `with_boxes`: see `Surfaces`.
     """
     boxes, count = bodies.boxes.inverse_mass.shape[0], contacts.number[0] - contacts.number[1]
     if count == 0:
@@ -104,6 +183,8 @@ def resolve_contacts(
         np.empty(count),
         np.empty(count),
         np.zeros(count, np.bool_),
+        np.zeros(count, np.bool_),
+        np.zeros(count),
         np.zeros(count),
         np.empty((count, 3)),
         np.empty((count, 3)),
@@ -111,13 +192,27 @@ def resolve_contacts(
         np.ones(boxes),
         np.zeros((boxes, 6)),
     )
-    look_back(rows, bodies, start, substep, h)
+    look_back(rows, bodies, start, response, substep, h)
     _loosen_boxes(contacts, rows, bodies, substep, with_boxes)
-    sums = WeightSums(weight_sum, np.zeros(boxes))
-    for _ in range(SWEEPS):
-        if not exchange_impulses(rows, bodies, sums, substep, h, threads):
+    sums = WeightSums(response.weight_sum, np.zeros(boxes))
+    for sweep in range(MOST_SWEEPS):
+        if sweep == SWEEPS:
+            _find_enough(rows, response, substep, h)
+        if not exchange_impulses(rows, bodies, sums, response, substep, h, threads):
             break
     return substep.held
+
+
+@jit_lean
+def _find_enough(contacts: Listing, response: Response, substep: SubstepContact, h: float) -> None:
+    """Find how much each contact may lack in a step of `h` [s] once the first sweeps are made."""
+    for k in range(contacts.depth.shape[0]):
+        most, edge = 0.0, np.inf
+        for side in range(2):
+            if contacts.particles[k, side, 0] != NOBODY:
+                body = response.body[contacts.particles[k, side, 0]]
+                most, edge = max(most, response.load[body]), min(edge, response.edge_length[body])
+        substep.enough[k] = max(ENOUGH * most, FINE * edge / h)
 
 
 @jit
@@ -148,20 +243,32 @@ def _first_push(contacts: Listing, bodies: Bodies, substep: SubstepContact) -> n
 
 
 @jit_lean
-def look_back(contacts: Listing, bodies: Bodies, start: Bodies, substep: SubstepContact, h: float) -> None:
+def look_back(
+    contacts: Listing, bodies: Bodies, start: Bodies, response: Response, substep: SubstepContact, h: float
+) -> None:
     """Find how fast the sides of each contact came, how fast they are to part, and how far a is to come above b.
 
     As far as they overlap, but no farther than they have closed in this step: so contact does no work on springs and
-    gas. What they overlap besides, they lose slowly.
+    gas. What they overlap besides, they lose within some steps, but more slowly than the load presses them together.
     """
+    response.load[:] = 0.0
     for k in range(contacts.depth.shape[0]):
         normal = load(contacts.normal, k)
         place, place_before = _place_now(contacts, k, bodies), _place_now(contacts, k, start)
         substep.approach[k] = max(0.0, -dot(_relative_velocity(contacts, k, start, place_before), normal))
         closed = max(0.0, -dot(_way(contacts, k, bodies, start, h), normal))
-        left = max(0.0, contacts.depth[k] - closed)
-        way = min(contacts.depth[k], closed + h / PARTING_TIME * left)
-        substep.parting[k] = left / PARTING_TIME
+        left, load_speed, slow = (
+            max(0.0, contacts.depth[k] - closed),
+            -dot(_relative_velocity(contacts, k, bodies, place), normal),
+            0.0,
+        )
+        for side in range(2):
+            if contacts.particles[k, side, 0] != NOBODY:
+                body = response.body[contacts.particles[k, side, 0]]
+                response.load[body] = max(response.load[body], load_speed)
+                slow = max(slow, left / response.parting_time[body])
+        substep.parting[k] = max(slow, min(left / (PARTING_STEPS * h), OF_LOAD * load_speed))
+        way = min(contacts.depth[k], closed + h * substep.parting[k])
         substep.target_height[k] = height(contacts, k, bodies) + way
         store(substep.place, k, place)
 
@@ -189,7 +296,13 @@ def _way(contacts: Listing, k: int, bodies: Bodies, start: Bodies, h: float) -> 
 
 @jit
 def exchange_impulses(
-    contacts: Listing, bodies: Bodies, sums: WeightSums, substep: SubstepContact, h: float, threads: int | None
+    contacts: Listing,
+    bodies: Bodies,
+    sums: WeightSums,
+    response: Response,
+    substep: SubstepContact,
+    h: float,
+    threads: int | None,
 ) -> bool:
     """Let the sides of contacts that do not part as fast as they must do so, and take off their sliding.
 
@@ -208,11 +321,12 @@ def exchange_impulses(
             _add_weights(contacts, k, sums, load(substep.place, k))
     # All impulses before any acts.
     if threads is None or count < MANY:
-        _find_impulses(contacts, bodies, sums, substep, (0, count))
+        _find_impulses(contacts, bodies, sums, response.on_ground, substep, (0, count))
     else:
-        _find_impulses_on_threads(contacts, bodies.particles, bodies.boxes, sums, substep, threads)
+        on_ground = response.on_ground
+        _find_impulses_on_threads(contacts, bodies.particles, bodies.boxes, sums, on_ground, substep, threads)
     for k in range(count):
-        _apply_impulse(contacts, k, bodies, substep)
+        _apply_impulse(contacts, k, bodies, response, substep)
         _clear_weights(contacts, k, sums)
     return active
 
@@ -229,10 +343,17 @@ def _look_on_threads(
 
 @jit_threaded
 def _find_impulses_on_threads(
-    contacts: Listing, particles: Particles, boxes: RigidBodies, sums: WeightSums, substep: SubstepContact, threads: int
+    contacts: Listing,
+    particles: Particles,
+    boxes: RigidBodies,
+    sums: WeightSums,
+    on_ground: np.ndarray,
+    substep: SubstepContact,
+    threads: int,
 ) -> None:
     for share in prange(threads):
-        _find_impulses(contacts, Bodies(particles, boxes), sums, substep, _rows_of_share(contacts, share, threads))
+        rows = _rows_of_share(contacts, share, threads)
+        _find_impulses(contacts, Bodies(particles, boxes), sums, on_ground, substep, rows)
 
 
 @jit_lean
@@ -248,7 +369,8 @@ def _look(contacts: Listing, bodies: Bodies, substep: SubstepContact, h: float, 
     for k in range(rows[0], rows[1]):
         u = _relative_velocity(contacts, k, bodies, load(substep.place, k))
         lack = _velocity_deficit(contacts, k, substep, u)
-        if lack > 0.0:
+        substep.acts[k] = lack > substep.enough[k]
+        if substep.acts[k]:
             substep.time_since[k] = min(h, max(0.0, substep.target_height[k] - height(contacts, k, bodies)) / lack)
             if not substep.acted[k]:  # and stay: where rounding decides if they act once more, nothing may jump
                 place = _place_on_b(contacts, k, bodies, load(contacts.normal, k), substep.time_since[k])
@@ -261,13 +383,18 @@ def _look(contacts: Listing, bodies: Bodies, substep: SubstepContact, h: float, 
 
 @jit_lean
 def _find_impulses(
-    contacts: Listing, bodies: Bodies, sums: WeightSums, substep: SubstepContact, rows: tuple[int, int]
+    contacts: Listing,
+    bodies: Bodies,
+    sums: WeightSums,
+    on_ground: np.ndarray,
+    substep: SubstepContact,
+    rows: tuple[int, int],
 ) -> None:
     """Find the impulses of contacts that part too slowly, and where on b they act; none of the others."""
     for k in range(rows[0], rows[1]):
         store(substep.impulse, k, (0.0, 0.0, 0.0))
-        if substep.acted[k] and _velocity_deficit(contacts, k, substep, load(substep.velocity, k)) > 0.0:
-            impulse = _impulse(contacts, k, bodies, sums, substep)
+        if substep.acts[k]:
+            impulse = _impulse(contacts, k, bodies, sums, on_ground, substep)
             store(substep.impulse, k, impulse)
             store(substep.impulse_place, k, _place_on_b(contacts, k, bodies, impulse, substep.time_since[k]))
 
@@ -286,16 +413,16 @@ def _velocity_deficit(contacts: Listing, k: int, substep: SubstepContact, veloci
 
 
 @jit_lean
-def _apply_impulse(contacts: Listing, k: int, bodies: Bodies, substep: SubstepContact) -> None:
+def _apply_impulse(contacts: Listing, k: int, bodies: Bodies, response: Response, substep: SubstepContact) -> None:
     """Apply the impulse of contact `k` to both sides, and what it has led to since."""
     (particles, boxes), box, time_since = bodies, contacts.box[k, 1], substep.time_since[k]
     impulse, place = load(substep.impulse, k), load(substep.impulse_place, k)
     if impulse[0] == 0.0 and impulse[1] == 0.0 and impulse[2] == 0.0:
         return
     back = scale(-1.0, impulse)
-    _push(particles, surface_point(contacts, k, 0), impulse, time_since)
+    _push(particles, surface_point(contacts, k, 0), impulse, time_since, response)
     if box == NOBODY:
-        _push(particles, SurfacePoint(surface_point(contacts, k, 1).particles, place), back, time_since)
+        _push(particles, SurfacePoint(surface_point(contacts, k, 1).particles, place), back, time_since, response)
     else:
         # What supports of the box will hold does not move it.
         normal = load(contacts.normal, k)
@@ -308,10 +435,23 @@ def _apply_impulse(contacts: Listing, k: int, bodies: Bodies, substep: SubstepCo
 
 
 @jit_lean
-def _push(particles: Particles, point: SurfacePoint, impulse: Vec, time_since: float) -> None:
-    """Change the velocities of a point by an impulse [N s] of `time_since` [s] ago, and what they have led to."""
-    add_at(particles.velocity, particles.inverse_mass, point, impulse)
-    add_at(particles.position, particles.inverse_mass, point, scale(time_since, impulse))
+def _push(particles: Particles, point: SurfacePoint, impulse: Vec, time_since: float, response: Response) -> None:
+    """Change the velocities of a point by an impulse [N s] of `time_since` [s] ago, and what they have led to.
+
+    What presses a particle on to the ground, the ground takes.
+    """
+    i, j, k = point.particles
+    if not (response.on_ground[i] or response.on_ground[j] or response.on_ground[k]):
+        add_at(particles.velocity, particles.inverse_mass, point, impulse)
+        add_at(particles.position, particles.inverse_mass, point, scale(time_since, impulse))
+        return
+    for c in range(3):
+        i, share = point.particles[c], scale(point.weights[c], impulse)
+        if response.on_ground[i] and share[2] < 0.0:
+            response.ground_impulse[i] -= share[2]
+            share = (share[0], share[1], 0.0)
+        accumulate(particles.velocity, i, scale(particles.inverse_mass[i], share))
+        accumulate(particles.position, i, scale(time_since * particles.inverse_mass[i], share))
 
 
 @jit_lean
@@ -350,16 +490,19 @@ def _relative_velocity(contacts: Listing, k: int, bodies: Bodies, place: Vec) ->
 
 
 @jit_lean
-def _impulse(contacts: Listing, k: int, bodies: Bodies, sums: WeightSums, substep: SubstepContact) -> Vec:
+def _impulse(
+    contacts: Listing, k: int, bodies: Bodies, sums: WeightSums, on_ground: np.ndarray, substep: SubstepContact
+) -> Vec:
     """Return the impulse [N s] on side a of contact `k`, whose sides part too slowly; none if neither can move."""
     particles, boxes = bodies
     box, normal, place = contacts.box[k, 1], load(contacts.normal, k), load(substep.place, k)
     u = load(substep.velocity, k)
     # The normal impulse, by the inverse effective mass of both sides.
-    soft = _split_inverse_mass(particles.inverse_mass, sums.particle, surface_point(contacts, k, 0))
+    a, up = surface_point(contacts, k, 0), normal[2]
+    soft = _split_inverse_mass(particles.inverse_mass, sums.particle, on_ground, a, up)
     if box == NOBODY:
         b = SurfacePoint(surface_point(contacts, k, 1).particles, place)
-        soft += _split_inverse_mass(particles.inverse_mass, sums.particle, b)
+        soft += _split_inverse_mass(particles.inverse_mass, sums.particle, on_ground, b, -up)
     else:
         place = add(load(boxes.position, box), place)
     inverse_mass = soft
@@ -409,12 +552,18 @@ def _clear_weights(contacts: Listing, k: int, sums: WeightSums) -> None:
 
 
 @jit_lean
-def _split_inverse_mass(inverse_mass: np.ndarray, weight_sum: np.ndarray, point: SurfacePoint) -> float:
-    """Return Σ w²/m [1/kg] of a point that has the part |w| / (sum of weights) of the mass of each of its particles."""
+def _split_inverse_mass(
+    inverse_mass: np.ndarray, weight_sum: np.ndarray, on_ground: np.ndarray, point: SurfacePoint, up: float
+) -> float:
+    """Return Σ w²/m [1/kg] of a point that has the part |w| / (sum of weights) of the mass of each of its particles.
+
+    `up` is the vertical part of the unit impulse on it: what presses a particle on to the ground does not move it.
+    """
     result = 0.0
     for c in range(3):
-        i = point.particles[c]
-        result += abs(point.weights[c]) * weight_sum[i] * inverse_mass[i]
+        i, w = point.particles[c], point.weights[c]
+        part = abs(w) * weight_sum[i] * inverse_mass[i]
+        result += part * (1.0 - up * up) if on_ground[i] and w * up < 0.0 else part
     return result
 
 

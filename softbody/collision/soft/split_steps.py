@@ -6,19 +6,25 @@ the nearest side. So on its way in nothing may go past the middle in one go.
 
 from __future__ import annotations
 
-from math import ceil, sqrt
+from math import ceil, inf, sqrt
 
 import numpy as np
 
 from softbody.collision.broad_phase import near_pairs
+from softbody.collision.contact import Contacts, surface_point
 from softbody.compiler.jit import jit, jit_lean
 from softbody.geometry.sphere import bounding_spheres
-from softbody.linalg.vec import add, dot, load, norm, scale, store, sub
-from softbody.model.arrays import Model, State
+from softbody.linalg.vec import add, cross, dot, load, norm, scale, store, sub
+from softbody.model.arrays import NOBODY, Model, State
 from softbody.model.sleep_state import SleepState, sleeps
+from softbody.model.surface_point import value_at
 
 SHARE = 0.25  # of the thinner body's thickness, which two bodies may move against each other in one part
 MOST_PARTS = 1_000
+
+# The part of a mean edge, or of a box's thickness, by which the sides of a contact may come nearer in one part; and of
+# an edge, where a particle is in a box, which knows the face that it came through.
+CLOSED, CLOSED_IN_BOX = 0.25, 0.5
 
 
 @jit
@@ -41,6 +47,61 @@ def spheres_of_boxes(model: Model, state: State, centre: np.ndarray, radius: np.
     for box in range(model.box_count):
         store(centre, soft + box, load(state.box_position, box))
         radius[soft + box] = 0.5 * norm(load(model.box_size, box))
+
+
+@jit_lean
+def closes_too_far(model: Model, state: State, start: State, contacts: Contacts, h: float) -> bool:
+    """Tell whether the sides of a soft body's contact have come nearer by more than CLOSED in a step from `start`.
+
+    A load does that: springs and gas that press a body against something, of which `subdivision` knows nothing.
+    """
+    now, before, shortest = state.particle_position, start.particle_position, inf
+    for body in range(model.soft_count):
+        shortest = min(shortest, model.soft_edge_length[body])
+    for box in range(model.box_count):
+        for c in range(3):
+            shortest = min(shortest, model.box_size[box, c])
+    for k in range(contacts.number[1], contacts.number[0]):
+        box, a = contacts.box[k, 1], surface_point(contacts, k, 0)
+        way = sub(value_at(now, a), value_at(before, a))
+        if box != NOBODY:
+            place = sub(value_at(now, a), load(state.box_position, box))
+            of_box = add(load(state.box_velocity, box), cross(load(state.box_angular_velocity, box), place))
+            way = sub(way, scale(h, of_box))
+        else:
+            b = surface_point(contacts, k, 1)
+            way = sub(way, sub(value_at(now, b), value_at(before, b)))
+        closed = -dot(way, load(contacts.normal, k))
+        if closed > CLOSED * shortest and closed > _most_closed(model, contacts, k):
+            return True
+    return False
+
+
+@jit_lean
+def _most_closed(model: Model, contacts: Contacts, k: int) -> float:
+    """Return by how much [m] the sides of a contact may come nearer in one part of a step."""
+    box, edge = contacts.box[k, 1], inf
+    for side in range(2):
+        if contacts.particles[k, side, 0] != NOBODY:
+            edge = min(edge, model.soft_edge_length[body_of(model, contacts.particles[k, side, 0])])
+    if box == NOBODY:
+        return CLOSED * edge
+    if contacts.particles[k, 0, 0] == contacts.particles[k, 0, 1] == contacts.particles[k, 0, 2]:
+        return CLOSED_IN_BOX * edge
+    return CLOSED * min(edge, model.box_size[box, 0], model.box_size[box, 1], model.box_size[box, 2])
+
+
+@jit_lean
+def body_of(model: Model, particle: int) -> int:
+    """Return the soft body that a particle is of."""
+    low, high = 0, model.soft_count
+    while high - low > 1:
+        middle = (low + high) // 2
+        if model.soft_particle_start[middle] <= particle:
+            low = middle
+        else:
+            high = middle
+    return low
 
 
 @jit

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from softbody.collision.soft.soft_response import Response, response_memory
 from softbody.compiler.jit import jit_inlined
 from softbody.compiler.parts import END, FIRST, odd_lines, part_of, room_for, spans_of
 from softbody.compiler.simd import LANES
@@ -113,7 +114,7 @@ class Surfaces(NamedTuple):
     scratch: ThreadScratch
     threads: int | None  # None: one thread, for which nothing but the plain loop needs to be compiled
     with_boxes: bool | None  # None: there are none, and nothing that touches them needs to be compiled
-    weight_sum: np.ndarray  # (n,) see `resolve_contacts`
+    response: Response
     deepest: np.ndarray  # (1,) [m] of all contacts since it was last set to 0
     deepest_sides: np.ndarray  # (2, 2) box and particle, or NOBODY, on both sides of that contact
 
@@ -142,7 +143,7 @@ def build_surfaces(model: Model, position: np.ndarray, threads: int = 1) -> Surf
         _scratch(max((tree for tree, _ in kinds), key=lambda tree: len(tree.order)), model, threads),
         None if threads == 1 else threads,
         None if model.box_count == 0 else True,
-        weight_sum=np.zeros(len(position)),
+        response=response_memory(model.soft_particle_start),
         deepest=np.zeros(1),
         deepest_sides=np.zeros((2, 2), np.int64),
     )

@@ -32,7 +32,7 @@ def test_only_particles_below_the_ground_are_lifted_on_to_it():
     world.add_ground(height=-0.5)
     world.add_soft_body(softbody.octahedron(), 1.0, 1.0, 0.0, velocity=(0.0, 0.0, -3.0), restitution=1.0)
     impulse = np.full((6, 3), np.nan)
-    resolve_ground(world.model, world.state, impulse, None)
+    resolve_ground(world.model, world.state, impulse, None, True)
     assert world.state.particle_position[:, 2].tolist() == [0.0, 0.0, 0.0, 0.0, 1.0, -0.5]
     assert world.state.particle_velocity[:, 2].tolist() == [-3.0] * 5 + [3.0]
     assert impulse.tolist() == [[0.0, 0.0, 0.0]] * 5 + [[0.0, 0.0, 1.0]]

@@ -4,9 +4,10 @@ from math import cos, pi, sin
 
 import numpy as np
 import pytest
+from hypothesis import given
 from hypothesis import strategies as st
 
-from softbody.geometry.box import box_corner, box_corners, box_inertia, point_in_box
+from softbody.geometry.box import box_corner, box_corners, box_inertia, point_in_box, way_back
 
 extent = st.floats(0.1, 10.0)
 REST = (1.0, 0.0, 0.0, 0.0)
@@ -43,3 +44,42 @@ def test_the_closest_face_of_a_box_and_the_depth_behind_it():
     depth, normal = point_in_box((1.0, 0.9, 0.0), size, middle, quarter)
     assert depth == pytest.approx(0.1)
     np.testing.assert_allclose(normal, (0.0, 1.0, 0.0), atol=1e-15)
+
+
+HALF = (1.0, 2.0, 3.0)
+
+
+@pytest.mark.parametrize(
+    ("before", "now", "depth", "normal"),
+    [
+        ((1.5, 0.0, 0.0), (0.9, 0.0, 0.0), 0.1, (1.0, 0.0, 0.0)),  # in by the face in front of it
+        ((1.5, 0.0, 0.0), (-0.9, 0.0, 0.0), 1.9, (1.0, 0.0, 0.0)),  # all but through: still by that face
+        ((1.5, 0.0, 0.0), (-1.5, 0.0, 0.0), 2.5, (1.0, 0.0, 0.0)),  # right through
+        ((0.0, -2.5, 0.0), (0.9, -1.0, 0.0), 1.0, (0.0, -1.0, 0.0)),  # by its own face, though another is closer
+        ((0.9, 0.0, 0.0), (-0.9, 0.0, 0.0), 1.9, (1.0, 0.0, 0.0)),  # inside before: by the face that was closest
+        ((0.9, 0.0, 0.0), (-1.5, 0.0, 0.0), 2.5, (1.0, 0.0, 0.0)),
+        ((0.9, 0.0, 0.0), (1.5, 0.0, 0.0), 0.0, (0.0, 0.0, 0.0)),  # inside before, and out again
+        ((1.5, 0.0, 0.0), (0.5, 2.5, 0.0), 0.0, (0.0, 0.0, 0.0)),  # in by one face, round by another
+        ((1.5, 0.0, 0.0), (1.5, 1.0, 0.0), 0.0, (0.0, 0.0, 0.0)),  # past it
+        ((0.5, 0.0, 0.0), (0.5, 0.0, 0.0), 0.5, (1.0, 0.0, 0.0)),  # still, and inside
+    ],
+)
+def test_a_point_goes_back_by_the_face_through_which_it_came(before, now, depth, normal):
+    found, out = way_back(before, now, HALF)
+    assert found == pytest.approx(depth, abs=1e-15)
+    assert out == normal
+
+
+places = st.tuples(*[st.floats(-4.0, 4.0)] * 3)
+
+
+@given(before=places, now=places)
+def test_where_a_point_goes_back_to_it_is_outside_and_as_far_as_it_says(before, now):
+    depth, out = way_back(before, now, HALF)
+    inside = all(abs(x) < half for x, half in zip(now, HALF))
+    assert depth > 0.0 if inside else depth == 0.0 or depth > 2.0 * np.dot(np.abs(out), HALF)
+    if depth > 0.0:
+        back = np.array(now) + depth * np.array(out)
+        assert np.dot(back, out) == pytest.approx(np.dot(np.abs(out), HALF), rel=1e-12)
+        if not all(abs(x) < half for x, half in zip(before, HALF)):  # it was before that face, to rounding
+            assert np.dot(before, out) >= np.dot(np.abs(out), HALF) - 1e-9 or inside

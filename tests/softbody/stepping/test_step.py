@@ -94,10 +94,10 @@ def test_all_pairs_of_soft_bodies_give_the_bits_of_the_grid():
     assert hashes[0] == hashes[1]
 
 
-def test_a_fast_ball_goes_through_a_plate_only_where_steps_are_not_split():
+def test_a_fast_ball_goes_through_no_plate_also_where_steps_are_not_split():
     for split in (True, False):
         world = World(gravity=(0.0, 0.0, 0.0), split_steps=split)
         world.add_box((4.0, 4.0, 0.1), None)
         ball = world.add_soft_body(softbody.icosphere(1, 0.2), 0.2, 200.0, 200.0, (0.0, 0.0, 0.9), (0.0, 0.0, -100.0))
         world.run(0.02, 0.5 * world.stable_time_step())
-        assert (ball.positions[:, 2] > 0.0).all() == split
+        assert (ball.positions[:, 2] > 0.0).all()

@@ -125,8 +125,8 @@ def loads_of_a_beam(run: Run) -> Comparison:
         Fault(
             "what the ground gave in the step before",
             step.run_alone_by_clock,
-            "resolve_ground(model, state, ground_impulse, None)"
-            " → resolve_ground(model, state, ground_impulse.copy(), None)",
+            "resolve_ground(model, state, ground_impulse, None, True)"
+            " → resolve_ground(model, state, ground_impulse.copy(), None, True)",
         ),
         Fault(
             "contacts that only pull left out",

@@ -26,8 +26,8 @@ WRONG_AXES = Fault(
 ONE_SIDED = Fault(
     "the surface does not feel the particle",
     soft_response._apply_impulse,
-    "_push(particles_, SurfacePoint(p_, place_), back_, ago_)"
-    " → _push(particles_, SurfacePoint(p_, place_), scale(0.0, back_), ago_)",
+    "_push(particles_, SurfacePoint(p_, place_), back_, ago_, r_)"
+    " → _push(particles_, SurfacePoint(p_, place_), scale(0.0, back_), ago_, r_)",
 )
 ALL_OF_THE_MASS = Fault(
     "contacts that each have all of a particle's mass",

@@ -14,7 +14,7 @@ from references import analytic, printed
 from softbody import Mesh, World
 from softbody.collision.contact import Touch, add_contact, box_side, new_contacts, soft_side
 from softbody.collision.soft import edge_mesh, soft_contacts, soft_response
-from softbody.collision.soft.soft_response import Bodies, resolve_contacts
+from softbody.collision.soft.soft_response import Bodies, resolve_contacts, response_memory
 from softbody.geometry import bvh_rays
 from softbody.geometry.box import box_inertia
 from softbody.model import material
@@ -393,7 +393,7 @@ def _point_strikes_box(rng: np.random.Generator) -> tuple[np.ndarray, ...]:
     # In a step of no length at all, everything has come as it goes.
     bodies = Bodies(Particles(1.0 / mass, position, velocity), box)
     before = Bodies(Particles(1.0 / mass, position, velocity.copy()), RigidBodies(*(rows.copy() for rows in box)))
-    resolve_contacts(contacts, bodies, before, np.zeros(3), 1e-300)
+    resolve_contacts(contacts, bodies, before, response_memory(np.array([0, 3])), 1e-300)
     after = np.concatenate([box.velocity[0], box.angular_velocity[0], weights @ velocity])
     return size, box_mass, *start, *point, after
 

@@ -12,7 +12,7 @@ import softbody
 from softbody import SoftBody, World
 from softbody.collision.contact import Touch, add_contact, box_side, new_contacts, soft_side
 from softbody.collision.soft import soft_response, soft_soft
-from softbody.collision.soft.soft_response import Bodies, resolve_contacts
+from softbody.collision.soft.soft_response import Bodies, resolve_contacts, response_memory
 from softbody.model import material as law
 from softbody.model import surface_point
 from softbody.model.arrays import Particles, RigidBodies
@@ -70,7 +70,7 @@ class Contacts:
         inverse, start = 1.0 / self.mass, self.position - CONTACT_STEP * self.velocity
         before = Particles(inverse, start, self.velocity.copy()), RigidBodies(*(rows.copy() for rows in self.box))
         now = Bodies(Particles(inverse, self.position, self.velocity), self.box)
-        resolve_contacts(self.contacts, now, Bodies(*before), np.zeros(6), CONTACT_STEP)
+        resolve_contacts(self.contacts, now, Bodies(*before), response_memory(np.array([0, 6])), CONTACT_STEP)
 
     def momenta(self) -> np.ndarray:
         """Return (6,): total momentum, and total angular momentum about the origin."""

@@ -193,14 +193,12 @@ def crowd(rng: np.random.Generator) -> World:
         Fault(
             "a contact lost where the list of a second thread is joined",
             soft_contacts.find_soft_contacts,
-            "range(before + share * room, end_) → range(before + share * room + min(share, found[share]), end_)",
+            "range(kept + share * room, end_) → range(kept + share * room + min(share, found[share]), end_)",
         ),
         Fault(
             "a thread that leaves out the last of its impulses",
             soft_response._find_impulses_on_threads,
-            "_find_impulses(c_, b_, s_, r_, _rows_of_share(c_, share_, threads_))"
-            " → rows = _rows_of_share(c_, share_, threads_)\n"
-            "_find_impulses(c_, b_, s_, r_, (rows[0], rows[1] - 1))",
+            "_find_impulses(c_, b_, s_, g_, r_, rows_) → _find_impulses(c_, b_, s_, g_, r_, (rows[0], rows[1] - 1))",
         ),
     ),
 )

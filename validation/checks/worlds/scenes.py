@@ -122,8 +122,8 @@ def bodies_stay_apart(run: Run) -> Comparison:
         Fault(
             "the surface does not feel the particle",
             soft_response._apply_impulse,
-            "_push(particles_, SurfacePoint(p_, place_), back_, ago_)"
-            " → _push(particles_, SurfacePoint(p_, place_), scale(0.0, back_), ago_)",
+            "_push(particles_, SurfacePoint(p_, place_), back_, ago_, r_)"
+            " → _push(particles_, SurfacePoint(p_, place_), scale(0.0, back_), ago_, r_)",
         ),
     ),
 )

@@ -8,7 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from softbody.collision.contact import Touch, add_contact, box_side, new_contacts, soft_side
-from softbody.collision.soft.soft_response import Bodies, resolve_contacts
+from softbody.collision.soft.soft_response import Bodies, resolve_contacts, response_memory
 from softbody.geometry.box import box_inertia
 from softbody.model.arrays import Particles, RigidBodies
 from softbody.model.material import Material
@@ -60,7 +60,9 @@ def resolve(contacts, particles, boxes, h=1.0):
     position, velocity = particles.position - h * particles.velocity, particles.velocity.copy()
     resting = RigidBodies(*(rows.copy() for rows in boxes))
     before = Bodies(Particles(particles.inverse_mass, position, velocity), resting)
-    resolve_contacts(contacts, Bodies(particles, boxes), before, np.zeros(4), h)
+    response = response_memory(np.array([0, 4]))
+    response.parting_time[:] = 0.5  # [s]
+    resolve_contacts(contacts, Bodies(particles, boxes), before, response, h)
 
 
 def part_particle(weights, normal, depth, material, particles, h=1.0):
@@ -120,7 +122,9 @@ def test_what_was_pressed_together_does_not_bounce():
     particles, contacts = Particles(np.ones(4), position, velocity), new_contacts(1)
     add_particle(contacts, (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.1, Material(1.0, 0.0))
     before = particles._replace(position=position - 0.5 * velocity, velocity=np.zeros((4, 3)))
-    resolve_contacts(contacts, Bodies(particles, NO_BODIES), Bodies(before, NO_BODIES), np.zeros(4), 1.0)
+    resolve_contacts(
+        contacts, Bodies(particles, NO_BODIES), Bodies(before, NO_BODIES), response_memory(np.array([0, 4])), 1.0
+    )
     np.testing.assert_allclose(velocity[[0, 3], 2], [-0.1, -0.1])
     np.testing.assert_allclose(position[[0, 3], 2], [-0.05, -0.05])
 

@@ -21,7 +21,9 @@ def landed():
 
 
 def found(world, surfaces):
-    contacts = find_soft_contacts(world.model, world.state, surfaces, None, world.store.settings, new_contacts(8))
+    contacts = find_soft_contacts(
+        world.model, world.state, world.state, surfaces, None, world.store.settings, new_contacts(8)
+    )
     return [rows[: contacts.number[0]].tobytes() for rows in contacts[1:7]]
 
 

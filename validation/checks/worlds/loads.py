@@ -1,0 +1,266 @@
+"""Soft bodies under load: inflated in containers, below weights, around rods; what holds them stays outside."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+import softbody
+from references import winding
+from softbody import Box, Mesh, SoftBody, World
+from softbody.collision.soft import soft_response, split_steps
+from softbody.geometry import box
+from validation.answers import Answers
+from validation.cases import edge_lengths, rotation_matrix
+from validation.check import Comparison, Run, check
+from validation.checks.worlds.cases import WEIGHTLESS
+from validation.fault import Fault
+
+FAMILY = "under load"
+LANE = "worlds"  # claims that share the kernels of a whole world, and a process
+
+OUT_BY_THE_NEAREST = Fault(
+    "the way out of a box is to the face that is closest now",
+    box.way_back,
+    "_closest_face(before_, half_) → _closest_face(now, half_)",
+)
+FOUR_SWEEPS = Fault("sweeps that end when four are made", soft_response.resolve_contacts, "range(x_) → range(4)")
+NEVER_IN_PARTS = Fault(
+    "steps that no load parts", split_steps.closes_too_far, "closed_ > CLOSED * shortest_ → closed < -1e300"
+)
+DEAF_GROUND = Fault(
+    "particles that do not know of the ground below them",
+    soft_response.note_on_ground,
+    "state_.particle_position[i_, 2] <= model_.ground_height → False",
+)
+SLOW = Fault("overlap that is left as it is", soft_response.look_back, "max(slow_, min(a_, b_)) → slow_")
+
+SIDE = 0.5  # [m] of a container
+MESHES = {
+    "box": softbody.box((0.4, 0.4, 0.4), 4),
+    "ball": softbody.icosphere(2, 0.22),
+    "fine ball": softbody.icosphere(3, 0.22),
+}
+
+
+def container(wall: float, friction: float) -> tuple[World, list[Box]]:
+    """Return a weightless world of six walls, so thick [m], around a cube of SIDE."""
+    world, walls = World(WEIGHTLESS), []
+    for axis in range(3):
+        for sign in (-1.0, 1.0):
+            size, place = np.full(3, SIDE + 2.0 * wall), np.zeros(3)
+            size[axis], place[axis] = wall, 0.5 * sign * (SIDE + wall)
+            walls.append(world.add_box(size, None, place, friction=friction))
+    return world, walls
+
+
+def inflate(world: World, mesh: Mesh, gas: float, friction: float) -> SoftBody:
+    """Fill a body with gas [J] within 1.5 s, and let it come to rest; at the steps that the world chooses."""
+    body = world.add_soft_body(mesh, 0.5, 100.0, 0.05 * gas, friction=friction)
+    for part in np.linspace(0.1, 1.0, 15):
+        body.gas = part * gas
+        world.run(0.1)
+    world.run(1.0)
+    return body
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.World.run",
+    reference="a bound: two hundredths of an edge, the room that sweeps of contacts leave where walls meet",
+    kind="bound",
+    unit="of an edge",
+    tolerance=0.02,
+    because="where three walls meet, what sweeps leave is taken back as fast as it comes: 0.006 at most, at 4 kJ",
+    faults=(OUT_BY_THE_NEAREST, FOUR_SWEEPS, NEVER_IN_PARTS),
+)
+def inflated_in_a_container(run: Run) -> Comparison:
+    """Whatever is inflated in a box of walls stays in it.
+
+    A box and two balls, with 100 to 4 000 J of gas, between walls of 30 to 50 mm, rough or smooth: how far the
+    particle that is farthest out is in a wall.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    cases = [(name, gas) for gas in (400.0, 100.0, 4_000.0) for name in MESHES][: run.count(4, 9, 9)]
+    for name, gas in cases * run.count(1, 1, 5):
+        friction, wall = rng.choice([0.0, 0.5]), rng.uniform(0.03, 0.05)
+        world, _ = container(wall, friction)
+        mesh = MESHES[name]
+        body = inflate(world, mesh, gas, friction)
+        edge = edge_lengths(mesh.vertices, mesh.edges).mean()
+        depth = np.max([0.0, np.abs(body.positions).max() - 0.5 * SIDE])
+        answers.add(depth / edge, 0.0, kind=f"{name}, {gas:g} J")
+    return answers.comparison()
+
+
+@check(
+    section="2.3",
+    piece="softbody.World.run, softbody.World.contact_points",
+    reference="the virial: of a body at rest, 3 P V = Σ F·x of its springs and of what holds it",
+    kind="closed form",
+    tolerance=5e-3,
+    because="particles are up to 0.5 mm in walls that are 250 mm away, and bodies at rest to some millimetres a second",
+    least=3,
+    faults=(
+        Fault(
+            "springs of half the pull",
+            soft_response._velocity_deficit,
+            "max(a_, b_) - speed_ → 0.9 * (max(a_, b_) - speed_)",
+        ),
+    ),
+)
+def walls_bear_the_gas(run: Run) -> Comparison:
+    """What smooth walls bear is the pressure of the gas within.
+
+    Bodies of 100 to 400 J of gas, at rest in a container; normal forces of contacts, at the walls.
+    """
+    answers = Answers()
+    for name in MESHES:
+        for gas in (100.0, 200.0, 400.0)[: run.count(1, 2, 3)]:
+            world, _ = container(0.05, 0.0)
+            body = inflate(world, MESHES[name], gas, 0.0)
+            x, (i, j) = body.positions, body.edges.T
+            along = x[j] - x[i]
+            length = np.linalg.norm(along, axis=1)
+            springs = (body.stiffness * (length - body.rest_length) * length).sum()
+            points = world.contact_points()
+            held = (np.abs((points.impulse * points.normal).sum(axis=1)) * 0.5 * SIDE).sum() / points.time_step
+            answers.add((springs + held) / (3.0 * gas), 1.0, kind=name)
+    return answers.comparison()
+
+
+def inside(body: SoftBody, points: np.ndarray) -> np.ndarray:
+    """Tell which points (m, 3) [m] are inside a soft body, by winding numbers."""
+    return winding.points_in_mesh(points, body.positions, body.triangles)
+
+
+def in_box(solid: Box, margin: float = 0.02) -> np.ndarray:
+    """Return points (m, 3) [m] in a box, near its sides and within."""
+    steps = np.linspace(-0.5 + margin, 0.5 - margin, 7)
+    grid = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3) * solid.size
+    return solid.position + grid @ rotation_matrix(solid.orientation).T
+
+
+def _rods(run: Run) -> Iterator[tuple[str, SoftBody, Box]]:
+    """Yield balls into which a rod was pressed, and balls on which a plate has come down; each with what presses it."""
+    for side, lowest in ((0.06, 0.3), (0.03, 0.3), (0.06, 0.03))[: run.count(2, 3, 3)]:
+        world = World()
+        world.add_ground(friction=0.0)
+        ball = world.add_soft_body(softbody.icosphere(3, 0.25), 0.2, 60.0, 8.0, (0.0, 0.0, 0.25), friction=0.0)
+        rod = world.add_box((side, side, 0.4), None, (0.0, 0.0, 0.72), velocity=(0.0, 0.0, -0.58), friction=0.0)
+        while rod.position[2] - 0.2 > lowest:
+            world.run(0.02)
+        yield f"rod of {1e3 * side:.0f} mm", ball, rod
+    for mass in (10.0, 60.0, 100.0)[: run.count(2, 3, 3)]:
+        world = World()
+        world.add_ground()
+        ball = world.add_soft_body(softbody.icosphere(2, 0.4), 1.0, 400.0, 60.0, (0.0, 0.0, 0.4))
+        plate = world.add_box((3.0, 3.0, 0.5), mass, (0.0, 0.0, 1.06))
+        for _ in range(20):
+            world.run(0.1)
+            yield f"plate of {mass:g} kg", ball, plate
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.World.run",
+    reference="winding numbers of the body around 343 points in what presses it",
+    kind="closed form",
+    because="yes or no; the points are a fiftieth of its sides within the rod or plate",
+    faults=(OUT_BY_THE_NEAREST, DEAF_GROUND),
+)
+def what_presses_stays_outside(run: Run) -> Comparison:
+    """Rods and plates that press a soft ball stay outside of it.
+
+    Rods of 30 and 60 mm are pushed into a ball of 0.5 m until it is 0.3 or 0.03 m high below them. Plates of 10 to 100
+    times a ball's mass fall on it from a hand above.
+    """
+    answers = Answers()
+    for kind, ball, solid in _rods(run):
+        points = in_box(solid)
+        answers.extend(inside(ball, points), np.zeros(len(points), bool), kind=kind)
+    return answers.comparison()
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.World.run",
+    reference="Newton's second law over 400 steps: contacts bear the weight, and what the momentum has gained",
+    kind="closed form",
+    unit="of the weight",
+    tolerance=2e-3,
+    because="drag is taken at the begin of each step",
+    least=2,
+    faults=(
+        Fault(
+            "ground that bears half",
+            soft_response.press_on_ground,
+            "(0.0, 0.0, pressed_) → (0.0, 0.0, 0.5 * pressed)",
+        ),
+    ),
+)
+def load_goes_through(run: Run) -> Comparison:
+    """A soft body and the ground bear what lies on it.
+
+    Plates of 5 to 40 kg that swing on a ball of 1 kg: forces on the plate and on the ball, by contacts.
+    """
+    answers = Answers()
+    for mass in (20.0, 5.0, 40.0)[: run.count(1, 3, 3)]:
+        world = World()
+        world.add_ground()
+        ball = world.add_soft_body(softbody.icosphere(2, 0.4), 1.0, 400.0, 60.0, (0.0, 0.0, 0.4), drag=3.0)
+        plate = world.add_box((3.0, 3.0, 0.5), mass, (0.0, 0.0, 1.06))
+        world.run(1.5)
+        step, weights = 0.5 * world.stable_time_step(), np.array([mass, 1.0]) * -world.gravity[2]
+        borne, begun = np.zeros(2), np.array([mass * plate.velocity[2], ball.velocity[2]])
+        for _ in range(400):
+            drag = 3.0 * ball.velocity[2]
+            world.step(step)
+            points = world.contact_points()
+            borne += step * np.array([points.force_on(plate)[2], points.force_on(ball)[2] - drag])
+        gained = np.array([mass * plate.velocity[2], ball.velocity[2]]) - begun
+        answers.extend((borne - gained) / (400 * step * weights), np.ones(2), kind=["plate", "ball"])
+    return answers.comparison()
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.World.step",
+    reference="similarity: with time in other units, all that has time in it scaled, bodies are at the same places",
+    kind="invariant",
+    unit="of the size",
+    tolerance=1e-9,
+    because="rounding, which grows in contacts: 6e-12 at most",
+    least=2,
+    faults=(Fault("overlap that is lost in seconds", soft_response.parting_times, "PARTING_TIMES / sqrt(x_) → 0.5"),),
+)
+def units_of_time(run: Run) -> Comparison:
+    """A world moves the same in milliseconds, seconds and hours.
+
+    Two soft bodies fall on a floor and on each other, within 1.2 s; gravity, stiffness, gas, damping, speeds and steps
+    are scaled alike.
+    """
+    answers = Answers()
+    found = {unit: _fallen(unit) for unit in (1.0, 1e3, 1.0 / 3_600.0)[: run.count(3, 3, 3)]}
+    for unit, places in found.items():
+        if unit != 1.0:
+            answers.extend(places, found[1.0].copy(), kind=f"1 s is {unit:.3g} units")
+    return answers.comparison()
+
+
+def _fallen(unit: float) -> np.ndarray:
+    """Return where the particles of two bodies are after a fall, with a second of so many units of time: (n, 3) [m]."""
+    world = World(gravity=(0.0, 0.0, -9.81 / unit**2))
+    world.add_box((6.0, 6.0, 1.0), None, (0.0, 0.0, -0.5))
+    ball, ring = softbody.icosphere(2, 0.5), softbody.torus(0.5, 0.2, 16, 8)
+    a = world.add_soft_body(
+        ball, 1.0, 300.0 / unit**2, 20.0 / unit**2, (0.0, 0.0, 0.6), (0.3 / unit, 0.1 / unit, -1.0 / unit),
+        restitution=0.3, damping=0.1 / unit,
+    )  # fmt: skip
+    b = world.add_soft_body(
+        ring, 0.7, 250.0 / unit**2, 8.0 / unit**2, (0.25, 0.15, 1.2), (0.0, 0.0, -1.0 / unit),
+        restitution=0.1, friction=0.4, damping=0.02 / unit,
+    )  # fmt: skip
+    world.step(1e-3 * unit, 1_200)
+    return np.concatenate([a.positions, b.positions])
