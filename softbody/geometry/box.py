@@ -46,20 +46,17 @@ def box_corners(size: Vec, position: Vec, orientation: Quaternion) -> np.ndarray
 def way_back(before: Vec, now: Vec, half: Vec) -> tuple[float, Vec]:
     """Return (depth [m], normal): how far a point has come behind the face of a box through which it came in.
 
-    `before` and `now` [m] are seen from the box, which may have moved, too; `half` is half of its extent [m]. However
-    deep it is, it goes back by that face, also where it has gone right through; what was inside before by the face that
-    was closest then. A depth of 0: it is outside, or came round a side.
+    `before` and `now` [m] are seen from the box, which may have moved, too; `half` is half of its extent [m]. It goes
+    back by that face, however deep it is, right through, or out again by a side: the box would have stopped it. What
+    was inside before goes back by the face that was closest then. A depth of 0: it has not been inside.
     """
-    was_inside, is_inside = is_in(before, half), is_in(now, half)
-    if was_inside:
+    if is_in(before, half):
         axis, side = _closest_face(before, half)
-        went_through = not is_inside and half[axis] - side * now[axis] > 2.0 * half[axis]
     else:
-        axis, side, leaves_by = _face_of_entry(before, now, half)
-        went_through = axis >= 0 and leaves_by == axis
-        if axis < 0 and is_inside:  # to rounding it was on the face, or has grazed a side
+        axis, side = _face_of_entry(before, now, half)
+        if axis < 0 and is_in(now, half):  # to rounding it was on the face, or has grazed a side
             axis, side = _closest_face(now, half)
-    if axis < 0 or not (is_inside or went_through):
+    if axis < 0 or half[axis] <= side * now[axis]:
         return 0.0, (0.0, 0.0, 0.0)
     normal = (side if axis == 0 else 0.0, side if axis == 1 else 0.0, side if axis == 2 else 0.0)
     return half[axis] - side * now[axis], normal
@@ -82,29 +79,23 @@ def _closest_face(point: Vec, half: Vec) -> tuple[int, float]:
 
 
 @jit_lean
-def _face_of_entry(before: Vec, now: Vec, half: Vec) -> tuple[int, float, int]:
-    """Return the axis and side of the face by which a way leads into a box, and the axis of the one it would leave by.
-
-    The first is −1 for a way that does not come in.
-    """
-    enters, leaves, axis, side, leaves_by = -np.inf, np.inf, -1, 1.0, -1
+def _face_of_entry(before: Vec, now: Vec, half: Vec) -> tuple[int, float]:
+    """Return the axis and side of the face by which a way leads into a box; the axis is −1 for one that does not."""
+    enters, leaves, axis, side = -np.inf, np.inf, -1, 1.0
     for k in range(3):
         way = now[k] - before[k]
         if way == 0.0:
             if abs(before[k]) >= half[k]:
-                return -1, 1.0, -1
+                return -1, 1.0
             continue
         from_side = -1.0 if way > 0.0 else 1.0
         first, last = (from_side * half[k] - before[k]) / way, (-from_side * half[k] - before[k]) / way
         if first > enters:
             enters, axis, side = first, k, from_side
-        if last < leaves:
-            leaves, leaves_by = last, k
+        leaves = min(leaves, last)
     if not 0.0 <= enters < leaves or enters > 1.0:
-        return -1, 1.0, -1
-    if leaves > 1.0:
-        leaves_by = -1
-    return axis, side, leaves_by
+        return -1, 1.0
+    return axis, side
 
 
 @jit_lean

@@ -5,59 +5,97 @@ The paper tests vertices only, so that a soft body sags over an edge of a box un
 
 from __future__ import annotations
 
+from math import inf
+
+from softbody.collision.boxes.sat_boxes import PlacedBox
 from softbody.collision.edge_edge import PARALLEL_SINE
 from softbody.compiler.jit import jit_lean
-from softbody.linalg.quaternion import Quaternion, rotate, rotate_inverse
+from softbody.linalg.quaternion import rotate, rotate_inverse
 from softbody.linalg.vec import Vec, cross, dot, norm, scale, sub
+
+Segment = tuple[Vec, Vec]  # both ends [m]
+NOWHERE = (0.0, 0.0, 0.0)
 
 
 @jit_lean
-def edge_in_box(p: Vec, q: Vec, size: Vec, position: Vec, orientation: Quaternion) -> tuple[float, Vec, float]:
-    """Return (depth [m], normal, place) of the segment from `p` to `q` [m] in a box; a depth ≤ 0: it is outside.
+def edge_in_box(edge: Segment, box: PlacedBox, edge_before: Segment, box_before: PlacedBox) -> tuple[float, Vec, float]:
+    """Return (depth [m], normal, place) of an edge in a box; a depth ≤ 0: it is outside.
 
-    The shortest way to part them is `depth` along the unit `normal`, from the box to the segment: normal to a face,
-    or to the segment and a side of the box (separating axes, complete for a segment and a box). They touch at the
-    segment's `place`, 0 at p … 1 at q. `size` is the full extent [m].
+    They part by `depth` along the unit `normal`, from the box to the edge: normal to a face, or to the edge and a side
+    of the box (separating axes, complete for a segment and a box). It is the axis that parted them before, at the
+    latest; if none did, the one along which they were the least inside each other. They touch at the edge's `place`,
+    0 at its first end … 1 at the other.
     """
-    half = scale(0.5, size)
-    a, b = rotate_inverse(orientation, sub(p, position)), rotate_inverse(orientation, sub(q, position))
+    half = scale(0.5, box.size)
+    a, b = _seen_from(box, edge)
     for axis in range(3):  # most edges are beyond a face, and need no division
         if min(a[axis], b[axis]) >= half[axis] or max(a[axis], b[axis]) <= -half[axis]:
-            return 0.0, (0.0, 0.0, 0.0), 0.0
+            return 0.0, NOWHERE, 0.0
     along = sub(b, a)
-    first, last = 0.0, 1.0  # the part of the segment that is inside
+    first, last = 0.0, 1.0  # the part of the edge that is inside
     for axis in range(3):
         if along[axis] != 0.0:
             one, other = (-half[axis] - a[axis]) / along[axis], (half[axis] - a[axis]) / along[axis]
             first, last = max(first, min(one, other)), min(last, max(one, other))
     if not first < last:
-        return 0.0, (0.0, 0.0, 0.0), 0.0
-    depth, place = half[0] + half[1] + half[2], 0.0
-    normal = (0.0, 0.0, 0.0)
-    for axis in range(3):
-        up, down = half[axis] - min(a[axis], b[axis]), half[axis] + max(a[axis], b[axis])
-        if min(up, down) < depth:
-            depth = min(up, down)
-            side = 1.0 if up < down else -1.0
-            normal = (side if axis == 0 else 0.0, side if axis == 1 else 0.0, side if axis == 2 else 0.0)
-            rise = side * along[axis]
-            place = first if rise > 0.0 else last if rise < 0.0 else 0.5 * (first + last)
-    for axis in range(3):
-        direction = (1.0 if axis == 0 else 0.0, 1.0 if axis == 1 else 0.0, 1.0 if axis == 2 else 0.0)
-        across = cross(along, direction)
-        length = norm(across)
-        if length <= PARALLEL_SINE * norm(along):
+        return 0.0, NOWHERE, 0.0
+    a_before, b_before = _seen_from(box_before, edge_before)
+    along_before = sub(b_before, a_before)
+    latest, depth, normal, parting = -inf, 0.0, NOWHERE, 0
+    for k in range(6):
+        now, old = _axis(k, along), _axis(k, along_before)
+        if now == NOWHERE or old == NOWHERE:
             continue
-        height = dot(across, a) / length
-        reach = (half[0] * abs(across[0]) + half[1] * abs(across[1]) + half[2] * abs(across[2])) / length
-        if reach - abs(height) < depth:
-            depth = reach - abs(height)
-            normal = scale((1.0 if height > 0.0 else -1.0) / length, across)
-            # The side of the box that is farthest along the normal, and the segment's point nearest to its line.
-            corner = (
-                half[0] if normal[0] > 0.0 else -half[0],
-                half[1] if normal[1] > 0.0 else -half[1],
-                half[2] if normal[2] > 0.0 else -half[2],
-            )
-            place = dot(cross(sub(corner, a), direction), across) / (length * length)
-    return depth, rotate(orientation, normal), min(max(place, first), last)
+        # On which side of the box was the edge, and how far apart were they, and are they?
+        up = min(dot(a_before, old), dot(b_before, old)) - _reach(half, old)
+        down = -max(dot(a_before, old), dot(b_before, old)) - _reach(half, old)
+        side = 1.0 if (up > down) == (dot(now, old) > 0.0) else -1.0
+        gap, overlap = max(up, down), _reach(half, now) - min(side * dot(a, now), side * dot(b, now))
+        # The part of its way at which it came in along this axis, above 0; or how deep it was before, negative.
+        came = gap / (gap + overlap) if gap > 0.0 else gap
+        if came > latest:
+            latest, depth, normal, parting = came, overlap, scale(side, now), k
+    return depth, rotate(box.orientation, normal), _place(a, along, normal, parting, half, first, last)
+
+
+@jit_lean
+def _seen_from(box: PlacedBox, edge: Segment) -> Segment:
+    """Return an edge in the frame of a box."""
+    return (
+        rotate_inverse(box.orientation, sub(edge[0], box.position)),
+        rotate_inverse(box.orientation, sub(edge[1], box.position)),
+    )
+
+
+@jit_lean
+def _axis(k: int, along: Vec) -> Vec:
+    """Return axis k = 0 … 5, of unit length: of a face, or across an edge and a side of the box; 0 if these align."""
+    side = (1.0 if k % 3 == 0 else 0.0, 1.0 if k % 3 == 1 else 0.0, 1.0 if k % 3 == 2 else 0.0)
+    if k < 3:
+        return side
+    across = cross(along, side)
+    length = norm(across)
+    return scale(1.0 / length, across) if length > PARALLEL_SINE * norm(along) else NOWHERE
+
+
+@jit_lean
+def _reach(half: Vec, axis: Vec) -> float:
+    """Return how far [m] a box reaches along an axis."""
+    return half[0] * abs(axis[0]) + half[1] * abs(axis[1]) + half[2] * abs(axis[2])
+
+
+@jit_lean
+def _place(a: Vec, along: Vec, normal: Vec, k: int, half: Vec, first: float, last: float) -> float:
+    """Return where an edge from `a` touches a box, from which axis k parts it: `first` … `last`, the part inside."""
+    if k < 3:
+        rise = dot(along, normal)
+        return first if rise > 0.0 else last if rise < 0.0 else 0.5 * (first + last)
+    # The side of the box that is farthest along the normal, and the edge's point nearest to its line.
+    side = _axis(k - 3, along)
+    corner = (
+        half[0] if normal[0] > 0.0 else -half[0],
+        half[1] if normal[1] > 0.0 else -half[1],
+        half[2] if normal[2] > 0.0 else -half[2],
+    )
+    across = cross(along, side)
+    return min(max(dot(cross(sub(corner, a), side), across) / dot(across, across), first), last)

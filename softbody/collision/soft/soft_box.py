@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import sqrt
+
 import numpy as np
 
 from softbody.collision.boxes.sat_boxes import PlacedBox
@@ -14,7 +16,7 @@ from softbody.compiler.jit import jit_lean
 from softbody.geometry.box import way_back
 from softbody.geometry.penetration import INSIDE, Points, find_penetrations
 from softbody.linalg.quaternion import rotate, rotate_inverse
-from softbody.linalg.vec import dot, load, scale, sub
+from softbody.linalg.vec import dot, load, norm, scale, sub
 from softbody.model.material import Material
 from softbody.model.surface_point import at_particle, on_edge
 
@@ -32,47 +34,36 @@ def find_contacts_in_box(
     """List where particles of a soft body are in a box, (its number, where it is), and its edges if they count.
 
     A particle leaves by the face through which it came since `before`, when the particles were at (n, 3) [m], and the
-    box where it was then. The surface is side a of the contacts, the box side b.
+    box where it was then; also one that has gone right through. The surface is side a of the contacts, the box side b.
     """
     number, (size, position, orientation) = box
     first, points, outcode = surface.first, surface.vertices.position, memory.found.outcode
     b, half = box_side(number), scale(0.5, size)
-    (old_points, old_box), farthest = before, 0.0
+    (old_points, old_box), box_way = before, way_of_box(before[1], box[1])
     # Outcodes by the six faces; a particle that is outside none is inside.
     for i in range(points.shape[0]):
-        x, y, z = rotate_inverse(orientation, sub(load(points, i), position))
+        p, old = load(points, i), load(old_points, i)
+        x, y, z = rotate_inverse(orientation, sub(p, position))
         bits = (x <= -half[0]) | (x >= half[0]) << 1 | (y <= -half[1]) << 2 | (y >= half[1]) << 3
         bits |= (z <= -half[2]) << 4 | (z >= half[2]) << 5
         outcode[i] = INSIDE if bits == 0 else bits
-        p, old = load(points, i), load(old_points, i)
-        way = sub(p, old)
-        farthest = max(farthest, dot(way, way))
-        if bits == 0:
+        # Who is outside by more than both have moved has not been inside.
+        way, outside = sub(p, old), max(abs(x) - half[0], abs(y) - half[1], abs(z) - half[2])
+        if bits == 0 or outside * outside < 2.0 * (dot(way, way) + box_way * box_way):
             from_box = rotate_inverse(old_box.orientation, sub(old, old_box.position))
             depth, normal = way_back(from_box, (x, y, z), half)
-            normal = rotate(orientation, normal)
-            touch = Touch(half_way(p, depth, normal), normal, depth, 0)
-            add_contact(contacts, soft_side(at_particle(first + i)), b, touch, material)
-    # What has gone right through has come as far as the box is thin.
-    way, thinnest = sub(position, old_box.position), min(half[0], half[1], half[2])
-    if farthest + dot(way, way) > thinnest * thinnest:
-        for i in range(points.shape[0]):
-            if outcode[i] != INSIDE:
-                p = load(points, i)
-                here = rotate_inverse(orientation, sub(p, position))
-                from_box = rotate_inverse(old_box.orientation, sub(load(old_points, i), old_box.position))
-                depth, normal = way_back(from_box, here, half)
-                if depth > 0.0:
-                    outcode[i] = INSIDE
-                    normal = rotate(orientation, normal)
-                    touch = Touch(half_way(p, depth, normal), normal, depth, 0)
-                    add_contact(contacts, soft_side(at_particle(first + i)), b, touch, material)
+            if depth > 0.0:
+                outcode[i] = INSIDE
+                normal = rotate(orientation, normal)
+                touch = Touch(half_way(p, depth, normal), normal, depth, 0)
+                add_contact(contacts, soft_side(at_particle(first + i)), b, touch, material)
     if not with_edges:
         return
     for row in range(candidate_edges(surface.ridges, outcode, memory.edge)):
         i, j = surface.ridges[memory.edge[row], 0], surface.ridges[memory.edge[row], 1]
         p, q = load(points, i), load(points, j)
-        depth, normal, place = edge_in_box(p, q, size, position, orientation)
+        edge_before = load(old_points, i), load(old_points, j)
+        depth, normal, place = edge_in_box((p, q), box[1], edge_before, old_box)
         # At an end that is inside it is parted as a particle.
         at_end = (place == 0.0 and outcode[i] == INSIDE) or (place == 1.0 and outcode[j] == INSIDE)
         if depth > 0.0 and not at_end:
@@ -80,6 +71,15 @@ def find_contacts_in_box(
             add_contact(
                 contacts, soft_side(on_edge(first + i, first + j, place)), b, Touch(point, normal, depth, 0), material
             )
+
+
+@jit_lean
+def way_of_box(before: PlacedBox, now: PlacedBox) -> float:
+    """Return a bound of how far [m] any point of a box has moved: with its centre, and by its turn about that."""
+    turn = 0.0
+    for k in range(4):
+        turn += (now.orientation[k] - before.orientation[k]) ** 2
+    return norm(sub(now.position, before.position)) + sqrt(turn) * norm(now.size)
 
 
 @jit_lean

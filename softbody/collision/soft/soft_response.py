@@ -52,6 +52,9 @@ MANY = 100  # contacts from which threads share them: they meet eight times a st
 # ENOUGH, of the most that a body's contacts lack at first, and that would close by more than a part, FINE, of an edge.
 SWEEPS, MOST_SWEEPS, ENOUGH, FINE = 4, 60, 1.0 / 256.0, 1e-3
 
+# The part of an edge by which sides may be out of the place that contacts were to bring them to, after the sweeps.
+OUT_OF_PLACE = 1.0 / 64.0
+
 
 class Bodies(NamedTuple):
     """What the contacts of soft bodies act on."""
@@ -200,19 +203,86 @@ def resolve_contacts(
             _find_enough(rows, response, substep, h)
         if not exchange_impulses(rows, bodies, sums, response, substep, h, threads):
             break
+    _put_right(rows, bodies, sums, response, substep)
     return substep.held
+
+
+@jit_lean
+def _put_right(
+    contacts: Listing, bodies: Bodies, sums: WeightSums, response: Response, substep: SubstepContact
+) -> None:
+    """Move the sides of contacts that have acted, where a is still far below the height that it was to come to.
+
+    Impulses of contacts that act at different times, as in the acute angle of two walls, part them fast enough, and may
+    leave them far from there. What this does to springs and gas, the way in had done to them.
+    """
+    for _ in range(MOST_SWEEPS):
+        is_right = True
+        for k in range(contacts.depth.shape[0]):
+            gap = substep.target_height[k] - height(contacts, k, bodies)
+            substep.acts[k] = substep.acted[k] and gap > OUT_OF_PLACE * _edge_length(contacts, k, response)
+            if substep.acts[k]:
+                is_right = False
+                store(substep.impulse, k, scale(gap, load(contacts.normal, k)))
+                _add_weights(contacts, k, sums, load(substep.place, k))
+        if is_right:
+            break
+        for k in range(contacts.depth.shape[0]):
+            if substep.acts[k]:
+                inverse_mass = _soft_inverse_mass(contacts, k, bodies, sums, response.on_ground, substep)
+                box = contacts.box[k, 1]
+                if box != NOBODY:
+                    inverse_mass += substep.compliance[box] * sums.box[box] * bodies.boxes.inverse_mass[box]
+                scaled = 1.0 / inverse_mass if inverse_mass > 0.0 else 0.0
+                store(substep.impulse, k, scale(scaled, load(substep.impulse, k)))
+        for k in range(contacts.depth.shape[0]):
+            if substep.acts[k]:
+                _move_sides(contacts, k, bodies, response, substep)
+                _clear_weights(contacts, k, sums)
+
+
+@jit_lean
+def _move_sides(contacts: Listing, k: int, bodies: Bodies, response: Response, substep: SubstepContact) -> None:
+    """Move both sides of contact `k` by what is in `substep.impulse` [kg m], over their masses."""
+    (particles, boxes), box, way = bodies, contacts.box[k, 1], load(substep.impulse, k)
+    back = scale(-1.0, way)
+    _move(particles, surface_point(contacts, k, 0), way, response)
+    if box == NOBODY:
+        b = SurfacePoint(surface_point(contacts, k, 1).particles, load(substep.place, k))
+        _move(particles, b, back, response)
+    else:
+        accumulate(boxes.position, box, scale(substep.compliance[box] * boxes.inverse_mass[box], back))
+
+
+@jit_lean
+def _move(particles: Particles, point: SurfacePoint, way: Vec, response: Response) -> None:
+    """Move the particles of a point by `way` [kg m] over their masses; none into the ground."""
+    for c in range(3):
+        i, share = point.particles[c], scale(point.weights[c], way)
+        if response.on_ground[i] and share[2] < 0.0:
+            share = (share[0], share[1], 0.0)
+        accumulate(particles.position, i, scale(particles.inverse_mass[i], share))
+
+
+@jit_lean
+def _edge_length(contacts: Listing, k: int, response: Response) -> float:
+    """Return the mean length of an edge [m] of the soft body of contact `k`; the shorter one of two."""
+    edge = np.inf
+    for side in range(2):
+        if contacts.particles[k, side, 0] != NOBODY:
+            edge = min(edge, response.edge_length[response.body[contacts.particles[k, side, 0]]])
+    return edge
 
 
 @jit_lean
 def _find_enough(contacts: Listing, response: Response, substep: SubstepContact, h: float) -> None:
     """Find how much each contact may lack in a step of `h` [s] once the first sweeps are made."""
     for k in range(contacts.depth.shape[0]):
-        most, edge = 0.0, np.inf
+        most = 0.0
         for side in range(2):
             if contacts.particles[k, side, 0] != NOBODY:
-                body = response.body[contacts.particles[k, side, 0]]
-                most, edge = max(most, response.load[body]), min(edge, response.edge_length[body])
-        substep.enough[k] = max(ENOUGH * most, FINE * edge / h)
+                most = max(most, response.load[response.body[contacts.particles[k, side, 0]]])
+        substep.enough[k] = max(ENOUGH * most, FINE * _edge_length(contacts, k, response) / h)
 
 
 @jit
@@ -494,19 +564,13 @@ def _impulse(
     contacts: Listing, k: int, bodies: Bodies, sums: WeightSums, on_ground: np.ndarray, substep: SubstepContact
 ) -> Vec:
     """Return the impulse [N s] on side a of contact `k`, whose sides part too slowly; none if neither can move."""
-    particles, boxes = bodies
-    box, normal, place = contacts.box[k, 1], load(contacts.normal, k), load(substep.place, k)
-    u = load(substep.velocity, k)
+    boxes, box, normal = bodies.boxes, contacts.box[k, 1], load(contacts.normal, k)
+    u, place = load(substep.velocity, k), load(substep.place, k)
     # The normal impulse, by the inverse effective mass of both sides.
-    a, up = surface_point(contacts, k, 0), normal[2]
-    soft = _split_inverse_mass(particles.inverse_mass, sums.particle, on_ground, a, up)
-    if box == NOBODY:
-        b = SurfacePoint(surface_point(contacts, k, 1).particles, place)
-        soft += _split_inverse_mass(particles.inverse_mass, sums.particle, on_ground, b, -up)
-    else:
-        place = add(load(boxes.position, box), place)
+    soft = _soft_inverse_mass(contacts, k, bodies, sums, on_ground, substep)
     inverse_mass = soft
     if box != NOBODY:
+        place = add(load(boxes.position, box), place)
         inverse_mass += substep.compliance[box] * sums.box[box] * inverse_effective_mass_at(boxes, box, place, normal)
     if not inverse_mass > 0.0:
         return (0.0, 0.0, 0.0)
@@ -525,6 +589,19 @@ def _impulse(
     if box != NOBODY:
         inverse_mass += sums.box[box] * inverse_effective_mass_at(boxes, box, place, along)
     return sub(impulse, scale(friction_impulse(sliding, inverse_mass, contacts.friction[k] * j), along))
+
+
+@jit_lean
+def _soft_inverse_mass(
+    contacts: Listing, k: int, bodies: Bodies, sums: WeightSums, on_ground: np.ndarray, substep: SubstepContact
+) -> float:
+    """Return Σ w²/m [1/kg] of what is soft of both sides of contact `k`, along its normal."""
+    inverse_mass, up = bodies.particles.inverse_mass, contacts.normal[k, 2]
+    soft = _split_inverse_mass(inverse_mass, sums.particle, on_ground, surface_point(contacts, k, 0), up)
+    if contacts.box[k, 1] == NOBODY:
+        b = SurfacePoint(surface_point(contacts, k, 1).particles, load(substep.place, k))
+        soft += _split_inverse_mass(inverse_mass, sums.particle, on_ground, b, -up)
+    return soft
 
 
 @jit_lean

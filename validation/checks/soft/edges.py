@@ -9,8 +9,9 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from softbody import Mesh, World
+from softbody.collision.boxes.sat_boxes import PlacedBox
 from softbody.collision.contact import Listing, new_contacts
-from softbody.collision.soft import soft_soft
+from softbody.collision.soft import edge_box, soft_soft
 from softbody.collision.soft.edge_box import edge_in_box
 from softbody.collision.soft.edge_mesh import Ridge, bits_across, edge_across_edge
 from softbody.collision.soft.soft_response import line_meets_triangle
@@ -42,15 +43,10 @@ SPIKE_EDGES = np.array([(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)])
     tolerance=2e-13,
     because="Qhull's normals of facets with corners that lie close: 7.1e-15 at worst of three seeds at full",
     faults=(
-        Fault("one axis twice", edge_in_box, "half[1] * abs(across_[1]) → half[1] * abs(across[0])"),
-        Fault("the nearer side of the box", edge_in_box, "normal_[2] > 0.0 → normal[2] < 0.0"),
-        Fault(
-            "lengths that are squares",
-            edge_in_box,
-            "dot(cross(sub(corner, a), direction), across_) / (length_ * length_)"
-            " → dot(cross(sub(corner, a), direction), across) / length",
-        ),
-        Fault("the face that is farther off", edge_in_box, "1.0 if up_ < down_ else -1.0 → 1.0 if up > down else -1.0"),
+        Fault("one axis twice", edge_box._reach, "half[1] * abs(axis[1]) → half[1] * abs(axis[0])"),
+        Fault("the nearer side of the box", edge_box._place, "normal[2] > 0.0 → normal[2] < 0.0"),
+        Fault("lengths that are squares", edge_box._place, "/ dot(across, across) → / norm(across)"),
+        Fault("the face that is farther off", edge_in_box, "(up > down) → (up < down)"),
     ),
 )
 def edges_in_a_box(run: Run) -> Comparison:
@@ -71,7 +67,8 @@ def edges_in_a_box(run: Run) -> Comparison:
         if abs(depths[0]) < 1e-9 or depths[1] - depths[0] < 1e-9:
             continue  # they just touch; or two ways out are as short
         p, end = turn.apply(ends) + place
-        depth, normal, where = edge_in_box(tuple(p), tuple(end), tuple(size), tuple(place), tuple(q))
+        edge, box = (tuple(p), tuple(end)), PlacedBox(tuple(size), tuple(place), tuple(q))
+        depth, normal, where = edge_in_box(edge, box, edge, box)
         if depths[0] < 0.0 or depth <= 0.0:  # apart, or so it is said
             ours, theirs = (np.maximum(each, 0.0) / unit for each in (depth, depths[0]))
             answers.add([ours, 0.0, 0.0, 0.0, 0.0], [theirs, 0.0, 0.0, 0.0, 0.0], kind="apart")
