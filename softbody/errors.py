@@ -47,6 +47,10 @@ class OverlapWarning(UserWarning):
     """Bodies that start inside each other: they are pushed apart, from deep inside not all the way."""
 
 
+class OverloadWarning(UserWarning):
+    """Bodies that are pressed deep into each other, by more than their contact holds at this step."""
+
+
 class CacheWarning(UserWarning):
     """Machine code that cannot be kept on disk: kernels are compiled anew in every process."""
 

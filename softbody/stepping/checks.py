@@ -9,6 +9,7 @@ import numpy as np
 
 from softbody.bodies.names import Names, Who
 from softbody.collision.contact import Contacts
+from softbody.collision.pressed import FIRST, NOW, Pressed
 from softbody.collision.soft.surface import Surfaces
 from softbody.dynamics.integrators import STABILITY_LIMIT
 from softbody.dynamics.joint_forces import joint_rates
@@ -16,13 +17,14 @@ from softbody.dynamics.pressure import soft_volume
 from softbody.dynamics.rigid_boxes import MOST_TURN, RESOLVED, UNIT
 from softbody.dynamics.soft_bodies import COLLAPSED
 from softbody.dynamics.stability import longest_stable_step, shortest_stable_step
-from softbody.errors import MassRatioWarning, OverlapWarning, ParameterError, SimulationError
+from softbody.errors import MassRatioWarning, OverlapWarning, OverloadWarning, ParameterError, SimulationError
 from softbody.model.arrays import NOBODY, Controls, Joints, Model, State
 from softbody.model.settings import Settings, integrator_name
 
 STABLE_FOR = 100  # steps for which an estimate of the stable step is trusted; making one costs about a step
 MOST_CARRIED = {"soft body": 1e4, "box": 1e6}  # times its own mass by a box; with more, it may be pressed through
 TINY = np.finfo(float).tiny
+PRESS_LESS = "take a shorter time step, make the thinner one thicker, or press less"
 DEEP = 0.1  # of the thickness of the thinner of two bodies, from which an overlap at the start is worth a warning
 
 
@@ -212,11 +214,10 @@ def check_box_motion(model: Model, state: State, h: float, box: int) -> None:
 
 def warn_of_overlap(model: Model, surfaces: Surfaces, names: Names) -> None:
     """Warn of bodies whose deepest contact, of those noted, is a DEEP one."""
-    depth, (box, particle) = float(surfaces.deepest[0]), surfaces.deepest_sides.T
+    depth = float(surfaces.deepest[0])
     if not depth > 0.0:
         return
-    of_soft = np.searchsorted(model.soft_particle_start, particle, side="right") - 1
-    pair = np.sort(np.where(box == NOBODY, of_soft, model.soft_count + box))
+    pair = np.array(sides_of(model, surfaces.deepest_sides))
     thickness = np.append(model.soft_thickness, model.box_size.min(axis=1))
     if depth > DEEP * thickness[pair].min():
         a, b = (title_of(model, int(k), names) for k in pair)
@@ -226,6 +227,47 @@ def warn_of_overlap(model: Model, surfaces: Surfaces, names: Names) -> None:
             OverlapWarning,
             stacklevel=4,
         )
+
+
+def sides_of(model: Model, sides: np.ndarray) -> tuple[int, int]:
+    """Return who is on both sides of a contact, (2, 2) box and particle, or NOBODY: boxes are numbered last, and −1
+    is the ground."""
+    box, particle = sides.T
+    of_soft = np.where(particle == NOBODY, -1, np.searchsorted(model.soft_particle_start, particle, side="right") - 1)
+    one, other = np.sort(np.where(box == NOBODY, of_soft, model.soft_count + box))
+    return int(one), int(other)
+
+
+def warn_of_pressed(pressed: Pressed, pair: tuple[int, int], model: Model, names: Names) -> None:
+    """Warn of a pair that is pressed deep into each other."""
+    warnings.warn(
+        f"{_pressed(pressed, FIRST, pair, model, names)} since step {pressed.step[0]}: {pressed.part[FIRST]:.0%} of "
+        f"the thinner one's thickness, and half of it would be an error; {PRESS_LESS}",
+        OverloadWarning,
+        stacklevel=5,
+    )
+
+
+def pressed_through(pressed: Pressed, model: Model, steps: int, names: Names) -> SimulationError:
+    """Return what to raise where bodies would be pressed through each other, after `steps`."""
+    pair = sides_of(model, pressed.sides[NOW])
+    return SimulationError(
+        f"{_pressed(pressed, NOW, pair, model, names)} in step {steps}: more than half of the thinner one's "
+        f"thickness, and they would go through; {PRESS_LESS}. The state is the last good one.",
+        steps,
+        title_of(model, max(pair), Names()),
+        0.0,
+    )
+
+
+def _pressed(pressed: Pressed, row: int, pair: tuple[int, int], model: Model, names: Names) -> str:
+    """Say who is pressed into each other, how deep, where and by what."""
+    one, other = ("the ground" if k < 0 else title_of(model, k, names) for k in pair)
+    x, y, z = pressed.point[row]
+    return (
+        f"{other} and {one} are pressed {pressed.depth[row]:.3g} m into each other, at ({x:.3g}, {y:.3g}, {z:.3g}) m "
+        f"by {pressed.force[row]:.3g} N"
+    )
 
 
 def may_carry_too_much(model: Model) -> bool:

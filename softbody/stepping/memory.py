@@ -6,6 +6,7 @@ import numpy as np
 
 from softbody.bodies.store import Store
 from softbody.collision.boxes.manifold import new_manifold
+from softbody.collision.pressed import never_pressed
 from softbody.collision.soft.soft_response import parting_times
 from softbody.collision.soft.surface import Surfaces, build_surfaces
 from softbody.compiler.interrupts import NEVER_SET, InterruptFlag
@@ -29,6 +30,8 @@ class Memory:
         self._motion: Motion | None = None
         self._surfaces: Surfaces | None = None
         self._manifold = new_manifold()
+        self.pressed = never_pressed()
+        self.told = set[tuple[int, int]]()  # pairs of bodies that were said to be pressed
         self._start: State | None = None  # memory for that of a step
         self._grounded: np.ndarray | None = None  # memory for which boxes touch the ground
         self._acting: Controls | None = None  # memory for what acts in a step that has joints
@@ -57,6 +60,7 @@ class Memory:
             self._acting,
             self.contents.sleep.rest if store.may_sleep else None,
             flag.is_set,
+            self.pressed,
         )
 
     def motion(self, flag: InterruptFlag) -> Motion:
@@ -81,7 +85,10 @@ class Memory:
         model, controls = self._store.model, self._store.controls
         if self._surfaces is None and model.soft_count:
             self._surfaces = build_surfaces(model, self._store.state.particle_position, self.threads)
-            self._surfaces.response.edge_length[:] = model.soft_edge_length
+            response = self._surfaces.response
+            response.edge_length[:] = model.soft_edge_length
+            response.thickness[:] = np.append(model.soft_thickness, model.box_size.min(axis=1, initial=np.inf))
+            self._surfaces = self._surfaces._replace(response=response._replace(pressed=self.pressed))
         gas = controls.soft_gas.tobytes()
         if self._surfaces is not None and not (self._times_of[0] is model and self._times_of[1] == gas):
             self._surfaces.response.parting_time[:] = parting_times(model, controls)

@@ -10,6 +10,7 @@ import numba
 from softbody.bodies.contact_points import ContactPoints, contact_points
 from softbody.bodies.store import HasStore, Store
 from softbody.collision.contact import remembered, remembering
+from softbody.collision.pressed import FIRST
 from softbody.compiler.interrupts import NEVER_SET, InterruptFlag, listening
 from softbody.compiler.threads import team_of
 from softbody.errors import ParameterError
@@ -22,12 +23,15 @@ from softbody.stepping.checks import (
     fault_of,
     helpful_step,
     longest_step_of_joints,
+    pressed_through,
+    sides_of,
     stable_time_step,
     warn_of_mass_ratios,
     warn_of_overlap,
+    warn_of_pressed,
 )
 from softbody.stepping.memory import Memory
-from softbody.stepping.step import NO_ROOM, UNSEEN, Order, run, run_alone_by_clock
+from softbody.stepping.step import NO_ROOM, PRESSED_THROUGH, UNSEEN, Order, run, run_alone_by_clock
 
 WORTH_LISTENING = 50_000  # particles moved by a sub-step in a call, from which it may take so long that one waits
 
@@ -106,8 +110,11 @@ class Runner:
                 check_finite(model, controls, state, joints)  # a target that was written over
                 if body >= model.soft_count and store.steps == begun[0]:
                     check_box_motion(model, state, h, body - model.soft_count)
+                if fault == PRESSED_THROUGH:
+                    raise pressed_through(self.memory.pressed, model, store.steps, store.names)
                 advice = helpful_step(model, controls, state, settings, joints, body)
                 raise fault_of(fault, body, model, h / settings.substeps, advice, store.steps, store.names)
+            self._warn_of_pressed()
             if model.box_count and self.memory.may_carry_too_much(model):
                 warn_of_mass_ratios(model, controls, store.contacts, store.names)
 
@@ -123,9 +130,20 @@ class Runner:
             surfaces.deepest[0] = 0.0
         stopped = self.advance(call, call.begun[0] + 1, is_seen=True)
         self.store.contents.is_fresh = False
+        self._warn_of_pressed(is_told=False)  # who starts inside each other is not pressed
         if surfaces is not None:
             warn_of_overlap(self.store.model, surfaces, self.store.names)
         return stopped
+
+    def _warn_of_pressed(self, is_told: bool = True) -> None:
+        """Warn of bodies that a step has left deep inside each other: of each pair once, and of none before others."""
+        memory, model = self.memory, self.store.model
+        if memory.pressed.part[FIRST] > 0.0:
+            pair = sides_of(model, memory.pressed.sides[FIRST])
+            if is_told and pair not in memory.told:
+                warn_of_pressed(memory.pressed, pair, model, self.store.names)
+            memory.told.add(pair)
+            memory.pressed.part[FIRST] = 0.0
 
     def advance(self, call: Call, end: int, is_seen: bool) -> tuple[int, int]:
         """Run kernels until the clock shows `end` steps; return (fault, body), see `step.run`.

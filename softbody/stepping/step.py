@@ -11,6 +11,7 @@ from softbody.collision.boxes.box_contacts import find_box_contacts
 from softbody.collision.boxes.manifold import Manifold
 from softbody.collision.contact import Contacts
 from softbody.collision.paper.paper_response import resolve_in_turn
+from softbody.collision.pressed import GONE_THROUGH, NOW, Pressed, keep_first, note_boxes
 from softbody.collision.soft.soft_contacts import find_soft_contacts
 from softbody.collision.soft.soft_response import (
     Bodies,
@@ -50,6 +51,7 @@ from softbody.stepping.sleep import begin_step, let_sleep, mark_sleepers, note_r
 NO_ROOM = 3  # there are more contacts than rows for them
 UNSEEN = 4  # something is not finite, or particles are not where the last run has left them: to be looked at first
 ABORTED = 5  # an interrupt ended the step before it was done
+PRESSED_THROUGH = 7  # two bodies would be pressed half through each other: which is in `work.pressed`
 TOO_FAR = 6  # a load has pressed something so far into something else that the step is to be taken in more parts
 
 
@@ -69,6 +71,7 @@ class Work(NamedTuple):
     acting: Controls | None  # memory for what acts in a step that has joints
     rest: SleepState | None  # None: nobody may sleep
     stop: np.ndarray  # (1,) what is not 0 ends a run early; somebody else may write it
+    pressed: Pressed
 
 
 class Order(NamedTuple):
@@ -263,10 +266,14 @@ def run(
             if parts > 1 and not begun:
                 start, cache, begun = copied(state), copied_cache(contacts.cache), True
             may_abort = abort_mid_step and part == 0  # later the contacts are not as they were
+            deepest, work.pressed.part[NOW] = work.pressed.part[NOW], 0.0
             found, fault, body = step(
                 model, controls, state, work, contacts, settings, h / parts, may_abort, may_part and parts < MOST_PARTS
             )
             part += 1
+            if fault == 0:
+                note_boxes(work.pressed, model, contacts, h / parts)
+                fault = PRESSED_THROUGH if deepest <= GONE_THROUGH < work.pressed.part[NOW] else 0
             if found.depth.shape[0] > room:
                 fault, body = NO_ROOM, found.depth.shape[0]
             elif fault == TOO_FAR:  # once more from the start, in twice as many parts
@@ -274,7 +281,9 @@ def run(
                 if begun:
                     copy_cache(cache, contacts.cache)
                 parts, part, fault = 2 * parts, 0, 0
+                work.pressed.part[NOW] = deepest
             if fault:
+                work.pressed.part[NOW] = deepest
                 break
         # A step that cannot be finished has not happened.
         if fault:
@@ -287,6 +296,7 @@ def run(
         clock.part[0] = h / parts if parts > 0 else h
         note_rest(model, state, work.rest, settings, h)
         done += 1
+        keep_first(work.pressed, clock.steps[0] + done)
         if work.stop[0] != 0:
             break
     mark_sleepers(model, controls, state, work.joints, work.rest)

@@ -27,6 +27,7 @@ from softbody.collision.impulse import (
     velocity_change_at,
     velocity_of_point,
 )
+from softbody.collision.pressed import Pressed, never_pressed, note_pressed
 from softbody.collision.solver.held_boxes import add_push, support_compliance
 from softbody.compiler.jit import jit, jit_lean, jit_threaded
 from softbody.geometry.triangle import area_vector
@@ -52,8 +53,9 @@ MANY = 100  # contacts from which threads share them: they meet eight times a st
 # ENOUGH, of the most that a body's contacts lack at first, and that would close by more than a part, FINE, of an edge.
 SWEEPS, MOST_SWEEPS, ENOUGH, FINE = 4, 60, 1.0 / 256.0, 1e-3
 
-# The part of an edge by which sides may be out of the place that contacts were to bring them to, after the sweeps.
-OUT_OF_PLACE = 1.0 / 64.0
+# The part of an edge, and of the thickness of the thinner side, by which sides may be out of the place that contacts
+# were to bring them to, after the sweeps; and the part of that where they are as deep already: it must not add up.
+OUT_OF_PLACE, OUT_OF_SIDE, LEAST_ROOM = 1.0 / 64.0, 1.0 / 16.0, 1.0 / 64.0
 
 
 class Bodies(NamedTuple):
@@ -83,15 +85,18 @@ class Response(NamedTuple):
     edge_length: np.ndarray  # (b,) [m] mean
     on_ground: np.ndarray  # (n,) bool: which particles of contacts the ground holds; False, and left so
     ground_impulse: np.ndarray  # (n,) [N s] that the ground gives them for what presses them down; 0, and left so
+    thickness: np.ndarray  # (b + m,) [m] of soft bodies, then of boxes
+    pressed: Pressed
 
 
-def response_memory(start: np.ndarray) -> Response:
-    """Return memory for soft bodies whose particles begin at `start` (b + 1,)."""
+def response_memory(start: np.ndarray, boxes: int = 0) -> Response:
+    """Return memory for soft bodies whose particles begin at `start` (b + 1,), and some boxes."""
     count, bodies = int(start[-1]), len(start) - 1
     of = np.repeat(np.arange(bodies), np.diff(start))
     on_ground = np.zeros(count, np.bool_)
     times, load, edges = np.full(bodies, np.inf), np.zeros(bodies), np.zeros(bodies)
-    return Response(np.zeros(count), of, times, load, edges, on_ground, np.zeros(count))
+    thickness, pressed = np.full(bodies + boxes, np.inf), never_pressed()
+    return Response(np.zeros(count), of, times, load, edges, on_ground, np.zeros(count), thickness, pressed)
 
 
 class SubstepContact(NamedTuple):
@@ -101,6 +106,7 @@ class SubstepContact(NamedTuple):
     approach: np.ndarray  # (c,) speed at which the sides came nearer when the step began, or 0 [m/s]
     parting: np.ndarray  # (c,) speed at which they are to part at least, without a bounce [m/s]
     target_height: np.ndarray  # (c,) how far a is to be above b, along the normal [m]
+    left: np.ndarray  # (c,) [m] by how much they are inside each other then
     acted: np.ndarray  # (c,) bool
     acts: np.ndarray  # (c,) bool: in this sweep
     enough: np.ndarray  # (c,) [m/s] that it may lack after the first sweeps
@@ -185,6 +191,7 @@ def resolve_contacts(
         np.empty(count),
         np.empty(count),
         np.empty(count),
+        np.empty(count),
         np.zeros(count, np.bool_),
         np.zeros(count, np.bool_),
         np.zeros(count),
@@ -204,54 +211,66 @@ def resolve_contacts(
         if not exchange_impulses(rows, bodies, sums, response, substep, h, threads):
             break
     _put_right(rows, bodies, sums, response, substep)
+    for k in range(count):
+        if substep.acted[k]:
+            depth = substep.left[k] + substep.target_height[k] - height(rows, k, bodies)
+            note_pressed(response.pressed, rows, k, depth, _thickness(rows, k, response), h)
     return substep.held
+
+
+@jit_lean
+def _thickness(contacts: Listing, k: int, response: Response) -> float:
+    """Return the thickness [m] of the box of contact `k`, or of the thinner of two soft bodies."""
+    box, of = contacts.box[k, 1], response.body
+    if box != NOBODY:
+        return response.thickness[response.edge_length.shape[0] + box]
+    a, b = of[contacts.particles[k, 0, 0]], of[contacts.particles[k, 1, 0]]
+    return min(response.thickness[a], response.thickness[b])
 
 
 @jit_lean
 def _put_right(
     contacts: Listing, bodies: Bodies, sums: WeightSums, response: Response, substep: SubstepContact
 ) -> None:
-    """Move the sides of contacts that have acted, where a is still far below the height that it was to come to.
+    """Move particles that are far below the height over a fixed box that contacts were to bring them to.
 
     Impulses of contacts that act at different times, as in the acute angle of two walls, part them fast enough, and may
-    leave them far from there. What this does to springs and gas, the way in had done to them.
+    leave them there. What this does to springs and gas, the way in had done to them. (What moves would have to take an
+    angular momentum, and gives way itself.)
     """
+    mass = bodies.particles.inverse_mass
     for _ in range(MOST_SWEEPS):
         is_right = True
         for k in range(contacts.depth.shape[0]):
-            gap = substep.target_height[k] - height(contacts, k, bodies)
-            substep.acts[k] = substep.acted[k] and gap > OUT_OF_PLACE * _edge_length(contacts, k, response)
+            box = contacts.box[k, 1]
+            substep.acts[k] = substep.acted[k] and box != NOBODY and bodies.boxes.inverse_mass[box] == 0.0
+            if substep.acts[k]:
+                gap = substep.target_height[k] - height(contacts, k, bodies)
+                substep.acts[k] = gap > _room(contacts, k, response, substep)
+                store(substep.impulse, k, scale(gap, load(contacts.normal, k)))
             if substep.acts[k]:
                 is_right = False
-                store(substep.impulse, k, scale(gap, load(contacts.normal, k)))
                 _add_weights(contacts, k, sums, load(substep.place, k))
         if is_right:
             break
         for k in range(contacts.depth.shape[0]):
             if substep.acts[k]:
-                inverse_mass = _soft_inverse_mass(contacts, k, bodies, sums, response.on_ground, substep)
-                box = contacts.box[k, 1]
-                if box != NOBODY:
-                    inverse_mass += substep.compliance[box] * sums.box[box] * bodies.boxes.inverse_mass[box]
+                a, up = surface_point(contacts, k, 0), contacts.normal[k, 2]
+                inverse_mass = _split_inverse_mass(mass, sums.particle, response.on_ground, a, up)
                 scaled = 1.0 / inverse_mass if inverse_mass > 0.0 else 0.0
                 store(substep.impulse, k, scale(scaled, load(substep.impulse, k)))
         for k in range(contacts.depth.shape[0]):
             if substep.acts[k]:
-                _move_sides(contacts, k, bodies, response, substep)
+                _move(bodies.particles, surface_point(contacts, k, 0), load(substep.impulse, k), response)
                 _clear_weights(contacts, k, sums)
 
 
 @jit_lean
-def _move_sides(contacts: Listing, k: int, bodies: Bodies, response: Response, substep: SubstepContact) -> None:
-    """Move both sides of contact `k` by what is in `substep.impulse` [kg m], over their masses."""
-    (particles, boxes), box, way = bodies, contacts.box[k, 1], load(substep.impulse, k)
-    back = scale(-1.0, way)
-    _move(particles, surface_point(contacts, k, 0), way, response)
-    if box == NOBODY:
-        b = SurfacePoint(surface_point(contacts, k, 1).particles, load(substep.place, k))
-        _move(particles, b, back, response)
-    else:
-        accumulate(boxes.position, box, scale(substep.compliance[box] * boxes.inverse_mass[box], back))
+def _room(contacts: Listing, k: int, response: Response, substep: SubstepContact) -> float:
+    """Return how far [m] contact `k` may end from the height that it is to come to: less if it is deep already."""
+    edge, thickness = _edge_length(contacts, k, response), _thickness(contacts, k, response)
+    room = min(OUT_OF_PLACE * edge, OUT_OF_SIDE * thickness)
+    return max(room - substep.left[k], LEAST_ROOM * room)
 
 
 @jit_lean
@@ -282,7 +301,8 @@ def _find_enough(contacts: Listing, response: Response, substep: SubstepContact,
         for side in range(2):
             if contacts.particles[k, side, 0] != NOBODY:
                 most = max(most, response.load[response.body[contacts.particles[k, side, 0]]])
-        substep.enough[k] = max(ENOUGH * most, FINE * _edge_length(contacts, k, response) / h)
+        enough = max(ENOUGH * most, FINE * _edge_length(contacts, k, response) / h)
+        substep.enough[k] = min(enough, _room(contacts, k, response, substep) / h)
 
 
 @jit
@@ -339,7 +359,7 @@ def look_back(
                 slow = max(slow, left / response.parting_time[body])
         substep.parting[k] = max(slow, min(left / (PARTING_STEPS * h), OF_LOAD * load_speed))
         way = min(contacts.depth[k], closed + h * substep.parting[k])
-        substep.target_height[k] = height(contacts, k, bodies) + way
+        substep.target_height[k], substep.left[k] = height(contacts, k, bodies) + way, contacts.depth[k] - way
         store(substep.place, k, place)
 
 
@@ -564,13 +584,19 @@ def _impulse(
     contacts: Listing, k: int, bodies: Bodies, sums: WeightSums, on_ground: np.ndarray, substep: SubstepContact
 ) -> Vec:
     """Return the impulse [N s] on side a of contact `k`, whose sides part too slowly; none if neither can move."""
-    boxes, box, normal = bodies.boxes, contacts.box[k, 1], load(contacts.normal, k)
-    u, place = load(substep.velocity, k), load(substep.place, k)
+    particles, boxes = bodies
+    box, normal, place = contacts.box[k, 1], load(contacts.normal, k), load(substep.place, k)
+    u = load(substep.velocity, k)
     # The normal impulse, by the inverse effective mass of both sides.
-    soft = _soft_inverse_mass(contacts, k, bodies, sums, on_ground, substep)
+    a, up = surface_point(contacts, k, 0), normal[2]
+    soft = _split_inverse_mass(particles.inverse_mass, sums.particle, on_ground, a, up)
+    if box == NOBODY:
+        b = SurfacePoint(surface_point(contacts, k, 1).particles, place)
+        soft += _split_inverse_mass(particles.inverse_mass, sums.particle, on_ground, b, -up)
+    else:
+        place = add(load(boxes.position, box), place)
     inverse_mass = soft
     if box != NOBODY:
-        place = add(load(boxes.position, box), place)
         inverse_mass += substep.compliance[box] * sums.box[box] * inverse_effective_mass_at(boxes, box, place, normal)
     if not inverse_mass > 0.0:
         return (0.0, 0.0, 0.0)
@@ -589,19 +615,6 @@ def _impulse(
     if box != NOBODY:
         inverse_mass += sums.box[box] * inverse_effective_mass_at(boxes, box, place, along)
     return sub(impulse, scale(friction_impulse(sliding, inverse_mass, contacts.friction[k] * j), along))
-
-
-@jit_lean
-def _soft_inverse_mass(
-    contacts: Listing, k: int, bodies: Bodies, sums: WeightSums, on_ground: np.ndarray, substep: SubstepContact
-) -> float:
-    """Return Σ w²/m [1/kg] of what is soft of both sides of contact `k`, along its normal."""
-    inverse_mass, up = bodies.particles.inverse_mass, contacts.normal[k, 2]
-    soft = _split_inverse_mass(inverse_mass, sums.particle, on_ground, surface_point(contacts, k, 0), up)
-    if contacts.box[k, 1] == NOBODY:
-        b = SurfacePoint(surface_point(contacts, k, 1).particles, load(substep.place, k))
-        soft += _split_inverse_mass(inverse_mass, sums.particle, on_ground, b, -up)
-    return soft
 
 
 @jit_lean

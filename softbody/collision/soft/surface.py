@@ -143,7 +143,7 @@ def build_surfaces(model: Model, position: np.ndarray, threads: int = 1) -> Surf
         _scratch(max((tree for tree, _ in kinds), key=lambda tree: len(tree.order)), model, threads),
         None if threads == 1 else threads,
         None if model.box_count == 0 else True,
-        response=response_memory(model.soft_particle_start),
+        response=response_memory(model.soft_particle_start, model.box_count),
         deepest=np.zeros(1),
         deepest_sides=np.zeros((2, 2), np.int64),
     )

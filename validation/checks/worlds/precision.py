@@ -11,6 +11,7 @@ import numpy as np
 from softbody import World, icosphere
 from softbody.collision.boxes.manifold import new_manifold
 from softbody.collision.contact import new_contacts
+from softbody.collision.pressed import never_pressed
 from softbody.collision.soft import soft_contacts, soft_response
 from softbody.collision.soft.surface import build_surfaces
 from softbody.compiler.threads import Team
@@ -215,7 +216,9 @@ def threads_find_the_same_contacts(run: Run) -> Comparison:
         surfaces = build_surfaces(model, state.particle_position, threads)
         grounded, given = np.zeros(model.box_count, bool), np.zeros_like(state.particle_position)
         bell = np.zeros(1, np.uint8)
-        work = Work(motion, surfaces, new_manifold(), state.copy(), grounded, given, None, None, None, bell)
+        work = Work(
+            motion, surfaces, new_manifold(), state.copy(), grounded, given, None, None, None, bell, never_pressed()
+        )
         step, steps = 0.5 * world.stable_time_step(), run.count(10, 20, 100)
         found, settings, clock = new_contacts(10_000), world.store.settings, world.store.clock
         order = Order(step, steps, 0, 0.0, True, False)
