@@ -38,7 +38,9 @@ class Browser:
         port = self._waited(lambda: re.search(rb"DevTools listening on ws://[^:]+:(\d+)", self._so_far()))
         address = f"http://127.0.0.1:{int(port[1])}/json"
         pages = self._waited(
-            lambda: [page for page in json.load(urllib.request.urlopen(address, timeout=30.0)) if page["type"] == "page"]
+            lambda: [
+                page for page in json.load(urllib.request.urlopen(address, timeout=30.0)) if page["type"] == "page"
+            ]
         )
         self._socket = connect(pages[0]["webSocketDebuggerUrl"], max_size=None, compression=None)
         self._numbers = itertools.count()

@@ -8,12 +8,13 @@ import numpy as np
 
 from softbody.collision.contact import Contacts, Listing
 from softbody.compiler.jit import jit_lean
-from softbody.linalg.vec import load, norm
-from softbody.model.arrays import NOBODY, Model
+from softbody.linalg.vec import add, cross, dot, load, norm, sub
+from softbody.model.arrays import NOBODY, Model, State
 
 # How deep sides are left inside each other, as a part of the thickness of the thinner, from which that is told, and
 # from which the step is undone: contacts might push out by the wrong side then.
 PRESSED, GONE_THROUGH = 0.25, 0.5
+LASTING = 4  # steps that somebody is PRESSED before one is undone: who hits something fast is parted sooner
 
 FIRST, NOW = 0, 1  # rows of Pressed
 
@@ -27,13 +28,15 @@ class Pressed(NamedTuple):
     point: np.ndarray  # (2, 3) [m]
     sides: np.ndarray  # (2, 2, 2) box and particle, or NOBODY, on both sides
     step: np.ndarray  # (1,) how many steps were done then
+    lasting: np.ndarray  # (1,) how many of the last steps have left somebody PRESSED
 
 
 def never_pressed() -> Pressed:
     """Return memory for a world in which nothing was pressed yet."""
     part, depth, force = np.zeros((3, 2))
     part[NOW] = np.inf
-    return Pressed(part, depth, force, np.zeros((2, 3)), np.zeros((2, 2, 2), np.int64), np.zeros(1, np.int64))
+    step, lasting = np.zeros((2, 1), np.int64)
+    return Pressed(part, depth, force, np.zeros((2, 3)), np.zeros((2, 2, 2), np.int64), step, lasting)
 
 
 @jit_lean
@@ -52,21 +55,33 @@ def note_pressed(
 
 
 @jit_lean
-def note_boxes(pressed: Pressed, model: Model, contacts: Contacts, h: float) -> None:
-    """Note boxes that were pressed into each other or the ground when a step of `h` [s] ended."""
+def note_boxes(pressed: Pressed, model: Model, state: State, contacts: Contacts, h: float) -> None:
+    """Note boxes that are pressed into each other or the ground as a step of `h` [s] ends: it has moved them since."""
     for k in range(contacts.number[1]):
-        thickness = np.inf
+        point, normal, thickness, depth = load(contacts.point, k), load(contacts.normal, k), np.inf, contacts.depth[k]
         for side in range(2):
             box = contacts.box[k, side]
             if box != NOBODY:
+                arm, turn = sub(point, load(state.box_position, box)), load(state.box_angular_velocity, box)
+                speed = dot(add(load(state.box_velocity, box), cross(turn, arm)), normal)
+                depth += h * (speed if side == 1 else -speed)
                 thickness = min(thickness, model.box_size[box, 0], model.box_size[box, 1], model.box_size[box, 2])
-        note_pressed(pressed, contacts, k, contacts.depth[k], thickness, h)
+        note_pressed(pressed, contacts, k, depth, thickness, h)
+
+
+@jit_lean
+def goes_through(pressed: Pressed, before: float) -> bool:
+    """Tell whether a step has pressed bodies past GONE_THROUGH, from a part `before`; who is past it goes on."""
+    lasts = pressed.lasting[0] >= LASTING and pressed.force[NOW] > 0.0
+    return bool(lasts and before <= GONE_THROUGH < pressed.part[NOW])
 
 
 @jit_lean
 def keep_first(pressed: Pressed, steps: int) -> None:
     """Keep what the last of so many `steps` has left PRESSED, unless an earlier one was kept."""
-    if pressed.part[NOW] > PRESSED and pressed.part[FIRST] == 0.0:
+    is_pressed = PRESSED < pressed.part[NOW] < np.inf and pressed.force[NOW] > 0.0
+    pressed.lasting[0] = pressed.lasting[0] + 1 if is_pressed else 0
+    if is_pressed and pressed.part[FIRST] == 0.0:
         pressed.part[FIRST], pressed.depth[FIRST] = pressed.part[NOW], pressed.depth[NOW]
         pressed.force[FIRST], pressed.step[0] = pressed.force[NOW], steps
         for c in range(3):

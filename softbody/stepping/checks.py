@@ -238,6 +238,13 @@ def sides_of(model: Model, sides: np.ndarray) -> tuple[int, int]:
     return int(one), int(other)
 
 
+def pairs_inside(model: Model, contacts: Contacts) -> set[tuple[int, int]]:
+    """Return who is with whom in contacts that are DEEP, for the thinnest body that there is."""
+    thinnest = min(model.soft_thickness.min(initial=inf), model.box_size.min(initial=inf))
+    rows = np.flatnonzero(contacts.depth[: contacts.number[0]] > DEEP * thinnest)
+    return {sides_of(model, np.stack([contacts.box[k], contacts.particles[k, :, 0]], axis=1)) for k in rows}
+
+
 def warn_of_pressed(pressed: Pressed, pair: tuple[int, int], model: Model, names: Names) -> None:
     """Warn of a pair that is pressed deep into each other."""
     warnings.warn(

@@ -32,6 +32,7 @@ class Memory:
         self._manifold = new_manifold()
         self.pressed = never_pressed()
         self.told = set[tuple[int, int]]()  # pairs of bodies that were said to be pressed
+        self.started_inside = set[tuple[int, int]]()
         self._start: State | None = None  # memory for that of a step
         self._grounded: np.ndarray | None = None  # memory for which boxes touch the ground
         self._acting: Controls | None = None  # memory for what acts in a step that has joints

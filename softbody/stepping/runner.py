@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import AbstractContextManager, nullcontext
+from math import inf
 from typing import NamedTuple, Protocol
 
 import numba
@@ -10,7 +11,7 @@ import numba
 from softbody.bodies.contact_points import ContactPoints, contact_points
 from softbody.bodies.store import HasStore, Store
 from softbody.collision.contact import remembered, remembering
-from softbody.collision.pressed import FIRST
+from softbody.collision.pressed import FIRST, NOW
 from softbody.compiler.interrupts import NEVER_SET, InterruptFlag, listening
 from softbody.compiler.threads import team_of
 from softbody.errors import ParameterError
@@ -23,6 +24,7 @@ from softbody.stepping.checks import (
     fault_of,
     helpful_step,
     longest_step_of_joints,
+    pairs_inside,
     pressed_through,
     sides_of,
     stable_time_step,
@@ -130,17 +132,18 @@ class Runner:
             surfaces.deepest[0] = 0.0
         stopped = self.advance(call, call.begun[0] + 1, is_seen=True)
         self.store.contents.is_fresh = False
-        self._warn_of_pressed(is_told=False)  # who starts inside each other is not pressed
+        self.memory.started_inside |= pairs_inside(self.store.model, self.store.contacts)
+        self.memory.pressed.part[FIRST] = 0.0
         if surfaces is not None:
             warn_of_overlap(self.store.model, surfaces, self.store.names)
         return stopped
 
-    def _warn_of_pressed(self, is_told: bool = True) -> None:
-        """Warn of bodies that a step has left deep inside each other: of each pair once, and of none before others."""
+    def _warn_of_pressed(self) -> None:
+        """Warn of bodies that a step has left deep inside each other: of each pair once, and of none that start so."""
         memory, model = self.memory, self.store.model
         if memory.pressed.part[FIRST] > 0.0:
             pair = sides_of(model, memory.pressed.sides[FIRST])
-            if is_told and pair not in memory.told:
+            if pair not in memory.told | memory.started_inside:
                 warn_of_pressed(memory.pressed, pair, model, self.store.names)
             memory.told.add(pair)
             memory.pressed.part[FIRST] = 0.0
@@ -172,6 +175,8 @@ class Runner:
                     fault, body = run_alone_by_clock(model, controls, state, memory.motion(flag), *how, given)
                 if fault == NO_ROOM:
                     contacts = store.contacts = remembering(remembered(contacts), body)
+                elif fault == PRESSED_THROUGH and sides_of(model, memory.pressed.sides[NOW]) in memory.started_inside:
+                    memory.pressed.part[NOW] = inf  # the step that was undone is taken
                 elif fault:
                     return fault, body
                 if self._threads > 1:

@@ -11,7 +11,7 @@ from softbody.collision.boxes.box_contacts import find_box_contacts
 from softbody.collision.boxes.manifold import Manifold
 from softbody.collision.contact import Contacts
 from softbody.collision.paper.paper_response import resolve_in_turn
-from softbody.collision.pressed import GONE_THROUGH, NOW, Pressed, keep_first, note_boxes
+from softbody.collision.pressed import NOW, Pressed, goes_through, keep_first, note_boxes
 from softbody.collision.soft.soft_contacts import find_soft_contacts
 from softbody.collision.soft.soft_response import (
     Bodies,
@@ -272,8 +272,8 @@ def run(
             )
             part += 1
             if fault == 0:
-                note_boxes(work.pressed, model, contacts, h / parts)
-                fault = PRESSED_THROUGH if deepest <= GONE_THROUGH < work.pressed.part[NOW] else 0
+                note_boxes(work.pressed, model, state, found, h / parts)
+                fault = PRESSED_THROUGH if goes_through(work.pressed, deepest) else 0
             if found.depth.shape[0] > room:
                 fault, body = NO_ROOM, found.depth.shape[0]
             elif fault == TOO_FAR:  # once more from the start, in twice as many parts

@@ -211,11 +211,18 @@ def resolve_contacts(
         if not exchange_impulses(rows, bodies, sums, response, substep, h, threads):
             break
     _put_right(rows, bodies, sums, response, substep)
+    _note_left(rows, bodies, response, substep, h)
+    return substep.held
+
+
+@jit_lean
+def _note_left(contacts: Listing, bodies: Bodies, response: Response, substep: SubstepContact, h: float) -> None:
+    """Note how deep a step of `h` [s] has left the sides of contacts in each other."""
+    count = contacts.depth.shape[0]
     for k in range(count):
         if substep.acted[k]:
-            depth = substep.left[k] + substep.target_height[k] - height(rows, k, bodies)
-            note_pressed(response.pressed, rows, k, depth, _thickness(rows, k, response), h)
-    return substep.held
+            depth = substep.left[k] + substep.target_height[k] - height(contacts, k, bodies)
+            note_pressed(response.pressed, contacts, k, depth, _thickness(contacts, k, response), h)
 
 
 @jit_lean

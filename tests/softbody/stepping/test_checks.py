@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import softbody
-from softbody import MassRatioWarning, OverlapWarning, ParameterError, SimulationError, World
+from softbody import MassRatioWarning, OverlapWarning, OverloadWarning, ParameterError, SimulationError, World
 from softbody.model.settings import INTEGRATORS
 from softbody.stepping.checks import STABLE_FOR
 from tests.same_bits import same_bits
@@ -369,3 +369,39 @@ def test_a_particle_that_a_contact_throws_farther_than_its_body_may_be_long_is_f
         world.step(0.9 * world.stable_time_step())
     assert caught.value.body == "soft body 0"
     np.testing.assert_array_equal(small.positions, before)
+
+
+def jaws_on_a_box(step):
+    """A rigid box between jaws of a fifth of its size, of which each closes by `step` of its thickness in a step."""
+    world = World(gravity=(0.0, 0.0, 0.0))
+    world.add_box((0.1, 0.1, 0.1), 1.0)
+    for side in (-1.0, 1.0):
+        world.add_box((0.02, 0.2, 0.2), None, (side * 0.06, 0.0, 0.0), velocity=(-side * step * 0.02, 0.0, 0.0))
+    return world
+
+
+def test_what_is_pressed_is_named_once_at_the_first_step_and_a_step_that_goes_through_is_undone():
+    world = jaws_on_a_box(0.02)
+    with pytest.warns(OverloadWarning, match=r"box \d and box \d are pressed 0\.\d+ m .* N since step \d+: 2[5-9]% of"):
+        world.step(1.0, 14, allow_unstable=True)
+    hashes = [world.state_hash()]
+
+    def go_on():
+        while world.steps < 40:
+            world.step(1.0, allow_unstable=True)
+            hashes.append(world.state_hash())
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", OverloadWarning)
+        with pytest.raises(SimulationError, match=r"are pressed 0\.01\d* m .*: more than half"):
+            go_on()
+    assert (world.steps, world.state_hash()) == (13 + len(hashes), hashes[-1])
+
+
+def test_what_starts_inside_is_neither_told_nor_stopped():
+    world = jaws_on_a_box(0.02)
+    for jaw, side in zip(world.boxes[1:], (-1.0, 1.0)):
+        jaw.position = (side * 0.053, 0.0, 0.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", OverloadWarning)
+        world.step(1.0, 12, allow_unstable=True)
