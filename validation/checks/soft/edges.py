@@ -45,7 +45,12 @@ SPIKE_EDGES = np.array([(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)])
     faults=(
         Fault("one axis twice", edge_box._reach, "half[1] * abs(axis[1]) → half[1] * abs(axis[0])"),
         Fault("the nearer side of the box", edge_box._place, "normal[2] > 0.0 → normal[2] < 0.0"),
-        Fault("lengths that are squares", edge_box._place, "/ dot(across, across) → / norm(across)"),
+        Fault(
+            "lengths that are squares",
+            edge_box._place,
+            "dot(cross(sub(corner, a), side), across) / dot(across, across)"
+            " → dot(cross(sub(corner, a), side), across) / norm(across)",
+        ),
         Fault("the face that is farther off", edge_in_box, "(up > down) → (up < down)"),
     ),
 )
