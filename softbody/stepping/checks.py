@@ -230,8 +230,7 @@ def warn_of_overlap(model: Model, surfaces: Surfaces, names: Names) -> None:
 
 
 def sides_of(model: Model, sides: np.ndarray) -> tuple[int, int]:
-    """Return who is on both sides of a contact, (2, 2) box and particle, or NOBODY: boxes are numbered last, and −1
-    is the ground."""
+    """Return the bodies on both `sides` (2, 2) of a contact, box and particle each; −1 is the ground."""
     box, particle = sides.T
     of_soft = np.where(particle == NOBODY, -1, np.searchsorted(model.soft_particle_start, particle, side="right") - 1)
     one, other = np.sort(np.where(box == NOBODY, of_soft, model.soft_count + box))
