@@ -89,7 +89,7 @@ class Response(NamedTuple):
     pressed: Pressed
 
 
-def response_memory(start: np.ndarray, boxes: int = 0) -> Response:
+def response_memory(start: np.ndarray, boxes: int) -> Response:
     """Return memory for soft bodies whose particles begin at `start` (b + 1,), and some boxes."""
     count, bodies = int(start[-1]), len(start) - 1
     of = np.repeat(np.arange(bodies), np.diff(start))

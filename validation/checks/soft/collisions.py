@@ -393,7 +393,7 @@ def _point_strikes_box(rng: np.random.Generator) -> tuple[np.ndarray, ...]:
     # In a step of no length at all, everything has come as it goes.
     bodies = Bodies(Particles(1.0 / mass, position, velocity), box)
     before = Bodies(Particles(1.0 / mass, position, velocity.copy()), RigidBodies(*(rows.copy() for rows in box)))
-    resolve_contacts(contacts, bodies, before, response_memory(np.array([0, 3])), 1e-300)
+    resolve_contacts(contacts, bodies, before, response_memory(np.array([0, 3]), 1), 1e-300)
     after = np.concatenate([box.velocity[0], box.angular_velocity[0], weights @ velocity])
     return size, box_mass, *start, *point, after
 

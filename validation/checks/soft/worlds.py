@@ -70,7 +70,13 @@ class Contacts:
         inverse, start = 1.0 / self.mass, self.position - CONTACT_STEP * self.velocity
         before = Particles(inverse, start, self.velocity.copy()), RigidBodies(*(rows.copy() for rows in self.box))
         now = Bodies(Particles(inverse, self.position, self.velocity), self.box)
-        resolve_contacts(self.contacts, now, Bodies(*before), response_memory(np.array([0, 6])), CONTACT_STEP)
+        resolve_contacts(
+            self.contacts,
+            now,
+            Bodies(*before),
+            response_memory(np.array([0, 6]), len(self.box.inverse_mass)),
+            CONTACT_STEP,
+        )
 
     def momenta(self) -> np.ndarray:
         """Return (6,): total momentum, and total angular momentum about the origin."""

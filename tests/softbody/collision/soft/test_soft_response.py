@@ -60,7 +60,7 @@ def resolve(contacts, particles, boxes, h=1.0):
     position, velocity = particles.position - h * particles.velocity, particles.velocity.copy()
     resting = RigidBodies(*(rows.copy() for rows in boxes))
     before = Bodies(Particles(particles.inverse_mass, position, velocity), resting)
-    response = response_memory(np.array([0, 4]))
+    response = response_memory(np.array([0, 4]), len(boxes.inverse_mass))
     response.parting_time[:] = 0.5  # [s]
     resolve_contacts(contacts, Bodies(particles, boxes), before, response, h)
 
@@ -123,7 +123,7 @@ def test_what_was_pressed_together_does_not_bounce():
     add_particle(contacts, (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.1, Material(1.0, 0.0))
     before = particles._replace(position=position - 0.5 * velocity, velocity=np.zeros((4, 3)))
     resolve_contacts(
-        contacts, Bodies(particles, NO_BODIES), Bodies(before, NO_BODIES), response_memory(np.array([0, 4])), 1.0
+        contacts, Bodies(particles, NO_BODIES), Bodies(before, NO_BODIES), response_memory(np.array([0, 4]), 0), 1.0
     )
     np.testing.assert_allclose(velocity[[0, 3], 2], [-0.1, -0.1])
     np.testing.assert_allclose(position[[0, 3], 2], [-0.05, -0.05])
