@@ -401,7 +401,7 @@ def _linking_number(a: np.ndarray, b: np.ndarray) -> float:
     kind="closed form",
     because="whole numbers, of lines that are apart",
     least=2,
-    faults=(Fault("soft contacts that are never looked at", soft_response._note_left, "count → 0"),),
+    faults=(Fault("soft contacts that are never looked at", soft_response._note_left, "range(count) → range(0)"),),
 )
 def rings_stay_linked(run: Run) -> Comparison:
     """Linked rings never part without a warning.
