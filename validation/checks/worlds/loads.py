@@ -135,7 +135,7 @@ def _facing(normal: np.ndarray) -> np.ndarray:
     tolerance=0.25,
     because="what comes nearer by a quarter of an edge is taken in more parts; 0.09 at worst of 72 containers",
     least=4,
-    faults=(EDGES_OUT_BY_THE_NEAREST, OUT_BY_THE_NEAREST),
+    faults=(OUT_BY_THE_NEAREST,),
 )
 def inflated_in_any_container(run: Run) -> Comparison:
     """Whatever is inflated within slanted walls never leaves them.
