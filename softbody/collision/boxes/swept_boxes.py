@@ -184,14 +184,21 @@ def come_near(boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, near: float
     """Tell whether boxes that travel and turn come as near as `near` [m] within the step, or all but.
 
     Along the axis that parts them most they cannot close faster than the travel along it, and than their corners turn
-    towards it: for as long as the gap lasts then, they are apart, and the next axis is asked.
+    towards it: for as long as the gap lasts then, they are apart, and the next axis is asked. However they turn, they
+    stay within spheres about them, which only the travel closes.
     """
     placed = PlacedBoxes(boxes.size, boxes.position, boxes.orientation)
     a, b = placed_box(placed, pair[0]), placed_box(placed, pair[1])
     turning = 0.5 * (norm(a.size) * norm(sweep.spin_a) + norm(b.size) * norm(sweep.spin_b))
     near += max(0.0, sweep.turn - turning)
+    radii, way = 0.5 * (norm(a.size) + norm(b.size)), norm(sweep.travel)
     when = 0.0
     for _ in range(ADVANCES):
+        apart = norm(sub(add(a.position, scale(when, sweep.travel)), b.position)) - radii - near
+        if apart > way * (1.0 - when):
+            return False
+        if apart > 0.0:
+            when += apart / way
         gap, normal, _ = box_box_separation(
             _later(a, scale(when, sweep.travel), scale(when, sweep.spin_a)), _later(b, STILL, scale(when, sweep.spin_b))
         )

@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 from softbody import World
 from softbody.collision.boxes.manifold import new_manifold, swept_manifold
 from softbody.collision.boxes.sat_boxes import Limits, PlacedBoxes, frames_of
-from softbody.collision.boxes.swept_boxes import STILL, Sweep
+from softbody.collision.boxes.swept_boxes import STILL, Sweep, come_near
 from softbody.geometry.box import box_corners
 
 UPRIGHT = (1.0, 0.0, 0.0, 0.0)
@@ -156,3 +156,12 @@ def test_a_box_that_slides_on_to_the_next_of_heavy_tiles_does_not_feel_its_side(
     box = world.add_box((0.77, 0.2, 0.34), 1.0, (0.0, 0.09, 0.67), turned, velocity=(1.57, 0.0, 0.0), friction=0.0)
     world.step(1 / 60, 60)
     assert_allclose(box.velocity, (1.57, 0.0, 0.0), atol=1e-3)
+
+
+@given(st.integers(0, 10**6))
+def test_boxes_far_apart_never_come_near_however_fast_they_spin(seed):
+    rng = np.random.default_rng(seed)
+    place = np.array([[0.0, 0.0, 0.0], [6.0, 0.0, 8.0]])
+    boxes = frames_of(PlacedBoxes(rng.uniform(0.2, 2.0, (2, 3)), place, np.array([UPRIGHT, UPRIGHT])))
+    spin = tuple(1e6 * rng.normal(size=3))
+    assert not come_near(boxes, (0, 1), Sweep(STILL, STILL, spin, spin, 1.0, 0.5), 1e-6)
