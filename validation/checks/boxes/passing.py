@@ -317,9 +317,7 @@ def hits(run: Run) -> Comparison:
     return beside_outlines([passing(rng, None) for _ in range(run.count(600, 4000, 20_000))], rng)
 
 
-@by_engines(
-    piece=SWEPT, because="what is not touched is not struck, here or there", faults=(NEAREST, BALLS, OTHER_AXIS)
-)
+@by_engines(piece=SWEPT, because="what is not touched is not struck, here or there", faults=(NEAREST, OTHER_AXIS))
 def near_misses_by_engines(run: Run) -> Comparison:
     """Boxes that pass fly on alone, as in Bullet and Rapier.
 
