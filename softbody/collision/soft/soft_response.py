@@ -309,7 +309,9 @@ def _find_enough(contacts: Listing, response: Response, substep: SubstepContact,
             if contacts.particles[k, side, 0] != NOBODY:
                 most = max(most, response.load[response.body[contacts.particles[k, side, 0]]])
         enough = max(ENOUGH * most, FINE * _edge_length(contacts, k, response) / h)
-        substep.enough[k] = min(enough, _room(contacts, k, response, substep) / h)
+        if contacts.box[k, 1] != NOBODY:  # (where soft bodies meet both give way, and more sweeps let them tremble)
+            enough = min(enough, _room(contacts, k, response, substep) / h)
+        substep.enough[k] = enough
 
 
 @jit
