@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from contextlib import AbstractContextManager, nullcontext
-from math import inf
 from typing import NamedTuple, Protocol
 
 import numba
@@ -176,7 +175,7 @@ class Runner:
                 if fault == NO_ROOM:
                     contacts = store.contacts = remembering(remembered(contacts), body)
                 elif fault == PRESSED_THROUGH and sides_of(model, memory.pressed.sides[NOW]) in memory.started_inside:
-                    memory.pressed.part[NOW] = inf  # the step that was undone is taken
+                    memory.pressed.lasting[0] = 0  # the step that was undone is taken, whole or in parts
                 elif fault:
                     return fault, body
                 if self._threads > 1:

@@ -17,6 +17,7 @@ from softbody.collision.edge_edge import PARALLEL_SINE
 from softbody.compiler.jit import jit, jit_lean
 from softbody.linalg.quaternion import Quaternion, load_quaternion, rotate
 from softbody.linalg.vec import Vec, cross, dot, load, norm, scale, store, sub
+from softbody.model.arrays import Model, State
 
 # An edge–edge axis replaces a face axis only if its overlap is smaller by this part of it: equal overlaps,
 # decided by rounding, would make the contact jump between a face and an edge from step to step.
@@ -46,6 +47,13 @@ class PlacedBoxes(NamedTuple):
     size: np.ndarray  # (m, 3) full extent [m]
     position: np.ndarray  # (m, 3) centre [m]
     orientation: np.ndarray  # (m, 4) unit quaternion (w, x, y, z), box frame to world
+
+
+@jit_lean
+def placed_at(model: Model, state: State, box: int) -> PlacedBox:
+    """Return a box where it is in a state."""
+    orientation = load_quaternion(state.box_orientation, box)
+    return PlacedBox(load(model.box_size, box), load(state.box_position, box), orientation)
 
 
 @jit

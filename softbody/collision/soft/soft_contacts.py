@@ -11,9 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import prange
 
-from softbody.collision.boxes.sat_boxes import PlacedBox
+from softbody.collision.boxes.sat_boxes import placed_at
 from softbody.collision.broad_phase import near_pairs, near_pairs_exhaustive
 from softbody.collision.contact import Contacts, Listing, move_row, rows_of, with_room
+from softbody.collision.soft.behind_walls import find_behind_walls
 from softbody.collision.soft.sat_meshes import faces_part
 from softbody.collision.soft.soft_box import find_contacts_in_box, find_corner_contacts
 from softbody.collision.soft.soft_soft import find_soft_soft_contacts
@@ -258,8 +259,8 @@ def _find_contacts_of(
     soft, memory = model.soft_count, memory_at(scratch, thread)
     surface, tree = surface_of(model, state, shapes, scratch, thread, body), tree_at(shapes, scratch, thread, body)
     refit_bvh(tree, surface.vertices.position)
-    solid = Solid(surface, tree)
-    for other in pairs.other[pairs.start[body] : pairs.start[body + 1]]:
+    solid, near, first = Solid(surface, tree), pairs.other[pairs.start[body] : pairs.start[body + 1]], listing.number[0]
+    for other in near:
         if other < soft:
             probe = surface_of(model, state, shapes, scratch, thread, other)
             length, other_length = model.soft_edge_length[body], model.soft_edge_length[other]
@@ -271,6 +272,7 @@ def _find_contacts_of(
             _find_contacts_with_box(
                 model, state, before, solid, memory, pairs.with_edges, listing, (body, other - soft), pairs.with_boxes
             )
+    find_behind_walls(model, state, before, body, near, first, memory.way_out, listing, pairs.with_boxes)
 
 
 @jit_lean
@@ -297,13 +299,6 @@ def _find_contacts_with_box(
     for k in range(8):
         store(place, k, box_corner(placed.size, placed.position, placed.orientation, k))
     find_corner_contacts(solid, box, Points(place, bounding_box(place), hint), memory, material, listing)
-
-
-@jit_lean
-def placed_at(model: Model, state: State, box: int) -> PlacedBox:
-    """Return a box where it is in a state."""
-    orientation = load_quaternion(state.box_orientation, box)
-    return PlacedBox(load(model.box_size, box), load(state.box_position, box), orientation)
 
 
 @jit_lean
