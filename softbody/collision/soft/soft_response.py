@@ -27,7 +27,7 @@ from softbody.collision.impulse import (
     velocity_change_at,
     velocity_of_point,
 )
-from softbody.collision.pressed import Pressed, never_pressed, note_pressed
+from softbody.collision.pressed import PRESSED, Pressed, never_pressed, note_pressed
 from softbody.collision.solver.held_boxes import add_push, support_compliance
 from softbody.compiler.jit import jit, jit_lean, jit_threaded
 from softbody.geometry.triangle import area_vector
@@ -217,12 +217,14 @@ def resolve_contacts(
 
 @jit_lean
 def _note_left(contacts: Listing, bodies: Bodies, response: Response, substep: SubstepContact, h: float) -> None:
-    """Note how deep a step of `h` [s] has left the sides of contacts in each other."""
+    """Note how deep a step of `h` [s] has left the sides of contacts in each other: of those that are deep."""
     count = contacts.depth.shape[0]
     for k in range(count):
         if substep.acted[k]:
-            depth = substep.left[k] + substep.target_height[k] - height(contacts, k, bodies)
-            note_pressed(response.pressed, contacts, k, depth, _thickness(contacts, k, response), h)
+            thickness = _thickness(contacts, k, response)
+            if contacts.depth[k] > 0.5 * PRESSED * thickness:
+                depth = substep.left[k] + substep.target_height[k] - height(contacts, k, bodies)
+                note_pressed(response.pressed, contacts, k, depth, thickness, h)
 
 
 @jit_lean
