@@ -33,14 +33,19 @@ def accelerate_boxes(model: Model, controls: Controls, state: State, h: float) -
             accumulate(state.box_angular_velocity, i, scale(h, turn))
 
 
+# Times that the angular velocity half-way is found from itself: one gains 2e-4 of the energy in 20 s at 20 rad/s and
+# 1/240 s, three 2e-5, and more no less.
+MIDPOINTS = 3
+
+
 @jit_lean
 def advance_boxes(model: Model, state: State, h: float, gyroscopic: bool) -> None:
     """Move and turn every box by its velocities over `h` [s]: x' = x + v' h, the velocity first (Euler–Cromer); §5.2.
 
     (The paper prints x' = x + a t.) Without the gyroscopic torque ω keeps its direction, as in the paper, so an
     asymmetric box in free rotation keeps ω and not I ω. With it the angular momentum L = I ω is what stays, exactly,
-    and ω follows from L and the orientation half-way (midpoint rule of order 2): adding −ω × I ω h to ω instead gains
-    energy in every step. A kinematic box keeps both velocities.
+    and ω follows from L and the orientation half-way (implicit midpoint rule, by iteration): adding −ω × I ω h to ω
+    instead gains energy in every step. A kinematic box keeps both velocities.
     """
     for i in range(state.box_position.shape[0]):
         v, spin = load(state.box_velocity, i), load(state.box_angular_velocity, i)
@@ -53,8 +58,9 @@ def advance_boxes(model: Model, state: State, h: float, gyroscopic: bool) -> Non
         if gyroscopic and is_free:
             inverse = load(model.box_inverse_inertia, i)
             momentum = rotate_diagonal(q, (1.0 / inverse[0], 1.0 / inverse[1], 1.0 / inverse[2]), spin)
-            half_way = turned(q, scale(0.5 * h, spin))
-            q = turned(q, scale(h, rotate_diagonal(half_way, inverse, momentum)))
+            for _ in range(MIDPOINTS):
+                spin = rotate_diagonal(turned(q, scale(0.5 * h, spin)), inverse, momentum)
+            q = turned(q, scale(h, spin))
             store(state.box_angular_velocity, i, rotate_diagonal(q, inverse, momentum))
         else:
             q = turned(q, scale(h, spin))

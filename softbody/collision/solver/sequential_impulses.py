@@ -14,11 +14,11 @@ import numpy as np
 
 from softbody.collision.contact import Contacts
 from softbody.collision.solver.batches import FRICTION, Batches, batches_of, take_impulses
+from softbody.collision.solver.bounces import set_targets
 from softbody.collision.solver.held_boxes import pass_down
 from softbody.collision.solver.solver_row import (
     ANGULAR_A,
     ANGULAR_B,
-    APPROACH,
     COUPLING,
     MASS,
     NORMAL,
@@ -48,7 +48,7 @@ from softbody.compiler.simd import Lanes, least_lane, load_lanes, spread, store_
 from softbody.linalg.vec import Vec, add, dot, load, scale, store, sub
 from softbody.linalg.vec_lanes import VecLanes, gather_vec, scatter_vec
 from softbody.model.arrays import RigidBodies
-from softbody.model.material import speed_after, within_friction_cones
+from softbody.model.material import within_friction_cones
 
 # The part of a depth that one step undoes. All at once would let a pile that is not solved to the end jump.
 BAUMGARTE = 0.2
@@ -65,14 +65,12 @@ CLOSE = 1e-3
 def solve_velocities(contacts: Contacts, bodies: RigidBodies, h: float, iterations: int, enough: float) -> None:
     """Change the velocities so that at every contact the bodies part, rest or slide as they must.
 
-    A contact that closes within `h` [s] must part with e times the speed that it closed at *before* this step's
-    gravity and forces: so what rests does not hop, and a ball of e = 1 keeps its energy to the last bit. A gap that
-    stays open may close, but no further. Friction is bounded by μ times the normal impulse, in every direction alike.
-    Ends after a sweep that changed no speed at a contact by more than `enough` [m/s]; or after `iterations` sweeps,
-    unless they converge FAST.
+    The speeds at which they part are those of `set_targets`. Friction is bounded by μ times the normal impulse, in
+    every direction alike. Ends after a sweep that changed no speed at a contact by more than `enough` [m/s]; or after
+    `iterations` sweeps, unless they converge FAST.
     """
     motion = load_motion(bodies)
-    _set_targets(contacts, motion, h, enough)
+    set_targets(contacts, motion, h, enough)
     _start_from_cache(contacts, motion)
     order = sweep_order(contacts, bodies)
     solve_trees(contacts, bodies, order, motion, enough)
@@ -100,29 +98,13 @@ def _finish(contacts: Contacts, bodies: RigidBodies, motion: np.ndarray) -> None
 
 
 @jit_lean
-def _set_targets(contacts: Contacts, motion: np.ndarray, h: float, enough: float) -> None:
-    """Set the speed at which each contact is to part.
-
-    Gaps that would close at less than `enough` [m/s] count as closed: those of a face differ by rounding, and some of
-    its points would hold what others do not, more than a box needs.
-    """
-    row = contacts.row
-    for k in range(contacts.number[1]):
-        closing = -speed_along(row, k, NORMAL, load_pair(motion, contacts.box[k, 0], contacts.box[k, 1]))
-        gap = -contacts.depth[k] if -contacts.depth[k] > enough * h else 0.0
-        row[k, TARGET] = -gap / h
-        if closing * h > gap and row[k, APPROACH] > 0.0 and contacts.restitution[k] > 0.0:
-            row[k, TARGET] = speed_after(row[k, APPROACH], contacts.restitution[k])
-
-
-@jit_lean
 def _start_from_cache(contacts: Contacts, motion: np.ndarray) -> None:
-    """Warm start: give every contact the impulse of the last step, along the directions of this one."""
+    """Warm start: give every contact its impulse of the last step, along the directions of this one, or a bounce's."""
     row = contacts.row
     for k in range(contacts.number[1]):
         pair = contacts.box[k, 0], contacts.box[k, 1]
         p = load(contacts.impulse, k)
-        row[k, NORMAL_IMPULSE] = max(0.0, component(row, k, NORMAL, p))
+        row[k, NORMAL_IMPULSE] = max(row[k, NORMAL_IMPULSE], component(row, k, NORMAL, p))
         row[k, TANGENT_IMPULSE] = row[k, SECOND_IMPULSE] = 0.0
         if row[k, NORMAL_IMPULSE] > 0.0:
             apply_impulse(row, k, NORMAL, row[k, NORMAL_IMPULSE], motion, pair)

@@ -22,7 +22,6 @@ from validation.fault import Fault
 FAMILY = "contacts of many boxes"
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 
-INSTANT = 1e-13  # [s], in which nothing moves
 GROUND = -1  # as side b of a contact
 
 
@@ -214,13 +213,26 @@ def sweeps(run: Run) -> Comparison:
         contacts.restitution[:], contacts.friction[:], contacts.impulse[:] = restitution, friction, warm
         start = crowd.motion()
         closing = -crowd.jacobian(crowd.normal) @ start
-        motion, impulse = swept(crowd, restitution * np.maximum(0.0, closing), friction, warm, iterations)
+        target = restitution * np.maximum(0.0, closing)
+        motion, impulse = swept(crowd, target, friction, warm, iterations)
         prepare_contacts(contacts, crowd.bodies)
-        sequential_impulses.solve_velocities(contacts, crowd.bodies, INSTANT, iterations, 0.0)
+        _sweep_to(contacts, crowd.bodies, target, iterations)
         speed, kind = np.linalg.norm(start), "with friction" if friction.any() else "without friction"
         answers.extend(crowd.motion().reshape(-1, 6), motion.reshape(-1, 6), speed, kind)
         answers.extend(_of_six(crowd.along(contacts.impulse)), _of_six(impulse), speed, kind)
     return answers.comparison()
+
+
+def _sweep_to(contacts: Contacts, bodies: RigidBodies, target: np.ndarray, iterations: int) -> None:
+    """Do what `solve_velocities` does, with contacts that are to part at speeds `target` (c,) [m/s] from outside."""
+    motion = solver_row.load_motion(bodies)
+    contacts.row[: len(target), TARGET] = target
+    contacts.row[: len(target), NORMAL_IMPULSE] = 0.0
+    sequential_impulses._start_from_cache(contacts, motion)
+    order = sweep_order(contacts, bodies)
+    support_trees.solve_trees(contacts, bodies, order, motion, 0.0)
+    sequential_impulses._sweep_all(contacts, order.pairs, iterations, 0.0, motion)
+    sequential_impulses._finish(contacts, bodies, motion)
 
 
 def _of_six(rows: ArrayLike) -> np.ndarray:

@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from softbody import World
-from softbody.collision.solver.sequential_impulses import _set_targets, _start_from_cache
+from softbody.collision.solver.bounces import set_targets
+from softbody.collision.solver.sequential_impulses import _start_from_cache
 from softbody.collision.solver.solver_row import NORMAL_IMPULSE, TARGET, load_motion, prepare_contacts
 from softbody.collision.solver.support_trees import solve_trees
 from softbody.collision.solver.sweep_order import sweep_order
@@ -37,7 +38,7 @@ def before_the_sweeps(world):
     warm_start(contacts)
     accelerate_boxes(world.model, world.controls, world.state, H)
     motion = load_motion(boxes)
-    _set_targets(contacts, motion, H, 1e-6)
+    set_targets(contacts, motion, H, 1e-6)
     _start_from_cache(contacts, motion)
     return boxes, contacts, motion
 
