@@ -8,7 +8,8 @@ import numpy as np
 
 from softbody.collision.contact import Contacts, Listing
 from softbody.compiler.jit import jit_lean
-from softbody.linalg.vec import add, cross, dot, load, norm, sub
+from softbody.linalg.quaternion import load_quaternion, rotate, rotate_inverse
+from softbody.linalg.vec import Vec, add, dot, load, norm, sub
 from softbody.model.arrays import NOBODY, Model, State
 
 # How deep sides are left inside each other, as a part of the thickness of the thinner, from which that is told, and
@@ -24,7 +25,7 @@ class Pressed(NamedTuple):
 
     part: np.ndarray  # (2,) of the thinner side's thickness; 0: there is none, and inf before any step
     depth: np.ndarray  # (2,) [m]
-    force: np.ndarray  # (2,) [N] of the contact
+    force: np.ndarray  # (2,) [N] of the contact; of two boxes, of all their contacts
     point: np.ndarray  # (2, 3) [m]
     sides: np.ndarray  # (2, 2, 2) box and particle, or NOBODY, on both sides
     step: np.ndarray  # (1,) how many steps were done then
@@ -41,12 +42,11 @@ def never_pressed() -> Pressed:
 
 @jit_lean
 def note_pressed(
-    pressed: Pressed, contacts: Contacts | Listing, k: int, depth: float, thickness: float, h: float
+    pressed: Pressed, contacts: Contacts | Listing, k: int, depth: float, thickness: float, force: float
 ) -> None:
-    """Note contact `k` if it is the deepest, with sides left `depth` [m] inside each other by a step of `h` [s]."""
+    """Note contact `k`, of some `force` [N], if it is the deepest, with sides left `depth` [m] inside each other."""
     if depth > pressed.part[NOW] * thickness:
-        pressed.part[NOW], pressed.depth[NOW] = depth / thickness, depth
-        pressed.force[NOW] = norm(load(contacts.impulse, k)) / h
+        pressed.part[NOW], pressed.depth[NOW], pressed.force[NOW] = depth / thickness, depth, force
         for c in range(3):
             pressed.point[NOW, c] = contacts.point[k, c]
         for side in range(2):
@@ -55,18 +55,44 @@ def note_pressed(
 
 
 @jit_lean
-def note_boxes(pressed: Pressed, model: Model, state: State, contacts: Contacts, h: float) -> None:
-    """Note boxes that are pressed into each other or the ground as a step of `h` [s] ends: it has moved them since."""
+def note_boxes(pressed: Pressed, model: Model, start: State, state: State, contacts: Contacts, h: float) -> None:
+    """Note boxes that are pressed into each other or the ground as a step of `h` [s] from `start` ends.
+
+    It has moved them since their contacts were found.
+    """
     for k in range(contacts.number[1]):
-        point, normal, thickness, depth = load(contacts.point, k), load(contacts.normal, k), np.inf, contacts.depth[k]
+        thickness, depth = np.inf, contacts.depth[k]
         for side in range(2):
             box = contacts.box[k, side]
             if box != NOBODY:
-                arm, turn = sub(point, load(state.box_position, box)), load(state.box_angular_velocity, box)
-                speed = dot(add(load(state.box_velocity, box), cross(turn, arm)), normal)
-                depth += h * (speed if side == 1 else -speed)
                 thickness = min(thickness, model.box_size[box, 0], model.box_size[box, 1], model.box_size[box, 2])
-        note_pressed(pressed, contacts, k, depth, thickness, h)
+        if not depth > 0.5 * PRESSED * thickness:
+            continue
+        point, normal = load(contacts.point, k), load(contacts.normal, k)
+        for side in range(2):
+            box = contacts.box[k, side]
+            if box != NOBODY:
+                way = dot(sub(_moved(point, box, start, state), point), normal)
+                depth += way if side == 1 else -way
+        if depth > pressed.part[NOW] * thickness:
+            note_pressed(pressed, contacts, k, depth, thickness, _force_of_pair(contacts, k) / h)
+
+
+@jit_lean
+def _moved(point: Vec, box: int, start: State, state: State) -> Vec:
+    """Return where a point of a box [m] has gone since `start`."""
+    arm = rotate_inverse(load_quaternion(start.box_orientation, box), sub(point, load(start.box_position, box)))
+    return add(load(state.box_position, box), rotate(load_quaternion(state.box_orientation, box), arm))
+
+
+@jit_lean
+def _force_of_pair(contacts: Contacts, k: int) -> float:
+    """Return the sum [N s] of the impulses of all contacts of the boxes of contact `k`: the deepest may have none."""
+    total = 0.0
+    for j in range(contacts.number[1]):
+        if contacts.box[j, 0] == contacts.box[k, 0] and contacts.box[j, 1] == contacts.box[k, 1]:
+            total += norm(load(contacts.impulse, j))
+    return total
 
 
 @jit_lean

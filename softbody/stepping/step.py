@@ -272,7 +272,7 @@ def run(
             )
             part += 1
             if fault == 0:
-                note_boxes(work.pressed, model, state, found, h / parts)
+                note_boxes(work.pressed, model, work.start, state, found, h / parts)
                 fault = PRESSED_THROUGH if goes_through(work.pressed, deepest) else 0
             if found.depth.shape[0] > room:
                 fault, body = NO_ROOM, found.depth.shape[0]

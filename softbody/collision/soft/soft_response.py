@@ -224,7 +224,8 @@ def _note_left(contacts: Listing, bodies: Bodies, response: Response, substep: S
             thickness = _thickness(contacts, k, response)
             if contacts.depth[k] > 0.5 * PRESSED * thickness:
                 depth = substep.left[k] + substep.target_height[k] - height(contacts, k, bodies)
-                note_pressed(response.pressed, contacts, k, depth, thickness, h)
+                force = norm(load(contacts.impulse, k)) / h
+                note_pressed(response.pressed, contacts, k, depth, thickness, force)
 
 
 @jit_lean

@@ -177,11 +177,11 @@ def _bullets(run: Run) -> tuple[Impacts, Any, np.ndarray]:
 def impacts_by_bullet(run: Run) -> Comparison:
     """Boxes move and spin after impacts at Bullet's contacts as in Bullet."""
     impacts, judged, rows = _bullets(run)
-    at_once = [i for i in rows if _turns(impacts, i, judged.manifolds[i]) == 1]
-    left, rows = len(rows) - len(at_once), at_once
+    count = len(rows)
+    rows = np.array([i for i in rows if _turns(impacts, i, judged.manifolds[i]) == 1])
     measured = [solved_at(impacts, i, _middle(judged.manifolds[i]), judged.manifolds[i].normal)[0] for i in rows]
     part = impacts.select(rows)
-    notes = [f"{left} of {left + len(rows)} passed over: {STOPS}"]
+    notes = [f"{count - len(rows)} of {count} passed over: {STOPS}"]
     return Comparison(np.array(measured), bullet_velocities(judged)[rows], part.speeds(), part.kinds, notes=notes)
 
 
