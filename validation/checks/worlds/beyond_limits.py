@@ -39,11 +39,7 @@ WRONG = 0.3  # of the thinner one's thickness: contacts that do not hold are tol
     because="contacts are swept until they leave less; 0.0625 at most of 200 balls",
     least=4,
     faults=(
-        Fault(
-            "a wall that does not keep what another keeps",
-            behind_walls.find_behind_walls,
-            "behind > 0.0 → behind > 1.0",
-        ),
+        Fault("walls each for itself", behind_walls._add_if_behind, "behind > LEAST * depth → behind > 1e300 * depth"),
     ),
 )
 def thin_walls_keep_coarse_balls(run: Run) -> Comparison:
