@@ -69,8 +69,14 @@ def solve_velocities(contacts: Contacts, bodies: RigidBodies, h: float, iteratio
     every direction alike. Ends after a sweep that changed no speed at a contact by more than `enough` [m/s]; or after
     `iterations` sweeps, unless they converge FAST.
     """
+    set_targets(contacts, load_motion(bodies), h, enough)
+    part_at_targets(contacts, bodies, iterations, enough)
+
+
+@jit
+def part_at_targets(contacts: Contacts, bodies: RigidBodies, iterations: int, enough: float) -> None:
+    """Do what `solve_velocities` does, once the speeds at which contacts part are set."""
     motion = load_motion(bodies)
-    set_targets(contacts, motion, h, enough)
     _start_from_cache(contacts, motion)
     order = sweep_order(contacts, bodies)
     solve_trees(contacts, bodies, order, motion, enough)

@@ -20,7 +20,7 @@ LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 SOLVE_TREES = "softbody.collision.solver.support_trees.solve_trees"
 NO_TREES = Fault(
     "piles left to the sweeps alone",
-    sequential_impulses.solve_velocities,
+    sequential_impulses.part_at_targets,
     "solve_trees(contacts_, bodies_, order_, motion_, enough_) → 0",
 )
 

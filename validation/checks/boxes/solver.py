@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from softbody.collision.contact import Contacts, new_contacts
 from softbody.collision.solver import batches, held_boxes, sequential_impulses, solver_row, support_trees, warm_start
+from softbody.collision.solver.sequential_impulses import part_at_targets
 from softbody.collision.solver.solver_row import NORMAL_IMPULSE, TARGET, prepare_contacts
 from softbody.collision.solver.sweep_order import sweep_order
 from softbody.geometry.box import box_inertia
@@ -216,23 +217,12 @@ def sweeps(run: Run) -> Comparison:
         target = restitution * np.maximum(0.0, closing)
         motion, impulse = swept(crowd, target, friction, warm, iterations)
         prepare_contacts(contacts, crowd.bodies)
-        _sweep_to(contacts, crowd.bodies, target, iterations)
+        contacts.row[:count, TARGET], contacts.row[:count, NORMAL_IMPULSE] = target, 0.0
+        part_at_targets(contacts, crowd.bodies, iterations, 0.0)
         speed, kind = np.linalg.norm(start), "with friction" if friction.any() else "without friction"
         answers.extend(crowd.motion().reshape(-1, 6), motion.reshape(-1, 6), speed, kind)
         answers.extend(_of_six(crowd.along(contacts.impulse)), _of_six(impulse), speed, kind)
     return answers.comparison()
-
-
-def _sweep_to(contacts: Contacts, bodies: RigidBodies, target: np.ndarray, iterations: int) -> None:
-    """Do what `solve_velocities` does, with contacts that are to part at speeds `target` (c,) [m/s] from outside."""
-    motion = solver_row.load_motion(bodies)
-    contacts.row[: len(target), TARGET] = target
-    contacts.row[: len(target), NORMAL_IMPULSE] = 0.0
-    sequential_impulses._start_from_cache(contacts, motion)
-    order = sweep_order(contacts, bodies)
-    support_trees.solve_trees(contacts, bodies, order, motion, 0.0)
-    sequential_impulses._sweep_all(contacts, order.pairs, iterations, 0.0, motion)
-    sequential_impulses._finish(contacts, bodies, motion)
 
 
 def _of_six(rows: ArrayLike) -> np.ndarray:
