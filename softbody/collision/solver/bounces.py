@@ -31,16 +31,17 @@ from softbody.model.material import speed_after
 # step. A box that is held gives about so much to what lies on it.
 SLOW = 4e4
 MOST_TURNS = 32  # impacts one after the other in a step; e < 1 ends them sooner
-MOST_SWEEPS = 1000  # over what bounces at once
+LEAST_SWEEPS = 1000  # over what bounces at once, that may be made where a step has fewer
 CLOSE = 1e-12  # the part of the fastest bounce that is not worth another sweep
 
 
 @jit
-def set_targets(contacts: Contacts, motion: np.ndarray, h: float, enough: float) -> None:
+def set_targets(contacts: Contacts, motion: np.ndarray, h: float, enough: float, iterations: int) -> None:
     """Set the speed at which each contact is to part; `motion` (m + 1, 6) is before all impulses.
 
     A contact that closes within `h` [s] bounces, as do those that close by that. A gap that stays open may close, but
-    no further. Speeds below `enough` [m/s] count as none, and do not make others bounce up to SLOW times that.
+    no further. Speeds below `enough` [m/s] count as none, and do not make others bounce up to SLOW times that. Up to
+    `iterations` sweeps, or LEAST_SWEEPS, find what bounces at once gives.
     """
     row, number = contacts.row, contacts.number[1]
     for k in range(number):
@@ -50,7 +51,7 @@ def set_targets(contacts: Contacts, motion: np.ndarray, h: float, enough: float)
     count, fastest = _strike(contacts, motion, given, struck, h, enough, 0.0)
     turns, slow = 0, SLOW * enough
     while count and fastest > slow and turns < MOST_TURNS:
-        _bounce_together(contacts, struck[:count], motion, given, fastest)
+        _bounce_together(contacts, struck[:count], motion, given, fastest, max(LEAST_SWEEPS, iterations))
         count, fastest = _strike(contacts, motion, given, struck, h, enough, slow)
         turns += 1
     if turns > 1:
@@ -108,16 +109,16 @@ def _strike(
 
 @jit
 def _bounce_together(
-    contacts: Contacts, struck: np.ndarray, motion: np.ndarray, given: np.ndarray, fastest: float
+    contacts: Contacts, struck: np.ndarray, motion: np.ndarray, given: np.ndarray, fastest: float, sweeps: int
 ) -> None:
     """Let all contacts of a list part at their TARGET, the `fastest` [m/s], by impulses that only push.
 
-    What they give is added to `given` (m + 1, 6).
+    What they give in so many `sweeps` is added to `given` (m + 1, 6).
     """
     row = contacts.row
     for place in range(struck.shape[0]):
         row[struck[place], POSITION_IMPULSE] = 0.0
-    for _ in range(MOST_SWEEPS):
+    for _ in range(sweeps):
         most = 0.0
         for place in range(struck.shape[0]):
             k = struck[place]

@@ -69,7 +69,7 @@ def solve_velocities(contacts: Contacts, bodies: RigidBodies, h: float, iteratio
     every direction alike. Ends after a sweep that changed no speed at a contact by more than `enough` [m/s]; or after
     `iterations` sweeps, unless they converge FAST.
     """
-    set_targets(contacts, load_motion(bodies), h, enough)
+    set_targets(contacts, load_motion(bodies), h, enough, iterations)
     part_at_targets(contacts, bodies, iterations, enough)
 
 

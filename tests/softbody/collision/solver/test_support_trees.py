@@ -38,7 +38,7 @@ def before_the_sweeps(world):
     warm_start(contacts)
     accelerate_boxes(world.model, world.controls, world.state, H)
     motion = load_motion(boxes)
-    set_targets(contacts, motion, H, 1e-6)
+    set_targets(contacts, motion, H, 1e-6, 1)
     _start_from_cache(contacts, motion)
     return boxes, contacts, motion
 
