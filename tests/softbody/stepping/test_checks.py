@@ -410,8 +410,8 @@ def test_what_starts_inside_is_neither_told_nor_stopped():
 def test_what_starts_inside_goes_on_where_steps_are_taken_in_parts():
     world = jaws_on_a_box(0.02)
     for jaw, side in zip(world.boxes[1:], (-1.0, 1.0)):
-        jaw.position = (side * 0.053, 0.0, 0.0)
-    world.add_box((0.1, 0.1, 0.1), None, (0.0, 0.0, 9.0))
-    world.add_soft_body(SOLID, 1.0, 0.0, 0.0, (1.5, 0.0, 9.0), (-0.05, 0.0, 0.0))
-    world.step(1.0, 12, allow_unstable=True)
+        jaw.position = (side * 0.057, 0.0, 0.0)
+    world.add_box((20.0, 0.1, 0.1), None, (0.0, 0.0, 30.0))
+    world.add_soft_body(SOLID, 1.0, 0.0, 0.0, (3.0, 0.0, 33.0), (-0.08, 0.0, 0.0))  # along the box, and never on it
+    world.step(1.0, 8, allow_unstable=True)  # past the middle in the fifth
     assert world.store.clock.part[0] < 1.0

@@ -36,17 +36,17 @@ WRONG = 0.3  # of the thinner one's thickness: contacts that do not hold are tol
     kind="bound",
     unit="of a wall's thickness",
     tolerance=0.0626,
-    because="contacts are swept until they leave less; 0.0625 at most of 200 balls",
+    because="contacts are swept until they leave less; 0.0625 at most of 20 balls",
     least=4,
     faults=(
         Fault("walls each for itself", behind_walls._add_if_behind, "behind > LEAST * depth → behind > 1e300 * depth"),
     ),
 )
 def thin_walls_keep_coarse_balls(run: Run) -> Comparison:
-    """Walls as thin as paper keep a ball of twelve particles.
+    """Thin walls keep a ball of twelve particles.
 
-    It is blown up between smooth walls of 0.5 to 2 mm until a particle flies half the ball's size in one step: how far
-    one ever is in a wall.
+    It is blown up to 30 kJ between smooth walls of 0.5 to 2 mm, past which a particle flies in one step: how far one is
+    in a wall, forty times.
     """
     rng, answers = run.fresh_rng(), Answers()
     left_before = [(0.0005, 0.1), (0.001, 0.1), (0.0015, 0.1), (0.002, 0.1)]  # walls that each kept for themselves
@@ -188,7 +188,8 @@ def nothing_gives_way_in_silence(run: Run) -> Comparison:
     """Whatever presses what, nobody is on the wrong side without a word.
 
     Weights to a thousand times a body's mass, plates that close, jaws that close too far, gas in thin walls, stacks and
-    shots, at random: seen twenty times, nobody is three tenths of the thinner one's thickness inside another untold.
+    shots, at random, of bodies that start apart: seen twenty times, nobody is three tenths of the thinner one's
+    thickness inside another before the first warning.
     """
     rng, answers = run.fresh_rng(), Answers()
     for number in range(run.count(12, 60, 1_000)):
