@@ -8,7 +8,7 @@ same bits, after a longer wait.
 from __future__ import annotations
 
 import gc
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cached_property
 from typing import Any, cast
@@ -19,6 +19,7 @@ from numba.core import types
 from numba.core.caching import FunctionCache, NullCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, Flags
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
 from numba.core.errors import NumbaTypeError
 from numba.core.registry import CPUDispatcher
@@ -27,6 +28,7 @@ from numba.core.targetconfig import ConfigStack
 from softbody.compiler.cache_file import CacheFile
 from softbody.compiler.cache_warning import warn_not_kept
 from softbody.compiler.core_digest import CORE_DIGEST
+from softbody.compiler.interrupts import later
 
 FIRST, LAST = (0, 60), (0, 68)  # Numba's versions that `make matrix` has seen this work with
 
@@ -70,7 +72,7 @@ class _PartLibrary(JITCodeLibrary):
     """
 
     def _optimize_final_module(self) -> None:
-        pass
+        _hear()
 
     def _finalize_final_module(self) -> None:
         self._finalize_dynamic_globals()
@@ -99,7 +101,9 @@ class _KernelLibrary(JITCodeLibrary):
             if function.linkage == Linkage.linkonce_odr and not function.name.startswith("NRT_"):
                 function.linkage = "internal"
                 function.name += ".own"  # what is loaded later and called the same would be taken to be this one
+        _hear()
         super()._optimize_final_module()
+        _hear()
 
 
 class _KernelCompiler(Compiler):
@@ -148,6 +152,7 @@ class _QuickCompiler(_FunctionCompiler):
         return _Flags(flags)
 
     def _compile_core(self, args: Any, return_type: Any) -> Any:
+        _hear()
         codegen = self.targetdescr.target_context.codegen()
         before, codegen._library_class = codegen._library_class, _PartLibrary
         try:
@@ -157,7 +162,7 @@ class _QuickCompiler(_FunctionCompiler):
 
 
 class _Dispatcher(CPUDispatcher):
-    """A dispatcher that compiles without Python's garbage collector, and sees that lean kernels keep their promise."""
+    """A dispatcher that compiles undisturbed, and sees that lean kernels keep their promise."""
 
     _compiler: Any
 
@@ -168,7 +173,7 @@ class _Dispatcher(CPUDispatcher):
 
     def compile(self, sig: Any) -> Any:
         """Compile for one signature, or load the machine code from the disk."""
-        with _without_garbage_collector():
+        with _undisturbed():
             return super().compile(sig)
 
     def add_overload(self, cres: Any) -> None:
@@ -241,16 +246,37 @@ def compiled_once(function: Any, options: dict[str, Any]) -> Any:
     return _Kernel(function, options | {"nopython": True, "nogil": True, "error_model": "numpy"})
 
 
+_waiting: list[Callable[[], None]] = []  # what handles the signals that have come since a kernel began to compile
+
+
+def _hear() -> None:
+    """Handle the signals that have come, where Numba and LLVM bear what a handler raises."""
+    for hear in _waiting:
+        hear()
+
+
 @contextmanager
-def _without_garbage_collector() -> Iterator[None]:
-    """Let Python's collector rest: it would walk the millions of objects that compiling makes, a sixth of the time."""
-    was_on = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was_on:
-            gc.enable()
+def _undisturbed() -> Iterator[None]:
+    """Let signals wait for `_hear`, and Python's garbage collector rest, while a kernel and its parts are compiled.
+
+    What is raised where Numba looks for new functions ends a generator: nothing compiles in that process any more.
+    Where LLVM makes or frees an object, it is swallowed, or the process crashes.
+    The collector would walk the millions of objects that compiling makes, a sixth of the time.
+    """
+    with global_compiler_lock._lock:  # a signal is handled at once while another thread compiles
+        if _waiting:  # this is a part
+            yield
+            return
+        with later() as hear:
+            was_on = gc.isenabled()
+            gc.disable()
+            _waiting.append(hear)
+            try:
+                yield
+            finally:
+                _waiting.clear()
+                if was_on:
+                    gc.enable()
 
 
 def _first_cause(error: BaseException) -> BaseException:

@@ -12,8 +12,9 @@ import os
 import signal
 import tempfile
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from types import FrameType
 from typing import Any
 
 import numpy as np
@@ -78,25 +79,41 @@ def listening() -> Iterator[InterruptFlag]:
 
 
 @contextmanager
-def later() -> Iterator[None]:
-    """Have signals handled when the block has ended: what a handler raises in it, some libraries swallow.
+def later() -> Iterator[Callable[[], None]]:
+    """Have signals handled when the block has ended: what a handler raises in it, some libraries do not bear.
 
     trimesh, for one, takes anything that is raised while it makes a colour, or looks for a library, for an answer.
+    Yields a function that handles, in the block, what has come so far.
     """
     if threading.current_thread() is not threading.main_thread():  # no handler is called here
-        yield
+        yield lambda: None
         return
-    came: list[int] = []
-    handlers = {number: handler for number in signal.valid_signals() if callable(handler := signal.getsignal(number))}
+    came: dict[int, FrameType | None] = {}  # once for all of a number, as the system does; where the last one came
+    is_over = False
+    every = {int(number): signal.getsignal(number) for number in signal.valid_signals()}
+    handlers = {number: handler for number, handler in every.items() if callable(handler)}
+
+    def hear() -> None:
+        while came:
+            number, frame = came.popitem()
+            handlers[number](number, frame)
+
+    def put_off(number: int, frame: FrameType | None) -> None:
+        came[number] = frame
+        if is_over:  # and this is still the handler: another one, put back before, has raised
+            hear()
+
     try:
         for number in handlers:
-            signal.signal(number, lambda number, _: came.append(number))
-        yield
+            signal.signal(number, put_off)
+        yield hear
     finally:
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
-        for signal_number in came:
-            signal.raise_signal(signal_number)
+        try:
+            for number, handler in handlers.items():
+                signal.signal(number, handler)
+        finally:
+            is_over = True
+            hear()
 
 
 def _flag_of_process() -> InterruptFlag:

@@ -6,22 +6,29 @@ import signal
 import sys
 import threading
 import time
+from contextlib import contextmanager
+from itertools import count
 
 import numba
 import numpy as np
 import pytest
+from numba.core.caching import NullCache
 
 import softbody
 from softbody import BusyError, Trajectory, TrajectoryWriter, World
 from softbody.bodies.adding import remove
 from softbody.bodies.store import Store
 from softbody.compiler.interrupts import NEVER_SET, assign_together, later, listening, set_together
+from softbody.compiler.jit import _knows_numba, jit
 from softbody.dynamics.vertex_rings import one_rings
+from softbody.linalg.vec import norm
 from softbody.storage.restore import restore
 from tests.same_bits import same_bits
 
 compiled = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="Python handles signals anywhere in its own code")
 posix = pytest.mark.skipif(os.name != "posix", reason="signals and timers are those of POSIX")
+
+known = pytest.mark.skipif(not _knows_numba(), reason="Numba's public decorator compiles as Numba does")
 
 
 class StopError(Exception):
@@ -377,6 +384,86 @@ def test_what_a_handler_raises_while_a_kernel_makes_arrays_leaves_as_itself():
     assert heard > 200
 
 
+def new_kernel():
+    """Return a kernel that nobody has compiled, of two that are as new: the sum of the squares below n, and n."""
+
+    @jit
+    def square(x):
+        return x * x
+
+    @jit
+    def squares(n):
+        found = 0.0
+        for k in range(n):
+            found += square(k)
+        return found
+
+    @jit
+    def kernel(n):
+        return squares(n), n
+
+    return kernel
+
+
+@contextmanager
+def at_calls(seen):
+    """Have `seen` called with each Python function that is called in the block: with its code."""
+    before = sys.gettrace()
+    sys.settrace(lambda frame, *_: seen(frame.f_code))
+    try:
+        yield
+    finally:
+        sys.settrace(before)
+
+
+@posix
+@compiled
+@known
+def test_what_comes_while_a_kernel_compiles_or_is_loaded_is_handled_between_two_steps_of_that(tmp_path, monkeypatch):
+    """What is raised in Numba's own functions spoils Numba for the process, and in LLVM's calls nobody hears it."""
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    delicate, came, handled_by = {"stream_list", "load_overload", "_raw_object_cache_notify"}, set(), set()
+
+    def interrupt(code):
+        if code.co_name in delicate:
+            came.add(code.co_name)
+            signal.raise_signal(signal.SIGPROF)
+
+    before = signal.signal(signal.SIGPROF, lambda *_: handled_by.add(sys._getframe(1).f_code.co_name))
+    try:
+        for hits in range(2):
+            kernel = jit(norm.py_func)
+            with at_calls(interrupt):
+                assert kernel((3.0, 4.0, 0.0)) == 5.0
+            assert sum(kernel.stats.cache_hits.values()) == hits
+    finally:
+        signal.signal(signal.SIGPROF, before)
+    assert (came, handled_by) == (delicate, {"hear"})
+
+
+@posix
+@compiled
+@known
+def test_a_kernel_whose_compiling_was_interrupted_compiles_when_it_is_called_again(alarm):
+    for turn in count(1):
+        kernel, left = new_kernel(), [turn]
+        kernel._cache = NullCache()
+
+        def interrupt(code, left=left):
+            if code.co_name == "_hear":
+                left[0] -= 1
+                if left[0] == 0:
+                    signal.raise_signal(signal.SIGPROF)
+
+        try:
+            with at_calls(interrupt):
+                kernel(4)
+            break
+        except StopError:
+            assert kernel(4) == (14.0, 4)
+    assert turn > 7
+
+
 @posix
 def test_what_comes_while_others_work_is_handled_later(alarm):
     told = []
@@ -392,6 +479,45 @@ def test_what_comes_while_others_work_is_handled_later(alarm):
     assert told == ["worked on"]
     with pytest.raises(StopError):  # the handler is back
         signal.raise_signal(signal.SIGPROF)
+
+
+@posix
+def test_what_has_come_is_handled_in_the_midst_of_work_where_that_asks_for_it(alarm):
+    told = []
+
+    def work():
+        with later() as hear:
+            hear()
+            signal.raise_signal(signal.SIGPROF)
+            told.append("worked on")
+            hear()
+            told.append("never")
+
+    with pytest.raises(StopError):
+        work()
+    assert told == ["worked on"]
+
+
+@posix
+def test_a_handler_that_raises_while_others_are_put_back_leaves_them_heard(alarm, monkeypatch):
+    def ring(*_):
+        raise KeyError
+
+    put = signal.signal
+    before = put(signal.SIGUSR1, ring)
+
+    def interrupted(number, handler):
+        put(number, handler)
+        if handler is ring:  # its number is less than the alarm's
+            signal.raise_signal(signal.SIGUSR1)
+
+    try:
+        with pytest.raises(KeyError), later():
+            monkeypatch.setattr(signal, "signal", interrupted)
+        with pytest.raises(StopError):
+            signal.raise_signal(signal.SIGPROF)
+    finally:
+        put(signal.SIGUSR1, before)
 
 
 @posix
