@@ -12,7 +12,7 @@ from softbody.bodies.ground import Ground
 from softbody.bodies.joint import End, ends_of
 from softbody.bodies.names import GONE
 from softbody.bodies.store import FIRST_ROOM, Contents, Store
-from softbody.collision.contact import remembered, remembering, without_box
+from softbody.collision.contact import remembered, remembering, without_box, without_soft
 from softbody.compiler.interrupts import set_together
 from softbody.errors import ParameterError
 from softbody.mesh.mesh import Mesh
@@ -106,7 +106,7 @@ def remove(store: Store, body: Body) -> None:
 
         names = store.names.renumbered(then)
         contents = Contents(without(store.parts, kind, row), names, is_fresh=store.contents.is_fresh)
-        contacts = remembering(without_box(cache, row) if kind == "box" else cache, FIRST_ROOM)
+        contacts = remembering(without_box(cache, row) if kind == "box" else without_soft(cache), FIRST_ROOM)
         held = [each for each in store.handles.values() if each.is_there]
         moved = [(each, "_index", then(*each.who())) for each in held]
         set_together((store, "contents", contents), (store, "contacts", contacts), *moved)

@@ -52,9 +52,10 @@ def soft_side(point: SurfacePoint) -> Side:
 
 
 class ImpulseCache(NamedTuple):
-    """The contacts of boxes of the last step, and their impulses, for the solver to start from."""
+    """The contacts of the last step, and their impulses, for solvers to start from; in the order of Contacts."""
 
     number: np.ndarray  # (1,) of them
+    soft: np.ndarray  # (1,) how many of them, the last ones, are of soft bodies
     box: np.ndarray  # (c, 2)
     feature: np.ndarray  # (c,)
     point: np.ndarray  # (c, 3) [m]
@@ -74,7 +75,7 @@ class Contacts(NamedTuple):
     point: np.ndarray  # (c, 3) [m] half-way between the surfaces
     normal: np.ndarray  # (c, 3) unit, from b to a
     depth: np.ndarray  # (c,) [m]; negative for a gap that may close within the step
-    feature: np.ndarray  # (c,) what touches what, within a pair of boxes
+    feature: np.ndarray  # (c,) what touches what, within a pair of boxes; or of all soft bodies
     restitution: np.ndarray  # (c,) combined
     friction: np.ndarray  # (c,) combined
     impulse: np.ndarray  # (c, 3) [N s] on a in this step, friction included
@@ -134,6 +135,7 @@ def move_row(contacts: Contacts, k: int, other: Contacts, to: int) -> None:
 def new_contacts(capacity: int) -> Contacts:
     """Return no contacts, and nothing in their cache, with room for `capacity`."""
     cache = ImpulseCache(
+        np.zeros(1, np.int64),
         np.zeros(1, np.int64),
         np.empty((capacity, 2), np.int64),
         np.empty(capacity, np.int64),
@@ -203,23 +205,29 @@ def fit(contacts: Contacts) -> bool:
 
 def remembered(contacts: Contacts) -> ImpulseCache:
     """Return what the cache holds, without the room for more."""
-    count = int(contacts.cache.number[0])
-    return ImpulseCache(contacts.cache.number, *(rows[:count] for rows in contacts.cache[1:]))
+    number, soft, *arrays = contacts.cache
+    return ImpulseCache(number, soft, *(rows[: int(number[0])] for rows in arrays))
 
 
 def remembering(cache: ImpulseCache, least_room: int) -> Contacts:
     """Return no contacts, with as much in their cache as `remembered` gave, and with room for `least_room` at least."""
     contacts = new_contacts(max(least_room, len(cache.box)))
-    for rows, kept in zip(contacts.cache[1:], cache[1:], strict=True):
+    for rows, kept in zip(contacts.cache, cache, strict=True):
         rows[: len(kept)] = kept
-    contacts.cache.number[0] = len(cache.box)
     return contacts
 
 
+def without_soft(cache: ImpulseCache) -> ImpulseCache:
+    """Return what `remembered` gave, without the contacts of soft bodies."""
+    boxes = cache.number - cache.soft
+    return ImpulseCache(boxes, np.zeros_like(cache.soft), *(rows[: int(boxes[0])] for rows in cache[2:]))
+
+
 def without_box(cache: ImpulseCache, box: int) -> ImpulseCache:
-    """Return what `remembered` gave, without the contacts of one box: those after it are one number lower."""
+    """Return what `remembered` gave of boxes, without the contacts of one: those after it are one number lower."""
+    cache = without_soft(cache)
     kept = (cache.box != box).all(axis=1)
-    left = ImpulseCache(np.array([kept.sum()]), *(rows[kept] for rows in cache[1:]))
+    left = ImpulseCache(np.array([kept.sum()]), cache.soft, *(rows[kept] for rows in cache[2:]))
     return left._replace(box=left.box - (left.box > box))
 
 
@@ -232,7 +240,7 @@ def with_room(contacts: Contacts, kept: int) -> Contacts:
         move_row(contacts, k, longer, k)
         for c in range(SOLVER_ROW):
             longer.row[k, c] = contacts.row[k, c]
-    longer.cache.number[0] = contacts.cache.number[0]
+    longer.cache.number[0], longer.cache.soft[0] = contacts.cache.number[0], contacts.cache.soft[0]
     for k in range(contacts.cache.number[0]):
         longer.cache.box[k, 0], longer.cache.box[k, 1] = contacts.cache.box[k, 0], contacts.cache.box[k, 1]
         longer.cache.feature[k] = contacts.cache.feature[k]

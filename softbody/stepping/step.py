@@ -19,6 +19,7 @@ from softbody.collision.soft.soft_response import (
     press_on_ground,
     resolve_contacts,
 )
+from softbody.collision.soft.soft_warm_start import keep_impulses, start_from_last_step
 from softbody.collision.soft.split_steps import MOST_PARTS, closes_too_far, subdivision
 from softbody.collision.soft.surface import Surfaces
 from softbody.collision.solver.warm_start import cache_impulses, copied_cache, copy_cache
@@ -127,9 +128,13 @@ def step(
     contacts = find_soft_contacts(model, state, before, work.surfaces, work.rest, settings, contacts)
     if may_part and closes_too_far(model, state, work.start, contacts, h):
         return contacts, TOO_FAR, -1
+    if not settings.single_soft_contact:
+        start_from_last_step(contacts, work.surfaces)
     if not settings.single_contact:
         cache_impulses(contacts)  # not sooner: had there been no room, the step might have to be undone
     push = resolve_soft_contacts(model, state, work.start, work.surfaces, contacts, settings, h)
+    if not settings.single_soft_contact:
+        keep_impulses(contacts, work.surfaces)
     hold_boxes(model, controls, state, work.grounded, contacts, push, settings, h)
     if work.grounded is not None:
         limit_speeds(model, state, settings)  # once more: soft bodies have pushed boxes since
@@ -137,7 +142,7 @@ def step(
     resolve_ground(model, state, work.ground_impulse, work.rest, settings.single_soft_contact)
     diverged = _diverged_by_contacts(model, state, work, contacts, h)
     if diverged >= 0:
-        contacts.cache.number[0] = 0
+        contacts.cache.number[0] = contacts.cache.soft[0] = 0
         return contacts, DIVERGED, diverged
     stop_boxes(state, work.grounded)
     return contacts, 0, -1

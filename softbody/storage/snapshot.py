@@ -26,8 +26,9 @@ from softbody.model.validation import QUATERNION_TOLERANCE
 from softbody.storage.snapshot_entries import Entries, Snapshot
 
 # Of snapshots and files. Format 1 has no number, and holds the vertex rings, too; before 3 there are no joints,
-# before 4 no times left, before 5 no names, and before 6 nobody sleeps. A property of bodies may begin a new one.
-FORMAT = max(6, *(note.since for note in known_properties().values()))
+# before 4 no times left, before 5 no names, before 6 nobody sleeps, and before 7 soft contacts remember nothing. A
+# property of bodies may begin a new one.
+FORMAT = max(7, *(note.since for note in known_properties().values()))
 
 GROUND = {  # limits of each of its numbers
     "ground_height": Rows(),
@@ -107,7 +108,7 @@ def _checked(entries: Entries) -> Snapped:
     joints = _joints(entries, model)
     names = _names(entries, _counts_of(model, joints), number)
     rested = _rested(entries, model, number)
-    impulses = _impulses(entries, model.box_count)
+    impulses = _impulses(entries, model.box_count, number)
     settings = _settings(entries, number)
     precision = entries.word("precision")
     check_name(precision, "precision", tuple(PRECISIONS))
@@ -259,18 +260,26 @@ def _check_orientations(orientation: np.ndarray) -> None:
         raise SnapshotError(f"state.box_orientation[{box}] has length {length[box]:.6g}; it must be 1")
 
 
-def _impulses(entries: Entries, boxes: int) -> ImpulseCache:
-    """Take what the solver remembers of the last step."""
+def _impulses(entries: Entries, boxes: int, format_number: int) -> ImpulseCache:
+    """Take what solvers remember of the last step; before format 7 of boxes only."""
+    if format_number < 7:
+        entries.put("cache.soft", np.zeros(1, np.int64))
     number = entries.rows("cache.number", (1,), Rows(whole=True, least=0))
     count = int(number[0])
+    soft = entries.rows("cache.soft", (1,), Rows(whole=True, least=0, most=count))
+    of_boxes = count - int(soft[0])
     box = entries.rows("cache.box", (count, 2), Rows(2, whole=True, least=NOBODY))
-    a, b = box.T
+    a, b = box[:of_boxes].T
     # By (a, b), where b is a box before a, or the ground.
     rising = (np.diff(a) > 0) | ((np.diff(a) == 0) & (np.diff(b) >= 0))
     if not ((b < a) & (a < boxes)).all() or not rising.all():
         raise SnapshotError("cache.box is no list of pairs of boxes (a, b) with b < a, in order")
+    a, b = box[of_boxes:].T
+    if not ((a == NOBODY) & (b < boxes)).all():
+        raise SnapshotError("cache.box is no list of what soft bodies touch, of none or one box each, as b")
     return ImpulseCache(
         number,
+        soft,
         box,
         entries.rows("cache.feature", (count,), Rows(whole=True)),
         entries.rows("cache.point", (count, 3), Rows(3)),

@@ -32,11 +32,16 @@ import softbody
 from softbody import World, scenes
 
 # By format: the last commit of then that changed softbody/. Of the format of now any will do.
-REVISIONS = {1: "ba809c3", 2: "f7c4405", 3: "62c844f", 4: "07b775b", 5: "94d7194", 6: "c9e2deb"}
+REVISIONS = {1: "ba809c3", 2: "f7c4405", 3: "62c844f", 4: "07b775b", 5: "94d7194", 6: "c9e2deb", 7: "b6c9f55"}
 FILES = Path(__file__).parent / "files"
 EXPECTED = FILES / "expected.json"
 
-FOLDERS = (2, 5, 6)  # formats of which a trajectory and a run are kept; they began with 2, and differ little in 3 and 4
+FOLDERS = (
+    2,
+    5,
+    6,
+    7,
+)  # formats of which a trajectory and a run are kept; they began with 2, and differ little in 3 and 4
 
 H = 1e-3  # [s] of a step
 STEPS = 40

@@ -20,7 +20,7 @@ def warm_start(contacts: Contacts) -> None:
     for k in range(number):
         store(contacts.impulse, k, (0.0, 0.0, 0.0))
     first = 0
-    for old in range(cache.number[0]):
+    for old in range(cache.number[0] - cache.soft[0]):
         # The contacts of the same pair: both lists are sorted.
         a, b = cache.box[old, 0], cache.box[old, 1]
         while first < number and (
@@ -50,7 +50,7 @@ def warm_start(contacts: Contacts) -> None:
 def cache_impulses(contacts: Contacts) -> None:
     """Keep what `warm_start` will ask for."""
     cache = contacts.cache
-    cache.number[0] = contacts.number[1]
+    cache.number[0], cache.soft[0] = contacts.number[1], 0
     for k in range(contacts.number[1]):
         cache.box[k, 0], cache.box[k, 1] = contacts.box[k, 0], contacts.box[k, 1]
         cache.feature[k] = contacts.feature[k]
@@ -62,14 +62,19 @@ def cache_impulses(contacts: Contacts) -> None:
 def copied_cache(cache: ImpulseCache) -> ImpulseCache:
     """Return a cache of the same contacts that shares no memory with this one."""
     return ImpulseCache(
-        cache.number.copy(), cache.box.copy(), cache.feature.copy(), cache.point.copy(), cache.impulse.copy()
+        cache.number.copy(),
+        cache.soft.copy(),
+        cache.box.copy(),
+        cache.feature.copy(),
+        cache.point.copy(),
+        cache.impulse.copy(),
     )
 
 
 @jit_lean
 def copy_cache(source: ImpulseCache, cache: ImpulseCache) -> None:
     """Overwrite a cache with what another one holds, for which it has room."""
-    cache.number[0] = source.number[0]
+    cache.number[0], cache.soft[0] = source.number[0], source.soft[0]
     for k in range(source.number[0]):
         cache.box[k, 0], cache.box[k, 1] = source.box[k, 0], source.box[k, 1]
         cache.feature[k] = source.feature[k]

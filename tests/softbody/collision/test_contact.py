@@ -57,8 +57,8 @@ def test_a_list_that_overflows_counts_on_and_more_room_keeps_what_was_asked_for_
     contacts.number[1] = 11
     random = np.random.default_rng(0)
     contacts.impulse[:] = random.normal(size=(40, 3))
-    contacts.cache.number[0] = 30
-    for rows in contacts.cache[1:]:
+    contacts.cache.number[0], contacts.cache.soft[0] = 30, 7
+    for rows in contacts.cache[2:]:
         rows[:] = random.integers(0, 99, rows.shape)
     longer = with_room(contacts, 39)
     assert longer.number.tolist() == [39, 11]
@@ -68,7 +68,8 @@ def test_a_list_that_overflows_counts_on_and_more_room_keeps_what_was_asked_for_
             assert len(getattr(longer, name)) == 86, name
             assert (getattr(longer, name)[:39] == getattr(contacts, name)[:39]).all(), name
     assert longer.cache.number[0] == 30
-    for name in ImpulseCache._fields[1:]:
+    assert longer.cache.soft[0] == 7
+    for name in ImpulseCache._fields[2:]:
         assert len(getattr(longer.cache, name)) == 86, name
         assert (getattr(remembered(longer), name) == getattr(remembered(contacts), name)).all(), name
 

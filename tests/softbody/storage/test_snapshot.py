@@ -105,6 +105,7 @@ def mixed():
     with pytest.warns(OverlapWarning):
         world.step(STEP, 5)
     assert world.store.contacts.cache.number[0] > 4
+    assert world.store.contacts.cache.soft[0] > 0
     return world.snapshot()
 
 
@@ -157,6 +158,7 @@ def refused(snapshot, message):
         ("state.particle_velocity", (9, 2), 1e200, r"particle_velocity\[9, 2\] is 1e\+200; .* up to 1e\+50"),
         ("state.box_orientation", 0, [0.5, 0.0, 0.0, 0.0], r"box_orientation\[0\] has length 0\.5; it must be 1"),
         ("cache.number", 0, 10**9, r"cache\.box has shape"),
+        ("cache.soft", 0, 10**9, r"cache\.soft\[0\] is 1000000000; it must be a whole number"),
         ("cache.box", (0, 0), 99, r"cache\.box is no list of pairs of boxes"),
         ("cache.box", 0, [1, 0], r"cache\.box is no list of pairs of boxes"),
         ("cache.impulse", (0, 0), np.inf, r"cache\.impulse\[0, 0\] is inf"),

@@ -26,7 +26,13 @@ FAMILY = "what is kept and exported"
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 
 # What a world is told to have that was saved before there was such a thing: entries, by the beginning of their names.
-NONE_THEN: dict[str, Any] = {"names.": "", "rest.": 0, "settings.sleep_speed": 0.0, "settings.sleep_after": 0.5}
+NONE_THEN: dict[str, Any] = {
+    "names.": "",
+    "rest.": 0,
+    "settings.sleep_speed": 0.0,
+    "settings.sleep_after": 0.5,
+    "cache.soft": 0,
+}
 
 READERS: dict[str, Callable[[Path], World]] = {
     "world.npz": World.load,
@@ -98,6 +104,7 @@ def said_since(read: Callable[[Path], World], path: Path, said: dict[str, Any]) 
         Fault("times left that there never were", snapshot._checked, "np.zeros(c_) → np.ones(c_)"),
         Fault("names that format 4 must have", snapshot._names, "number < 5 → number < 4"),
         Fault("rests that format 5 must have", snapshot._rested, "number < 6 → number < 5"),
+        Fault("soft contacts that format 6 must remember", snapshot._impulses, "number_ < 7 → number_ < 6"),
         Fault(
             "a setting without a value for old files", snapshot._settings, "entries.put('settings.sleep_after', x_) → "
         ),
@@ -111,7 +118,7 @@ def said_since(read: Callable[[Path], World], path: Path, said: dict[str, Any]) 
 def worlds(run: Run) -> Comparison:
     """Old files of worlds are read as their own softbody had them.
 
-    Softbody saved them in each of its formats, 1 to 6, or pickled them. They are as the revision that wrote them had
+    Softbody saved them in each of its formats, 1 to 7, or pickled them. They are as the revision that wrote them had
     them, to the bit: every entry, and what handles say. They have nothing that there was not yet. The same holds of a
     world that is built from a scene file of then.
     """

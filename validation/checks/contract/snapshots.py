@@ -74,7 +74,7 @@ NUMBERS = {name: limits for limits, names in _BY_LIMITS.items() for name in name
 # The same of those that hold one whole number. (Others are tried as what they say together.)
 COUNTS = Limits((1, 10_000_000), (0, -1, 10_000_001))
 WHOLE: dict[str, Limits] = {
-    "format": Limits((), (-1, 0, 1, 7, 2**62)),
+    "format": Limits((), (-1, 0, 1, 8, 2**62)),
     "model.soft_count": Limits((), (-1, 1, 3)),
     "model.box_count": Limits((), (-1, 3, 5)),
     "settings.integrator": Limits((0, 1, 2), (-1, 3, 2**62)),
@@ -287,24 +287,35 @@ def of_surfaces(saved: Arrays, rng: np.random.Generator) -> Iterator[Trial]:
 
 
 def of_contacts(saved: Arrays) -> Iterator[Trial]:
-    """Yield trials of what the solver remembers: pairs (a, b) of boxes, or a box and the ground, −1, in order."""
+    """Yield trials of what solvers remember: pairs (a, b) of boxes, or a box and the ground, −1, in order; then others.
+
+    Those are of soft bodies, −1, with each other, or with a box as b.
+    """
     boxes = len(saved["model.box_size"])
     right: list[list[tuple[int, int]]] = [[], [(0, -1)], [(0, -1), (1, 0)], [(1, 0), (1, 0)]]
     right.append([(1, -1), (1, 0), (2, -1), (2, 0), (2, 1), (boxes - 1, -1)])
     wrong = [[(1, 0), (0, -1)], [(1, 0), (1, -1)], [(2, 1), (2, 0), (3, 0)], [(0, -1), (2, 1), (1, 0)], [(0, 0)]]
     wrong += [[(0, 1)], [(boxes, 0)], [(-1, -1)], [(0, -1), (boxes, -1)]]
-    for pairs in (*right, *wrong):
+    soft_right: list[list[tuple[int, int]]] = [[(-1, -1), (-1, boxes - 1), (-1, 0)], [(-1, -1)] * 3]
+    soft_wrong = [[(-1, boxes)], [(0, -1), (-1, -1)], [(-1, 0), (1, 0)]]
+    trials = [(pairs, len(pairs), pairs in right) for pairs in (*right, *wrong)]
+    trials += [(pairs, 0, pairs in soft_right) for pairs in (*soft_right, *soft_wrong)]
+    trials.append(([(0, -1), (1, 0), *soft_right[0]], 2, True))
+    for pairs, of_boxes, is_right in trials:
         n = len(pairs)
         changes = {
             "cache.number": np.array([n]),
+            "cache.soft": np.array([n - of_boxes]),
             "cache.box": np.array(pairs, np.int64).reshape(n, 2),
             "cache.feature": np.arange(n) - 2**62,
             "cache.point": np.zeros((n, 3)),
             "cache.impulse": np.ones((n, 3)),
         }
-        yield Trial("contacts of the last step", None if pairs in right else "cache.box is no list", changes)
+        yield Trial("contacts of the last step", None if is_right else "cache.box is no list", changes)
     yield Trial("below the ground", "cache.box[0, 1] is -2", {"cache.box": put(saved["cache.box"], (0, 1), -2)})
     yield Trial("fewer than no contacts", "cache.number[0] is -1", {"cache.number": np.array([-1])})
+    n = len(saved["cache.box"])
+    yield Trial("more of soft bodies than there are", "cache.soft[0] is", {"cache.soft": np.array([n + 1])})
 
 
 def of_names(saved: Arrays) -> Iterator[Trial]:

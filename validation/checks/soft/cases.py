@@ -8,7 +8,7 @@ import numpy as np
 
 import softbody
 from softbody import Mesh, World
-from softbody.collision.soft import soft_response
+from softbody.collision.soft import soft_response, soft_solver
 from softbody.dynamics import pressure, soft_bodies
 from validation.fault import Fault
 
@@ -25,18 +25,18 @@ WRONG_AXES = Fault(
 )
 ONE_SIDED = Fault(
     "the surface does not feel the particle",
-    soft_response._apply_impulse,
-    "_push(particles_, SurfacePoint(p_, place_), back_, ago_, r_)"
-    " → _push(particles_, SurfacePoint(p_, place_), scale(0.0, back_), ago_, r_)",
+    soft_solver.give,
+    "_give_soft(s_, m_, _acting(c_, k_, p_), scale(-1.0, g_), b_)"
+    " → _give_soft(s_, m_, _acting(c_, k_, p_), scale(0.0, g_), scale(0.0, g_))",
 )
 ALL_OF_THE_MASS = Fault(
     "contacts that each have all of a particle's mass",
-    soft_response._split_inverse_mass,
-    "weight_ * sum_[i_] * inverse_mass_[i_] → weight_ * weight_ * inverse_mass_[i_]",
+    soft_solver._split,
+    "weight_ * sum_[i_] * inverse_mass_[i_] → w * w * inverse_mass_[i_]",
 )
 FASTER = Fault(
     "sides that part faster than they came",
-    soft_response._velocity_deficit,
+    soft_response.look_back,
     "contacts_.restitution[k_] → (contacts_.restitution[k_] + 1.2)",
 )
 STRUCK_WHERE_IT_IS = Fault(

@@ -13,7 +13,7 @@ import softbody
 from references import analytic, printed
 from softbody import Mesh, World
 from softbody.collision.contact import Touch, add_contact, box_side, new_contacts, soft_side
-from softbody.collision.soft import edge_mesh, soft_contacts, soft_response
+from softbody.collision.soft import edge_mesh, soft_contacts, soft_response, soft_solver
 from softbody.collision.soft.soft_response import Bodies, resolve_contacts, response_memory
 from softbody.geometry import bvh_rays
 from softbody.geometry.box import box_inertia
@@ -33,8 +33,8 @@ LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 
 HALF_AN_IMPULSE = Fault(
     "a box that feels half of the impulse of a soft body",
-    soft_response._apply_impulse,
-    "apply_impulse(boxes_, box_, point_, back_) → apply_impulse(boxes_, box_, point_, scale(0.5, back_))",
+    soft_solver.give,
+    "cross(place_, back_) → cross(place_, scale(0.5, back_))",
 )
 
 RADIUS = 0.5  # [m] of the spheres at their rest lengths
@@ -138,7 +138,7 @@ KINDS = ("soft–soft", "soft–rigid")
     faults=(
         Fault(
             "soft bodies that bounce off each other faster than they came",
-            soft_response._velocity_deficit,
+            soft_response.look_back,
             "contacts_.restitution[k_] → (contacts_.restitution[k_] + 1.2)",
         ),
     ),
@@ -182,7 +182,11 @@ def collisions_keep_angular_momentum(run: Run) -> Comparison:
     least=2,
     tolerance=0.03,
     because="a hit takes a particle's share; the surface rings: 2.04 % of ten seeds at 642 particles, 20 % at 42",
-    faults=(Fault("contacts that never act", soft_response._look, "lack_ > enough_ → lack > 1e300"),),
+    faults=(
+        Fault(
+            "contacts that never act", soft_solver._answer, "problem_.mobility[k_] > 0.0 → problem.mobility[k] > 1e300"
+        ),
+    ),
 )
 def head_on_spheres_bounce(run: Run) -> Comparison:
     """Soft spheres, stiffer and finer, meet head-on and part like elastic balls."""
@@ -400,7 +404,7 @@ def _point_strikes_box(rng: np.random.Generator) -> tuple[np.ndarray, ...]:
 
 @check(
     section="4.2",
-    piece="softbody.collision.soft.soft_response.exchange_impulses",
+    piece="softbody.collision.soft.soft_solver.solve_island",
     reference="closed form: the point is a particle of mass 1/(Σ w²/m)",
     unit="of the speeds",
     kind="closed form",

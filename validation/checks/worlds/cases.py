@@ -8,10 +8,12 @@ from itertools import cycle, islice
 import numpy as np
 
 from softbody import Box
-from softbody.collision.soft import soft_response
+from softbody.collision.soft import soft_solver
 from validation.fault import Fault
 
-NEVER_ACT = Fault("contacts that never act", soft_response._look, "lack_ > enough_ → lack > 1e300")
+NEVER_ACT = Fault(
+    "contacts that never act", soft_solver._answer, "problem_.mobility[k_] > 0.0 → problem.mobility[k] > 1e300"
+)
 WEIGHTLESS = (0.0, 0.0, 0.0)
 
 

@@ -29,7 +29,7 @@ FAMILY = "friction"
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 
 SOLVER = "softbody.collision.solver.sequential_impulses.solve_velocities"
-EXCHANGE = "softbody.collision.soft.soft_response.exchange_impulses"
+EXCHANGE = "softbody.collision.soft.soft_solver.solve_island"
 ON_GROUND = "softbody.dynamics.particle_ground.resolve_ground"
 STATE = "position, rotation matrix and velocities"
 
@@ -608,7 +608,7 @@ def vertex_first(rng: np.random.Generator, normal: np.ndarray, gap: float) -> so
         SMALLER,
         Fault(
             "soft bodies in contact without restitution",
-            soft_response._velocity_deficit,
+            soft_response.look_back,
             "contacts_.restitution[k_] * x_ → 0.0 * contacts_.restitution[k_] * x_",
         ),
     ),

@@ -13,7 +13,7 @@ from references import pybullet_world, winding
 from softbody import Box, Mesh, OverloadWarning, SimulationError, SoftBody, World
 from softbody.bodies.contact_points import ContactPoints
 from softbody.collision import pressed
-from softbody.collision.soft import edge_box, soft_response, split_steps
+from softbody.collision.soft import edge_box, soft_response, soft_solver, split_steps
 from softbody.dynamics import pressure
 from softbody.geometry import box
 from validation.answers import Answers
@@ -30,7 +30,7 @@ OUT_BY_THE_NEAREST = Fault(
     box.way_back,
     "_closest_face(before_, half_) → _closest_face(now, half_)",
 )
-FOUR_SWEEPS = Fault("sweeps that end when four are made", soft_response.resolve_contacts, "range(x_) → range(4)")
+FOUR_SWEEPS = Fault("sweeps that end when four are made", soft_solver.solve_island, "range(x_) → range(4)")
 NEVER_IN_PARTS = Fault(
     "steps that no load parts", split_steps.closes_too_far, "closed_ > CLOSED * shortest_ → closed < -1e300"
 )

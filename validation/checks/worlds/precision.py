@@ -197,9 +197,9 @@ def crowd(rng: np.random.Generator) -> World:
             "range(kept + share * room, end_) → range(kept + share * room + min(share, found[share]), end_)",
         ),
         Fault(
-            "a thread that leaves out the last of its impulses",
-            soft_response._find_impulses_on_threads,
-            "_find_impulses(c_, b_, s_, g_, r_, rows_) → _find_impulses(c_, b_, s_, g_, r_, (rows[0], rows[1] - 1))",
+            "a thread that leaves out the last of its islands",
+            soft_response._solve_on_threads,
+            "range(number_) → range(number_ - 1)",
         ),
     ),
 )

@@ -9,7 +9,7 @@ import numpy as np
 
 import softbody
 from softbody import Mesh, SoftBody, World
-from softbody.collision.soft import soft_contacts, soft_response
+from softbody.collision.soft import soft_contacts, soft_response, soft_solver
 from softbody.dynamics import particle_ground
 from softbody.model import material
 from softbody.scenes import boxes_on_torus, rolling_torus, sphere_on_torus, torus_stack
@@ -121,9 +121,9 @@ def bodies_stay_apart(run: Run) -> Comparison:
     faults=(
         Fault(
             "the surface does not feel the particle",
-            soft_response._apply_impulse,
-            "_push(particles_, SurfacePoint(p_, place_), back_, ago_, r_)"
-            " → _push(particles_, SurfacePoint(p_, place_), scale(0.0, back_), ago_, r_)",
+            soft_solver.give,
+            "_give_soft(s_, m_, _acting(c_, k_, p_), scale(-1.0, g_), b_)"
+            " → _give_soft(s_, m_, _acting(c_, k_, p_), scale(0.0, g_), scale(0.0, g_))",
         ),
     ),
 )
@@ -339,9 +339,8 @@ def _add_soft_body(world: World, rng: np.random.Generator, size: float, position
     faults=(
         Fault(
             "overlap turned into speed",
-            soft_response._impulse,
-            "_velocity_deficit(contacts_, k_, replay_, u_) / mass_"
-            " → (1e3 * contacts.depth[k] + 3.0 * _velocity_deficit(contacts_, k_, replay_, u_)) / mass_",
+            soft_response.look_back,
+            "max(parting, bounce) → (max(parting, bounce) + 1e3 * contacts.depth[k])",
         ),
     ),
 )
