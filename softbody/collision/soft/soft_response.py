@@ -98,9 +98,7 @@ def response_memory(start: np.ndarray, boxes: int) -> Response:
 class SubstepContact(NamedTuple):
     """How each contact of soft bodies went on within the step."""
 
-    approach: np.ndarray  # (c,) speed at which the sides came nearer when the step began, or 0 [m/s]
-    parting: np.ndarray  # (c,) speed at which they are to part at least, without a bounce [m/s]
-    left: np.ndarray  # (c,) [m] by how much they are inside each other then
+    left: np.ndarray  # (c,) [m] by how much the sides are inside each other where they are to be brought
     acted: np.ndarray  # (c,) bool
     bounces: np.ndarray  # (c,) bool
     room: np.ndarray  # (c,) [m] by how much a may end below where a box was to bring it
@@ -176,8 +174,6 @@ def resolve_contacts(
         return np.zeros((boxes, 6))
     rows = rows_of(contacts, contacts.number, contacts.number[1], contacts.number[0])
     substep = SubstepContact(
-        np.empty(count),
-        np.empty(count),
         np.empty(count),
         np.zeros(count, np.bool_),
         np.zeros(count, np.bool_),
@@ -542,7 +538,7 @@ def look_back(
         place, place_before = _place_now(contacts, k, bodies), _place_now(contacts, k, start)
         store(shifts.place, k, place)
         store(shifts.acts_at, k, place)
-        substep.approach[k] = max(0.0, -dot(seen(contacts, k, came, place_before), normal))
+        approach = max(0.0, -dot(seen(contacts, k, came, place_before), normal))
         closed = max(0.0, -dot(_way(contacts, k, bodies, start, h), normal))
         speed = dot(seen(contacts, k, velocities, place), normal)
         left, slow = max(0.0, contacts.depth[k] - closed), 0.0
@@ -554,10 +550,10 @@ def look_back(
         parting = max(slow, min(left / (PARTING_STEPS * h), -OF_LOAD * speed))
         way = min(contacts.depth[k], closed + h * parting)
         shifts.goal[k], substep.left[k] = height(contacts, k, bodies) + way, contacts.depth[k] - way
-        impulses.goal[k] = substep.parting[k] = parting
+        impulses.goal[k] = parting
         substep.acted[k] = speed < parting
         if substep.acted[k]:
-            bounce = contacts.restitution[k] * min(-speed, substep.approach[k])
+            bounce = contacts.restitution[k] * min(-speed, approach)
             substep.bounces[k], impulses.goal[k] = bounce > parting, max(parting, bounce)
             lack = impulses.goal[k] - speed
             substep.time_since[k] = min(h, way / lack)
