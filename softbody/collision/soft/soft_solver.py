@@ -192,7 +192,8 @@ def give(contacts: Listing, k: int, sharing: Sharing, moved: Moved, place: Vec, 
     if box == NOBODY:
         _give_soft(sharing, moved, _acting(contacts, k, place), scale(-1.0, given), scale(-1.0, before))
     elif sharing.boxes.inverse_mass[box] > 0.0:
-        back = _on_box(contacts, k, sharing, more)
+        # Friction moves a box that stands on something, and shifts it by nothing: the ground rubs it in the same time.
+        back = _on_box(contacts, k, sharing, more) if moved.turns else scale(-sharing.compliance[box], more)
         accumulate(moved.box, box, scale(sharing.boxes.inverse_mass[box], back))
         if moved.turns:
             accumulate(moved.turn, box, _spin(sharing.boxes, box, cross(place, back)))
