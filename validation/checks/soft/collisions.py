@@ -34,7 +34,7 @@ LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 HALF_AN_IMPULSE = Fault(
     "a box that feels half of the impulse of a soft body",
     soft_solver.give,
-    "cross(place_, back_) → cross(place_, scale(0.5, back_))",
+    "accumulate(moved.box, box, scale(m_, back)) → accumulate(moved.box, box, scale(0.5 * m_, back))",
 )
 
 RADIUS = 0.5  # [m] of the spheres at their rest lengths
