@@ -32,7 +32,7 @@ from softbody.collision.soft.soft_solver import (
     seen,
     solve_island,
 )
-from softbody.collision.solver.held_boxes import add_push, support_compliance
+from softbody.collision.solver.held_boxes import add_push, box_mobilities, keep_what_is_held
 from softbody.compiler.jit import jit, jit_lean, jit_threaded
 from softbody.geometry.triangle import area_vector
 from softbody.linalg.vec import Vec, accumulate, add, cross, dot, load, norm, scale, store, sub
@@ -183,11 +183,11 @@ def resolve_contacts(
     impulses, shifts = new_problem(count), new_problem(count)
     look_back(rows, bodies, start, response, substep, impulses, shifts, h)
     _find_enough(rows, response, substep, impulses, shifts, h)
-    compliance = _compliance(contacts, rows, bodies, impulses, with_boxes)
-    inverse_mass, on_ground, box_sum = bodies.particles.inverse_mass, response.on_ground, np.zeros(boxes)
-    sharing = Sharing(inverse_mass, bodies.boxes, on_ground, compliance, response.weight_sum, box_sum)
+    mobility, stands = _mobility(contacts, rows, bodies, impulses, with_boxes)
+    shared = mobility, stands, response.on_ground, response.weight_sum, np.zeros(boxes)
     islands, still = find_islands(rows, bodies.boxes.inverse_mass, response.owner), np.zeros((boxes, 3))
     if threads is None or count < MANY:
+        sharing = Sharing(bodies.particles.inverse_mass, bodies.boxes.inverse_mass, *shared)
         for island in range(islands.start.shape[0] - 1):
             _solve(rows, islands, island, bodies, sharing, substep, impulses, shifts, still, h)
     else:
@@ -196,7 +196,7 @@ def resolve_contacts(
             islands,
             bodies.particles,
             bodies.boxes,
-            (on_ground, compliance, response.weight_sum, box_sum),
+            shared,
             substep,
             impulses,
             shifts,
@@ -204,10 +204,11 @@ def resolve_contacts(
             h,
             threads,
         )
-    held = np.zeros((boxes, 6))
-    _give_to_others(rows, response, compliance, impulses, held)
+    push = np.zeros((boxes, 6))
+    _give_to_others(rows, response, impulses, push)
+    keep_what_is_held(bodies.boxes, mobility, stands, push)
     _note_left(rows, bodies, response, substep, shifts, h)
-    return held
+    return push
 
 
 @jit_threaded
@@ -216,7 +217,7 @@ def _solve_on_threads(
     islands: Islands,
     particles: Particles,
     boxes: RigidBodies,
-    shared: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+    shared: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray],
     substep: SubstepContact,
     impulses: Problem,
     shifts: Problem,
@@ -227,7 +228,7 @@ def _solve_on_threads(
     """Let each thread solve a share of the islands, of about as many contacts."""
     count, number = contacts.depth.shape[0], islands.start.shape[0] - 1
     for share in prange(threads):
-        sharing = Sharing(particles.inverse_mass, boxes, shared[0], shared[1], shared[2], shared[3])
+        sharing = Sharing(particles.inverse_mass, boxes.inverse_mass, *shared)
         for island in range(number):
             if islands.start[island] * threads // count == share:
                 _solve(
@@ -333,7 +334,7 @@ def _leave_walls(
     any_is = False
     for k in rows:
         box = contacts.box[k, 1]
-        is_wall = box != NOBODY and sharing.boxes.inverse_mass[box] == 0.0 and substep.acted[k]
+        is_wall = box != NOBODY and sharing.box_inverse_mass[box] == 0.0 and substep.acted[k]
         if is_wall and shifts.goal[k] - height(contacts, k, bodies) > substep.room[k]:
             shifts.most[k], any_is = np.inf, True
     return any_is
@@ -402,19 +403,16 @@ def _add_no_energy(
 
 
 @jit_lean
-def _give_to_others(
-    contacts: Listing, response: Response, compliance: np.ndarray, impulses: Problem, held: np.ndarray
-) -> None:
-    """Note the impulses of contacts, and what of them the ground gets, and what holds boxes that stand on something."""
+def _give_to_others(contacts: Listing, response: Response, impulses: Problem, push: np.ndarray) -> None:
+    """Note the impulses of contacts, what of them the ground gets, and how they push each box: (m, 6)."""
     for k in range(contacts.depth.shape[0]):
-        impulse, normal, box = load(impulses.given, k), load(contacts.normal, k), contacts.box[k, 1]
-        place = load(impulses.acts_at, k)
+        impulse, box, place = load(impulses.given, k), contacts.box[k, 1], load(impulses.acts_at, k)
         store(contacts.impulse, k, impulse)
         _press_ground(response, surface_point(contacts, k, 0), impulse[2])
         if box == NOBODY:
             _press_ground(response, SurfacePoint(surface_point(contacts, k, 1).particles, place), -impulse[2])
         else:
-            add_push(held, box, place, scale((compliance[box] - 1.0) * dot(impulse, normal), normal))
+            add_push(push, box, place, scale(-1.0, impulse))
 
 
 @jit_lean
@@ -487,13 +485,13 @@ def _find_enough(
 
 
 @jit
-def _compliance(
+def _mobility(
     contacts: Contacts, rows: Listing, bodies: Bodies, impulses: Problem, with_boxes: bool | None
-) -> np.ndarray:
-    """Return which part (m,) of a push moves each box, and is not held by what it stands on."""
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return what `box_mobilities` returns for the push with which contacts begin."""
     if with_boxes is None:
-        return np.ones(0)
-    return support_compliance(contacts, bodies.boxes, _first_push(rows, bodies, impulses))
+        return np.zeros((0, 6, 6)), np.zeros(0, np.bool_)
+    return box_mobilities(contacts, bodies.boxes, _first_push(rows, bodies, impulses))
 
 
 @jit

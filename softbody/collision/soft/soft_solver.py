@@ -18,10 +18,10 @@ from typing import NamedTuple
 import numpy as np
 
 from softbody.collision.contact import Listing, surface_point
+from softbody.collision.solver.held_boxes import motion_by
 from softbody.compiler.jit import jit, jit_lean
-from softbody.linalg.quaternion import load_quaternion, rotate_diagonal
 from softbody.linalg.vec import Vec, accumulate, add, cross, dot, load, norm, scale, store, sub
-from softbody.model.arrays import NOBODY, RigidBodies
+from softbody.model.arrays import NOBODY
 from softbody.model.surface_point import SurfacePoint, add_at, value_at
 
 MOST_SWEEPS = 100
@@ -40,9 +40,10 @@ class Sharing(NamedTuple):
     """What all contacts move together, and how much of it gives way to each."""
 
     inverse_mass: np.ndarray  # (n,) of particles [1/kg]
-    boxes: RigidBodies
+    box_inverse_mass: np.ndarray  # (m,) [1/kg]
+    box_mobility: np.ndarray  # (m, 6, 6) and `box_stands` (m,): see `box_mobilities`
+    box_stands: np.ndarray
     on_ground: np.ndarray  # (n,) bool: what does not give way to what presses it down
-    compliance: np.ndarray  # (m,) the part of a push that moves each box, and is not held by what it stands on
     particle_sum: np.ndarray  # (n,) of the weights of contacts on each particle; 0, and left so
     box_sum: np.ndarray  # (m,) of contacts on each box; 0, and left so
 
@@ -109,21 +110,21 @@ def find_mobilities(contacts: Listing, sharing: Sharing, impulses: Problem, shif
         impulses.mobility[k] = shifts.mobility[k] = soft
         impulses.slip[k] = shifts.slip[k] = across
         store(impulses.aside, k, (0.0, 0.0, 0.0))
-        if box == NOBODY or not sharing.boxes.inverse_mass[box] > 0.0:
+        if box == NOBODY or not sharing.box_inverse_mass[box] > 0.0:
             continue
         part = sharing.box_sum[box]
-        loose = part * sharing.compliance[box]
         one = _across(normal)
         other = cross(normal, one)
-        by_normal = _box_change(sharing.boxes, box, place, normal)
-        by_one, by_other = _box_change(sharing.boxes, box, place, one), _box_change(sharing.boxes, box, place, other)
+        by_normal = _box_change(sharing, box, place, normal)
+        by_one, by_other = _box_change(sharing, box, place, one), _box_change(sharing, box, place, other)
         rise = dot(by_normal, normal)
         half, middle = 0.5 * (dot(by_one, one) - dot(by_other, other)), 0.5 * (dot(by_one, one) + dot(by_other, other))
         skew = dot(by_one, other)
-        impulses.mobility[k] += loose * rise
+        impulses.mobility[k] += part * rise
         impulses.slip[k] += part * (middle + sqrt(half * half + skew * skew))
-        store(impulses.aside, k, scale(loose, sub(by_normal, scale(rise, normal))))
-        shifts.mobility[k] += loose * sharing.boxes.inverse_mass[box]
+        store(impulses.aside, k, scale(part, sub(by_normal, scale(rise, normal))))
+        if not sharing.box_stands[box]:
+            shifts.mobility[k] += part * sharing.box_inverse_mass[box]
     for k in rows:
         _count(contacts, k, sharing, impulses, 0.0)
 
@@ -136,9 +137,10 @@ def _across(normal: Vec) -> Vec:
 
 
 @jit_lean
-def _box_change(boxes: RigidBodies, box: int, place: Vec, impulse: Vec) -> Vec:
+def _box_change(sharing: Sharing, box: int, place: Vec, impulse: Vec) -> Vec:
     """Return the velocity [m/s] that an impulse [N s] gives the point of a box at a `place` [m] from its centre."""
-    return add(scale(boxes.inverse_mass[box], impulse), cross(_spin(boxes, box, cross(place, impulse)), place))
+    v, w = motion_by(sharing.box_mobility[box], impulse, cross(place, impulse))
+    return add(v, cross(w, place))
 
 
 @jit_lean
@@ -151,7 +153,7 @@ def _count(contacts: Listing, k: int, sharing: Sharing, problem: Problem, times:
         if box == NOBODY:
             i, w = contacts.particles[k, 1, c], abs(problem.place[k, c])
             sharing.particle_sum[i] = times * (sharing.particle_sum[i] + w)
-    if box != NOBODY and sharing.boxes.inverse_mass[box] > 0.0:
+    if box != NOBODY and sharing.box_inverse_mass[box] > 0.0:
         sharing.box_sum[box] = times * (sharing.box_sum[box] + 1.0)
 
 
@@ -191,26 +193,22 @@ def give(contacts: Listing, k: int, sharing: Sharing, moved: Moved, place: Vec, 
     _give_soft(sharing, moved, surface_point(contacts, k, 0), given, before)
     if box == NOBODY:
         _give_soft(sharing, moved, _acting(contacts, k, place), scale(-1.0, given), scale(-1.0, before))
-    elif sharing.boxes.inverse_mass[box] > 0.0:
-        # Friction moves a box that stands on something, and shifts it by nothing: the ground rubs it in the same time.
-        back = _on_box(contacts, k, sharing, more) if moved.turns else scale(-sharing.compliance[box], more)
-        accumulate(moved.box, box, scale(sharing.boxes.inverse_mass[box], back))
-        if moved.turns:
-            accumulate(moved.turn, box, _spin(sharing.boxes, box, cross(place, back)))
+    elif sharing.box_inverse_mass[box] > 0.0:
+        _push_box(sharing, moved, box, scale(-1.0, more), cross(more, place))
 
 
 @jit_lean
-def _on_box(contacts: Listing, k: int, sharing: Sharing, given: Vec) -> Vec:
-    """Return what moves the box of contact `k`: what its supports will hold does not."""
-    normal = load(contacts.normal, k)
-    held = (1.0 - sharing.compliance[contacts.box[k, 1]]) * dot(given, normal)
-    return sub(scale(held, normal), given)
+def _push_box(sharing: Sharing, moved: Moved, box: int, impulse: Vec, moment: Vec) -> None:
+    """Move a box that is not fixed by an impulse [N s] and a moment about its centre; or shift it [kg m] if it is free.
 
-
-@jit_lean
-def _spin(boxes: RigidBodies, box: int, moment: Vec) -> Vec:
-    """Return the angular velocity [rad/s] that a moment [N m s] gives a box."""
-    return rotate_diagonal(load_quaternion(boxes.orientation, box), load(boxes.inverse_inertia, box), moment)
+    What a box stands on rubs it in the same time as friction moves it, so that it ends where it was.
+    """
+    if moved.turns:
+        v, w = motion_by(sharing.box_mobility[box], impulse, moment)
+        accumulate(moved.box, box, v)
+        accumulate(moved.turn, box, w)
+    elif not sharing.box_stands[box]:
+        accumulate(moved.box, box, scale(sharing.box_inverse_mass[box], impulse))
 
 
 @jit_lean
@@ -278,10 +276,9 @@ def act_at(contacts: Listing, k: int, sharing: Sharing, moved: Moved, problem: P
         _give_soft(sharing, moved, _acting(contacts, k, at), none, before)
         _give_soft(sharing, moved, _acting(contacts, k, seen_at), before, back)
         _give_soft(sharing, moved, _acting(contacts, k, place), back, none)
-    elif moved.turns and sharing.boxes.inverse_mass[box] > 0.0:
-        back, before = _on_box(contacts, k, sharing, given), _on_box(contacts, k, sharing, acting)
-        moment = sub(cross(sub(place, seen_at), back), cross(sub(at, seen_at), before))
-        accumulate(moved.turn, box, _spin(sharing.boxes, box, moment))
+    elif moved.turns and sharing.box_inverse_mass[box] > 0.0:
+        moment = sub(cross(sub(at, seen_at), acting), cross(sub(place, seen_at), given))
+        _push_box(sharing, moved, box, (0.0, 0.0, 0.0), moment)
     store(problem.acts_at, k, place)
     store(problem.acting, k, given)
 

@@ -1,8 +1,8 @@
-"""Compliance of boxes that soft bodies press on, if they stand on something, and what holds them.
+"""Mobility of boxes that soft bodies press on, if they stand on something, and what holds them.
 
-Alone a box would go by its own mass, however light; on the ground, or on boxes that stand on it, it cannot. What it can
-is found from the push itself: as much of the motion that the push would give to the free box as its supports leave. The
-rest goes down from support to support, and adds to what the contacts there carry.
+Alone a box would go by its own mass, however light; on the ground, or on boxes that stand on it, it cannot. How it can
+move is found from the push itself: supports that this does not open hold the box along their normals, and leave all
+other motions as they are. What they hold goes down from support to support, and adds to what the contacts there carry.
 """
 
 from __future__ import annotations
@@ -23,6 +23,10 @@ from softbody.model.arrays import RigidBodies
 # Sweeps over the supports of one box at most, and the part of the largest correction that is not worth another one.
 SWEEPS, CLOSE = 200, 1e-12
 
+# The part of the speeds that a push gives a free box at its supports below which these are not opening, and the part of
+# its mobility along a support's normal below which others hold it there already: both far above rounding.
+OPENING, HELD = 1e-9, 1e-9
+
 
 class Supports(NamedTuple):
     """What carries boxes: contacts, or gaps that this step closes, with bodies nearer to something that cannot move."""
@@ -33,24 +37,114 @@ class Supports(NamedTuple):
 
 
 @jit
-def support_compliance(contacts: Contacts, bodies: RigidBodies, push: np.ndarray) -> np.ndarray:
-    """Return (m,): the part, 0 … 1, of the motion of each box alone that its supports leave to a `push` (m, 6).
+def box_mobilities(contacts: Contacts, bodies: RigidBodies, push: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return (m, 6, 6): the motion of each box, v [m/s] and ω [rad/s], by a unit push; and (m,): whether it is held.
 
-    A push is an impulse [N s] and its moment about the box's centre [N m s]. The bodies below count as held.
+    A push is an impulse [N s] and its moment about the box's centre [N m s]. Supports hold along their normals, both
+    ways, what `push` (m, 6) presses on them; the bodies below count as held. What is not pushed is free.
     """
     count = bodies.inverse_mass.shape[0]
-    loose = np.ones(count)
+    mobility, stands = np.zeros((count, 6, 6)), np.zeros(count, np.bool_)
+    for box in range(count):
+        _set_free(bodies, box, mobility[box])
     if contacts.number[1] == 0 or not push.any():
-        return loose
+        return mobility, stands
     supports = _supports(contacts, bodies)
     for box in range(count):
         if 0 < supports.level[box] <= count and push[box].any():
-            number = _list_supports(contacts, box, supports)
-            v, w = _motion_alone(bodies, box, push[box])
-            alone = _work(push[box], v, w)
-            v, w = _held_motion(contacts, bodies, box, supports, number, (v, w))
-            loose[box] = min(1.0, max(0.0, _work(push[box], v, w) / alone))
-    return loose
+            stands[box] = _hold(contacts, bodies, box, supports, push[box], mobility[box])
+    return mobility, stands
+
+
+@jit_lean
+def motion_by(mobility: np.ndarray, impulse: Vec, moment: Vec) -> tuple[Vec, Vec]:
+    """Return the motion, v [m/s] and ω [rad/s], that a push gives a box of a mobility (6, 6)."""
+    return (
+        (
+            _times(mobility, 0, impulse, moment),
+            _times(mobility, 1, impulse, moment),
+            _times(mobility, 2, impulse, moment),
+        ),
+        (
+            _times(mobility, 3, impulse, moment),
+            _times(mobility, 4, impulse, moment),
+            _times(mobility, 5, impulse, moment),
+        ),
+    )
+
+
+@jit_lean
+def _times(matrix: np.ndarray, row: int, a: Vec, b: Vec) -> float:
+    first = matrix[row, 0] * a[0] + matrix[row, 1] * a[1] + matrix[row, 2] * a[2]
+    return first + (matrix[row, 3] * b[0] + matrix[row, 4] * b[1] + matrix[row, 5] * b[2])
+
+
+@jit_lean
+def keep_what_is_held(bodies: RigidBodies, mobility: np.ndarray, stands: np.ndarray, push: np.ndarray) -> None:
+    """Take from `push` (m, 6) what moves boxes by their `mobility` (m, 6, 6), so that what supports hold is left."""
+    for box in range(stands.shape[0]):
+        if not stands[box]:
+            push[box] = 0.0
+            continue
+        orientation, inertia = load_quaternion(bodies.orientation, box), load(bodies.inverse_inertia, box)
+        v, w = motion_by(mobility[box], load(push, box), (push[box, 3], push[box, 4], push[box, 5]))
+        moment = rotate_diagonal(orientation, (1.0 / inertia[0], 1.0 / inertia[1], 1.0 / inertia[2]), w)
+        for c in range(3):
+            push[box, c] -= v[c] / bodies.inverse_mass[box]
+            push[box, 3 + c] -= moment[c]
+
+
+@jit_lean
+def _set_free(bodies: RigidBodies, box: int, mobility: np.ndarray) -> None:
+    """Set the mobility (6, 6), zero so far, of a box that nothing holds."""
+    orientation, inverse_inertia = load_quaternion(bodies.orientation, box), load(bodies.inverse_inertia, box)
+    for c in range(3):
+        mobility[c, c] = bodies.inverse_mass[box]
+        unit = (1.0 if c == 0 else 0.0, 1.0 if c == 1 else 0.0, 1.0 if c == 2 else 0.0)
+        spin = rotate_diagonal(orientation, inverse_inertia, unit)
+        for r in range(3):
+            mobility[3 + r, 3 + c] = spin[r]
+
+
+@jit_lean
+def _hold(
+    contacts: Contacts, bodies: RigidBodies, box: int, supports: Supports, push: np.ndarray, mobility: np.ndarray
+) -> bool:
+    """Take from a box's mobility (6, 6) the motions that its supports hold; tell whether any does."""
+    number, any_holds, fastest = _list_supports(contacts, box, supports), False, 0.0
+    v, w = _motion_alone(bodies, box, push)
+    for place in range(number):
+        fastest = max(fastest, abs(_opening(contacts, bodies, box, supports.contact[place], v, w)))
+    v, w = _held_motion(contacts, bodies, box, supports, number, (v, w))
+    for place in range(number):
+        k = supports.contact[place]
+        if supports.impulse[place] > 0.0 or _opening(contacts, bodies, box, k, v, w) <= OPENING * fastest:
+            _fix(contacts, bodies, box, k, mobility)
+            any_holds = True
+    return any_holds
+
+
+@jit_lean
+def _opening(contacts: Contacts, bodies: RigidBodies, box: int, k: int, v: Vec, w: Vec) -> float:
+    """Return how fast a box that moves by v and ω parts from what carries it at contact `k` [m/s]."""
+    arm = sub(load(contacts.point, k), load(bodies.position, box))
+    return dot(add(v, cross(w, arm)), _normal_to(contacts, k, box))
+
+
+@jit_lean
+def _fix(contacts: Contacts, bodies: RigidBodies, box: int, k: int, mobility: np.ndarray) -> None:
+    """Take from a box's mobility (6, 6) all motion along the normal of contact `k`."""
+    normal, arm = _normal_to(contacts, k, box), sub(load(contacts.point, k), load(bodies.position, box))
+    orientation, inverse_inertia = load_quaternion(bodies.orientation, box), load(bodies.inverse_inertia, box)
+    free = inverse_effective_mass(arm, normal, bodies.inverse_mass[box], inverse_inertia, orientation)
+    v, w = motion_by(mobility, normal, cross(arm, normal))
+    left = dot(add(v, cross(w, arm)), normal)
+    if left <= HELD * free:
+        return
+    motion = (v[0], v[1], v[2], w[0], w[1], w[2])
+    for r in range(6):
+        for c in range(6):
+            mobility[r, c] -= motion[r] * motion[c] / left
 
 
 @jit
@@ -123,11 +217,6 @@ def _motion_alone(bodies: RigidBodies, box: int, push: np.ndarray) -> tuple[Vec,
     orientation, inverse_inertia = load_quaternion(bodies.orientation, box), load(bodies.inverse_inertia, box)
     v = scale(bodies.inverse_mass[box], (push[0], push[1], push[2]))
     return v, rotate_diagonal(orientation, inverse_inertia, (push[3], push[4], push[5]))
-
-
-@jit_lean
-def _work(push: np.ndarray, v: Vec, w: Vec) -> float:
-    return dot((push[0], push[1], push[2]), v) + dot((push[3], push[4], push[5]), w)
 
 
 @jit_lean

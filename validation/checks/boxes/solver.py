@@ -362,14 +362,16 @@ def _rate(rows: np.ndarray, inverse: np.ndarray) -> float:
     piece="softbody.collision.solver.held_boxes",
     reference="for each box a quadratic programme: non-negative least squares, by SciPy",
     engines=("scipy",),
-    unit="of the part, of the motion, of the impulse",
+    unit="of the mobility, of the push, of the motion, of the impulse",
     tolerance=1e-9,
     because="what the sweeps over one box's supports leave, which end at 1e-12: 6.2e-11 at worst of ten seeds",
     faults=(
+        Fault("supports that a push opens, and hold", held_boxes._hold, "supports_.impulse[p_] > 0.0 → True"),
+        Fault("supports that hold each as if alone", held_boxes._fix, "x_ * y_ / left_ → motion[r] * motion[c] / free"),
         Fault(
-            "a part that is a product",
-            held_boxes.support_compliance,
-            "_work(p_, v_, w_) / alone_ → _work(push[box], v, w) * alone",
+            "moments that move a box and are held besides",
+            held_boxes.keep_what_is_held,
+            "push_[b_, 3 + c_] -= m_[c_] → ",
         ),
         Fault(
             "pushes passed down at every level",
@@ -389,10 +391,10 @@ def _rate(rows: np.ndarray, inverse: np.ndarray) -> float:
     ),
 )
 def held(run: Run) -> Comparison:
-    """Boxes that stand are as loose as their supports leave them.
+    """Boxes that stand move as their supports leave them.
 
-    So loose is the work of a push on them, held by what they stand on, of that on them alone. What holds them is pushed
-    itself, from support to support, down to the ground.
+    These hold what a push presses on them, and nothing else. What holds boxes is pushed itself, from support to
+    support, down to the ground.
     """
     rng, answers, tried = run.fresh_rng(), Answers(), 0
     while tried < run.count(40, 200, 2_000):
@@ -409,11 +411,15 @@ def held(run: Run) -> Comparison:
         tried += 1
         push = rng.normal(size=(count, 6)) * (rng.random((count, 1)) < 0.7)
         roots = [np.linalg.cholesky(block) for block in blocks]
-        parts, motion, impulse, given = np.ones(count), np.zeros((count, 6)), before.copy(), push.copy()
+        mobilities, kept = np.array(blocks), np.zeros((count, 6))
+        motion, impulse, given = np.zeros((count, 6)), before.copy(), push.copy()
         for i in np.argsort(-level[:-1], kind="stable"):
             supports, rows = stand[i]
             if push[i].any():
-                parts[i] = push[i] @ _held(roots[i], push[i], rows)[0] / (push[i] @ blocks[i] @ push[i])
+                speed, alone = rows @ _held(roots[i], push[i], rows)[0], rows @ blocks[i] @ push[i]
+                holds = rows[speed <= 1e-9 * np.abs(alone).max(initial=0.0)]
+                holding = holds.T @ np.linalg.pinv(holds @ blocks[i] @ holds.T) @ holds
+                mobilities[i], kept[i] = blocks[i] - blocks[i] @ holding @ blocks[i], holding @ blocks[i] @ push[i]
             if given[i].any():
                 motion[i], added = _held(roots[i], given[i], rows)
                 impulse[supports] += added
@@ -422,10 +428,12 @@ def held(run: Run) -> Comparison:
                     if k in pushed and other != GROUND:
                         way, arm = -pushed[k] * side * crowd.normal[k], crowd.point[k] - crowd.bodies.position[other]
                         given[other] += np.concatenate([way, np.cross(arm, way)])
-        loose = held_boxes.support_compliance(contacts, crowd.bodies, push)
-        moved = np.zeros((count + 1, 6))
+        mobility, stands = held_boxes.box_mobilities(contacts, crowd.bodies, push)
+        moved, held = np.zeros((count + 1, 6)), push.copy()
+        held_boxes.keep_what_is_held(crowd.bodies, mobility, stands, held)
         held_boxes.pass_down(contacts, crowd.bodies, push, moved)
-        answers.extend(loose, parts, kind="part")
+        answers.extend(mobility.ravel(), mobilities.ravel(), kind="mobility")
+        answers.extend(held.ravel(), kept.ravel(), kind="held")
         answers.extend(moved[:-1].ravel(), motion.ravel(), kind="motion")
         answers.extend(contacts.row[:, NORMAL_IMPULSE], impulse, kind="impulse")
     return answers.comparison()
@@ -579,7 +587,7 @@ def _listed(rng: np.random.Generator, scale: float) -> tuple[np.ndarray, np.ndar
 def two_hundred_sweeps(run: Run) -> Comparison:
     """An unfinished solve of supports counts as two hundred sweeps leave it.
 
-    So it is where the supports of a box are close together: what is compared is the part of a push that is left.
+    So it is where the supports of a box are close together: what is compared is the part of a motion that is left.
     """
     rng, answers = run.fresh_rng(), Answers()
     while len(answers) < run.count(30, 150, 1_500):
@@ -603,5 +611,7 @@ def two_hundred_sweeps(run: Run) -> Comparison:
             continue
         contacts = crowd.contacts()
         contacts.row[:, NORMAL_IMPULSE] = 1.0
-        answers.add(held_boxes.support_compliance(contacts, bodies, push[None])[0], part)
+        moved, given = np.zeros((2, 6)), push[None].copy()
+        held_boxes.pass_down(contacts, bodies, given, moved)
+        answers.add(push @ moved[0] / (push @ inverse @ push), part)
     return answers.comparison()

@@ -34,7 +34,7 @@ LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 HALF_AN_IMPULSE = Fault(
     "a box that feels half of the impulse of a soft body",
     soft_solver.give,
-    "accumulate(moved.box, box, scale(m_, back)) → accumulate(moved.box, box, scale(0.5 * m_, back))",
+    "_push_box(s_, m_, b_, scale(x_, more_), y_) → _push_box(s_, m_, b_, scale(0.5 * x_, more_), y_)",
 )
 
 RADIUS = 0.5  # [m] of the spheres at their rest lengths
