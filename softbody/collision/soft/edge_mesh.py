@@ -38,6 +38,10 @@ class Crossing(NamedTuple):
 
 NONE = Crossing(0.0, (0.0, 0.0, 0.0), 0.0, 0.0, False)
 
+# Sine of the angle by which a face may be on the wrong side of the plane. Without it an edge that lies on a face is on
+# the knife's edge: two crossings would take turns, a step each, and what rests on them tremble.
+SLACK = 0.1
+
 # A depth below this part of an edge's length is rounding, as where an edge meets its own mirror image.
 GRAZING = 1e-9
 
@@ -57,14 +61,30 @@ def bits_across(segments: np.ndarray, other: Ridge, deepest: float) -> int:
     bits &= bits_at_most(0.0, other_place) & bits_at_most(other_place, square)
     length_square = dot(along, along)
     bits &= ~bits_at_most(square, PARALLEL_SINE * PARALLEL_SINE * length_square * dot(along_other, along_other))
-    rise_left, rise_right = dot(across, sub(other.left, other.start)), dot(across, sub(other.right, other.start))
-    depth = dot(way, scale(1.0 / square_root(square), across))
+    length = square_root(square)
+    left, right = sub(other.left, other.start), sub(other.right, other.start)
+    rise_left, rise_right = dot(across, left), dot(across, right)
+    slack_left = length * (SLACK * _distance(along_other, left))
+    slack_right = length * (SLACK * _distance(along_other, right))
+    depth = dot(way, scale(1.0 / length, across))
     least = GRAZING * square_root(length_square)
-    up = bits_at_most(rise_left, 0.0) & bits_at_most(rise_right, 0.0)
+    up = bits_at_most(rise_left, slack_left) & bits_at_most(rise_right, slack_right)
     up &= bits_at_most(depth, deepest) & ~bits_at_most(depth, least)
-    down = bits_at_most(0.0, rise_left) & bits_at_most(0.0, rise_right)
+    down = bits_at_most(0.0 - rise_left, slack_left) & bits_at_most(0.0 - rise_right, slack_right)
     down &= bits_at_most(-deepest, depth) & ~bits_at_most(0.0 - least, depth)
     return bits & (up | down)
+
+
+@jit_lean
+def _distance(along: Vec, corner: Vec) -> float:
+    """Return how far a corner is from a line through the origin [m]."""
+    return norm(cross(along, corner)) / norm(along)
+
+
+@jit_lean
+def _sine(normal: Vec, along: Vec, corner: Vec) -> float:
+    """Return the sine of the angle by which the face from an edge to a corner is above the plane across a normal."""
+    return dot(normal, corner) / _distance(along, corner)
 
 
 @jit_lean
@@ -73,7 +93,7 @@ def edge_across_edge(one: Ridge, other: Ridge, deepest: float) -> Crossing:
 
     They part along their common perpendicular. Both must be ridges, and each body lie on its own side of the plane
     across it: only then is it a way out that gets no shorter if it turns (Gregorius 2013, the arcs of both ridges on
-    the Gauss map cross).
+    the Gauss map cross). A face may be on the wrong side by SLACK.
     """
     along, along_other = sub(one.end, one.start), sub(other.end, other.start)
     across = cross(along, along_other)
@@ -85,20 +105,21 @@ def edge_across_edge(one: Ridge, other: Ridge, deepest: float) -> Crossing:
     place, other_place = dot(way, cross(along_other, across)), dot(way, cross(along, across))
     if not (0.0 <= place <= square and 0.0 <= other_place <= square):
         return NONE
-    # Its direction, away from the other body: both sides of the other edge are below.
-    left, right = sub(other.left, other.start), sub(other.right, other.start)
-    rise_left, rise_right = dot(across, left), dot(across, right)
-    if rise_left <= 0.0 and rise_right <= 0.0:
-        normal = scale(1.0 / np.sqrt(square), across)
-    elif rise_left >= 0.0 and rise_right >= 0.0:
-        normal = scale(-1.0 / np.sqrt(square), across)
-    else:
-        return NONE
+    apart = dot(way, across)
+    normal = scale((1.0 if apart > 0.0 else -1.0) / np.sqrt(square), across)
     depth = dot(way, normal)
     if not GRAZING * norm(along) < depth <= deepest:
         return NONE
-    own_left, own_right = sub(one.left, one.start), sub(one.right, one.start)
-    if dot(normal, own_left) < 0.0 or dot(normal, own_right) < 0.0:
+    # Both sides of the other edge are to be below it there, and both of its own above.
+    left, right, own_left, own_right = (
+        sub(other.left, other.start),
+        sub(other.right, other.start),
+        sub(one.left, one.start),
+        sub(one.right, one.start),
+    )
+    if max(_sine(normal, along_other, left), _sine(normal, along_other, right)) > SLACK:
+        return NONE
+    if min(_sine(normal, along, own_left), _sine(normal, along, own_right)) < -SLACK:
         return NONE
     face_left, face_right = cross(along_other, left), cross(right, along_other)
     if dot(face_left, right) >= 0.0 or dot(cross(along, own_left), own_right) >= 0.0:  # reentrant, or flat

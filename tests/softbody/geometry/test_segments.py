@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from softbody.collision.soft.edge_mesh import Ridge, bits_across, edge_across_edge
+from softbody.collision.soft.edge_mesh import SLACK, Ridge, bits_across, edge_across_edge
 from softbody.geometry.segments import LEAST, bits_not_beside, bits_not_past, end_of, put_segment, start_of
 from softbody.linalg.vec import cross, dot, sub
 
@@ -81,10 +81,12 @@ def test_edges_are_across_where_the_common_perpendicular_meets_both():
             across = np.cross(along, other)
             square = across @ across
             places = [(start - p) @ np.cross(v, across) for v in (other, along)]
-            rises = [across @ np.subtract(corner, start) for corner in (left, right)]
             height = (start - p) @ across
+            corners = [np.subtract(corner, start) for corner in (left, right)]
+            reach = [x - (x @ other) / (other @ other) * other for x in corners]  # from the edge, at right angles
+            rises = [np.sign(height) * (across @ x) - SLACK * np.sqrt(square * (x @ x)) for x in reach]
             meets = square > 0.0 and all(0.0 <= place <= square for place in places)
-            meets &= all(rise * height <= 0.0 for rise in rises)
+            meets &= all(rise <= 0.0 for rise in rises)
             near = [x for place in places for x in (place, place - square)] + [*rises, height]
             if square > 0.0 and np.abs(near).min() > 1e-6:
                 checked += meets

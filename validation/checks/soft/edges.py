@@ -29,6 +29,7 @@ check_edges = partial(check, section="beyond the paper")
 
 CORNERS = np.stack(np.meshgrid(*[(-0.5, 0.5)] * 3), axis=-1).reshape(-1, 3)
 EDGES = np.unique(np.sort(ROOF_FACES[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)), axis=0)
+LEVEL = np.arcsin(0.1)  # the angle by which a face may be on the wrong side
 RIDGE = np.array([2, 5, 1, 3])  # its ends, and the third corners to its left and right
 SPIKE_FACES = np.array([(0, 2, 1), (0, 3, 2), (0, 1, 3), (1, 2, 3)])  # the tip is 0
 SPIKE_EDGES = np.array([(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)])
@@ -98,13 +99,13 @@ def edges_in_a_box(run: Run) -> Comparison:
     because="rounding, of lines at 6° and more, a hundredth apart at least: 1.2e-13 at worst of ten seeds at standard",
     faults=(
         Fault("ways up alone", bits_across, "up | down → up"),
+        Fault("no slack", bits_across, "bits_at_most(rise_left, slack_left) → bits_at_most(rise_left, 0.0)"),
         Fault("half as deep", bits_across, "bits_at_most(depth, deepest) → bits_at_most(2.0 * depth, deepest)"),
         Fault("no deeper, the other way round", bits_across, "bits_at_most(-deepest, depth) → 0"),
         Fault(
             "own sides that rise both",
             edge_across_edge,
-            "dot(normal, own_left) < 0.0 or dot(normal, own_right) < 0.0"
-            " → dot(normal, own_left) < 0.0 and dot(normal, own_right) < 0.0",
+            "min(x_, y_) < -SLACK → max(x_, y_) < -SLACK",
         ),
         Fault("reentrant ridges of its own", edge_across_edge, "dot(cross(along, own_left), own_right) >= 0.0 → False"),
         Fault(
@@ -171,6 +172,12 @@ def ridges(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     return other, np.array(eight)
 
 
+def unit_across(way: np.ndarray, corner: np.ndarray) -> np.ndarray:
+    """Return the unit vector (3,) from a line through the origin, at a right angle, towards a corner."""
+    across = corner - (corner @ way) / (way @ way) * way
+    return across / np.linalg.norm(across)
+
+
 def crossing_of(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Return (7,) depth, way, place on both, and whether the left triangle faces it; 0 if two ridges do not cross."""
     (way, left, right), (other_way, other_left, other_right) = one[1:] - one[0], other[1:] - other[0]
@@ -180,7 +187,9 @@ def crossing_of(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     normal = apart / depth
     if not (0.0 <= place <= 1.0 and 0.0 <= other_place <= 1.0):
         return np.zeros(7)
-    if np.any(np.array([other_left, other_right]) @ normal > 0.0) or np.any(np.array([left, right]) @ normal < 0.0):
+    own = [np.arcsin(unit_across(way, corner) @ normal) for corner in (left, right)]
+    others = [np.arcsin(unit_across(other_way, corner) @ normal) for corner in (other_left, other_right)]
+    if max(others) > LEVEL or min(own) < -LEVEL:
         return np.zeros(7)
     if np.linalg.det([way, left, right]) >= 0.0 or np.linalg.det([other_way, other_left, other_right]) >= 0.0:
         return np.zeros(7)
