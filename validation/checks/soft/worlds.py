@@ -151,7 +151,7 @@ def impulses_keep_momenta(run: Run) -> Comparison:
         Fault(
             "a box hit by a soft body gives way as if it could not turn",
             soft_solver.find_mobilities,
-            "dot(by_normal_, normal_) → sharing.boxes.inverse_mass[box]",
+            "dot(by_normal_, normal_) → sharing.box_inverse_mass[box]",
         ),
         ALL_OF_THE_MASS,
     ),
