@@ -155,7 +155,8 @@ def ridges(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     def ridge(way: np.ndarray, to_left: np.ndarray, down: np.ndarray, middle: np.ndarray) -> np.ndarray:
         part, length = rng.uniform(-0.1, 1.1), rng.uniform(0.5, 2.0)
         start = middle - part * length * way
-        drop = np.where(rng.random(2) < 0.9, 1.0, -1.0) * rng.uniform(0.05, 1.0, 2)
+        level = np.where(rng.random(2) < 0.2, 0.1, 1.0)  # some faces all but are
+        drop = np.where(rng.random(2) < 0.9, 1.0, -1.0) * level * rng.uniform(0.05, 1.0, 2)
         sides = rng.choice([1.0, 1.0, 1.0, -1.0]) * rng.uniform(0.2, 1.0, 2) * [1.0, -1.0]
         corners = [start + s * to_left + rng.uniform(0.0, length) * way + d * down for s, d in zip(sides, drop)]
         return np.array([start, start + length * way, *corners])
