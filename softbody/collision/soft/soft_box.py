@@ -10,15 +10,17 @@ from softbody.collision.boxes.sat_boxes import PlacedBox
 from softbody.collision.contact import Listing, Touch, add_contact, box_side, soft_side
 from softbody.collision.soft.edge_box import edge_in_box
 from softbody.collision.soft.point_mesh import way_out
-from softbody.collision.soft.soft_soft import candidate_edges, half_way, point_between
+from softbody.collision.soft.soft_soft import half_way, point_between
 from softbody.collision.soft.surface import Memory, Solid, Surface
 from softbody.compiler.jit import jit_lean
 from softbody.geometry.box import way_back
 from softbody.geometry.penetration import INSIDE, Points, find_penetrations
 from softbody.linalg.quaternion import rotate, rotate_inverse
-from softbody.linalg.vec import dot, load, norm, scale, sub
+from softbody.linalg.vec import Vec, dot, load, norm, scale, sub
 from softbody.model.material import Material
 from softbody.model.surface_point import at_particle, on_edge
+
+ALL_FACES = INSIDE - 1
 
 
 @jit_lean
@@ -34,43 +36,53 @@ def find_contacts_in_box(
     """List where particles of a soft body are in a box, (its number, where it is), and its edges if they count.
 
     A particle leaves by the face through which it came since `before`, when the particles were at (n, 3) [m], and the
-    box where it was then; also one that has gone right through. The surface is side a of the contacts, the box side b.
+    box where it was then; also one that has gone right through. An edge whose ends leave by one face leaves with them;
+    if they do by two, it is across a side of the box. The surface is side a of the contacts, the box side b.
     """
     number, (size, position, orientation) = box
     first, points, outcode = surface.first, surface.vertices.position, memory.found.outcode
     b, half = box_side(number), scale(0.5, size)
     (old_points, old_box), box_way = before, way_of_box(before[1], box[1])
-    # Outcodes by the six faces; a particle that is outside none is inside.
+    # Outcodes by the six faces. A particle that is inside has that of the face by which it leaves.
     for i in range(points.shape[0]):
         p, old = load(points, i), load(old_points, i)
         x, y, z = rotate_inverse(orientation, sub(p, position))
         bits = (x <= -half[0]) | (x >= half[0]) << 1 | (y <= -half[1]) << 2 | (y >= half[1]) << 3
         bits |= (z <= -half[2]) << 4 | (z >= half[2]) << 5
-        outcode[i] = INSIDE if bits == 0 else bits
+        outcode[i] = bits
         # Who is outside by more than both have moved has not been inside.
         way, outside = sub(p, old), max(abs(x) - half[0], abs(y) - half[1], abs(z) - half[2])
         if bits == 0 or outside * outside < 2.0 * (dot(way, way) + box_way * box_way):
             from_box = rotate_inverse(old_box.orientation, sub(old, old_box.position))
             depth, normal = way_back(from_box, (x, y, z), half)
             if depth > 0.0:
-                outcode[i] = INSIDE
+                outcode[i] = INSIDE | _face_of(normal)
                 normal = rotate(orientation, normal)
                 touch = Touch(half_way(p, depth, normal), normal, depth, 0)
                 add_contact(contacts, soft_side(at_particle(first + i)), b, touch, material)
     if not with_edges:
         return
-    for row in range(candidate_edges(surface.ridges, outcode, memory.edge)):
-        i, j = surface.ridges[memory.edge[row], 0], surface.ridges[memory.edge[row], 1]
+    for edge in range(surface.ridges.shape[0]):
+        i, j = surface.ridges[edge, 0], surface.ridges[edge, 1]
+        if outcode[i] & outcode[j] & ALL_FACES != 0:
+            continue
         p, q = load(points, i), load(points, j)
         edge_before = load(old_points, i), load(old_points, j)
         depth, normal, place = edge_in_box((p, q), box[1], edge_before, old_box)
         # At an end that is inside it is parted as a particle.
-        at_end = (place == 0.0 and outcode[i] == INSIDE) or (place == 1.0 and outcode[j] == INSIDE)
+        at_end = (place == 0.0 and outcode[i] >= INSIDE) or (place == 1.0 and outcode[j] >= INSIDE)
         if depth > 0.0 and not at_end:
             point = half_way(point_between(p, q, place), depth, normal)
             add_contact(
                 contacts, soft_side(on_edge(first + i, first + j, place)), b, Touch(point, normal, depth, 0), material
             )
+
+
+@jit_lean
+def _face_of(normal: Vec) -> int:
+    """Return the outcode of a face of a box, by its normal."""
+    axis = 0 if normal[0] != 0.0 else 1 if normal[1] != 0.0 else 2
+    return 1 << (2 * axis + (normal[axis] > 0.0))
 
 
 @jit_lean
