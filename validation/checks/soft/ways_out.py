@@ -239,3 +239,46 @@ def edges_on_a_box(run: Run) -> Comparison:
         answers.extend(body.velocities @ axes / speed, (fall + change) / speed, kind="velocity")
         answers.extend(body.positions @ axes, corners + start + h * fall + ago * change, kind="place")
     return answers.comparison()
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.World.step, softbody.collision.soft.soft_box.find_contacts_in_box",
+    reference="the box as two half-spaces, in NumPy",
+    kind="bound",
+    unit="of the edge, the deepest of both ends and of the middle",
+    tolerance=0.02,
+    because="a particle may end a 64th of an edge inside a wall: 0.012; 0.15 where ends alone are held",
+    faults=(
+        Fault(
+            "edges with both ends inside that count as held",
+            find_contacts_in_box,
+            "outcode_[i_] & outcode_[j_] & ALL_FACES → outcode[i] & outcode[j]",
+        ),
+    ),
+)
+def edges_with_both_ends_inside(run: Run) -> Comparison:
+    """An edge across a box's side leaves it with both ends inside.
+
+    It starts so deep that each end is behind another face. All of it is out after three seconds.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    for _ in range(run.count(6, 20, 200)):
+        turn = random_orientations(rng, 1)[0]
+        axes, length = rotation_matrix(turn), rng.uniform(0.05, 0.2)
+        # Before all is turned: the upper edge of the box is along y, at 0; the lower edge of the body along x.
+        share, deep = rng.uniform(0.45, 0.55), length * rng.uniform(0.6, 0.65)
+        low = np.array([(-share * length, 0.0, -deep), ((1.0 - share) * length, 0.0, -deep)])
+        corners = np.concatenate([low, [(0.0, 1.0, 1.0), (0.0, -1.0, 1.0)]])
+        mesh = Mesh(corners @ axes.T, np.array([(0, 2, 1), (1, 3, 0), (2, 0, 3), (3, 1, 2)]))
+        world, side = weightless(), 0.4
+        body = world.add_soft_body(mesh, 1.0, 100.0, 0.0, friction=0.0, drag=2.0)
+        upright = np.array([np.cos(np.pi / 8), 0.0, np.sin(np.pi / 8), 0.0])
+        middle_of_box = axes @ (0.0, 0.0, -side * np.sqrt(0.5))
+        world.add_box((side, 4.0, side), None, middle_of_box, turned(turn, upright), friction=0.0)
+        world.run(3.0)
+        one, other = (body.positions @ axes)[:2]
+        middle = one - one[0] / (other[0] - one[0]) * (other - one)
+        inside = [-(abs(place[0]) + place[2]) * np.sqrt(0.5) for place in (one, other)]
+        answers.extend(np.maximum(0.0, [*inside, -middle[2]]) / length, np.zeros(3), kind=("end", "end", "middle"))
+    return answers.comparison()
