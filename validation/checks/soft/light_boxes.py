@@ -90,23 +90,26 @@ PLANK, PEDESTAL = (1.2, 0.4, 0.1), (0.3, 0.4, 0.5)  # [m]
     ),
 )
 def planks_tip_as_they_must(run: Run) -> Comparison:
-    """A plank on a pedestal tips where a cube's moment is larger.
+    """Planks on a pedestal tip where a cube's moment is larger.
 
-    The soft cube is beside the pedestal, moments are about its edge, and the plank has a twentieth to 1.5 times the
-    cube's mass. It does not tip if its own moment is the larger one.
+    One or two planks. The soft cube is beside the pedestal, moments are about its edge, and the planks have a
+    twentieth to 1.5 times the cube's mass. They do not tip if their own moment is the larger one.
     """
     rng, answers = run.fresh_rng(), Answers()
     cube = softbody.box((0.2, 0.2, 0.2), 3)
     for trial in range(run.count(6, 24, 100)):
-        mass, tips = np.exp(rng.uniform(np.log(0.05), np.log(1.5))), bool(trial % 2)
-        balance = 0.5 * PEDESTAL[0] * (1.0 + mass)  # where the cube's moment is the plank's
+        mass, tips, count = np.exp(rng.uniform(np.log(0.05), np.log(1.5))), bool(trial % 2), 1 + trial // 2 % 2
+        balance = 0.5 * PEDESTAL[0] * (1.0 + mass)  # where the cube's moment is the planks'
         place = balance + (rng.uniform(0.05, 0.15) if tips else -rng.uniform(0.05, 0.15))
         world = World()
         world.add_box(PEDESTAL, None, (0.0, 0.0, 0.25))
-        plank = world.add_box(PLANK, mass, (0.0, 0.0, 0.55))
-        world.add_soft_body(cube, 1.0, 2000.0, 6.0, (place * float(rng.choice([-1.0, 1.0])), 0.0, 0.72), friction=1.0)
+        planks = [
+            world.add_box(PLANK, mass / count, (0.0, 0.0, 0.55 + 0.1 * layer), friction=1.0) for layer in range(count)
+        ]
+        centre = (place * float(rng.choice([-1.0, 1.0])), 0.0, 0.62 + 0.1 * count)
+        world.add_soft_body(cube, 1.0, 2000.0, 6.0, centre, friction=1.0)
         world.equilibrium()
         world.run(0.6, STEP * world.stable_time_step())
-        lean = 2.0 * np.arcsin(min(1.0, float(np.linalg.norm(plank.orientation[1:]))))
+        lean = 2.0 * np.arcsin(min(1.0, float(np.linalg.norm(planks[0].orientation[1:]))))
         answers.add(float(lean > 0.03), float(tips), kind="must tip" if tips else "must not")
     return answers.comparison()
