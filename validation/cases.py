@@ -52,16 +52,16 @@ BOX_TRIANGLES = np.array(
 )
 
 
-def depths_of_boxes(world: World) -> tuple[float, float]:
-    """Return how deep [m] boxes of a World are at most inside each other, by FCL, and below its ground.
+def depths_of_boxes(world: World, unit: float = 1.0) -> tuple[float, float]:
+    """Return how deep boxes of a World are at most inside each other, by FCL, and below its ground, in units [m].
 
-    FCL's contacts are up to 1.05 times as deep as boxes are.
+    FCL's contacts are up to 1.05 times as deep as boxes are. It counts in these units: it knows no tiny boxes.
     """
     from references import fcl
 
-    size, place, turn = world.model.box_size, world.state.box_position, world.state.box_orientation
+    size, place, turn = world.model.box_size / unit, world.state.box_position / unit, world.state.box_orientation
     corners = [x + corners_of(each) @ rotation_matrix(q).T for each, x, q in zip(size, place, turn)]
-    below = world.model.ground_height - min(float(rows[:, 2].min()) for rows in corners)
+    below = world.model.ground_height / unit - min(float(rows[:, 2].min()) for rows in corners)
     i, j = np.triu_indices(len(size), 1)
     reach = 0.5 * np.linalg.norm(size, axis=1)
     near = np.linalg.norm(place[i] - place[j], axis=1) < reach[i] + reach[j]

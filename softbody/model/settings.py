@@ -28,7 +28,7 @@ class Settings(NamedTuple):
     exhaustive_pairs: bool = False  # try all pairs, and soft ones by face normals, as in the paper, instead of a grid
     iterations: int = 30  # sweeps of the contact solver, a step
     edge_contacts: bool = True  # of soft bodies, and not only contacts of vertices, as in the paper
-    split_steps: bool = True  # where bodies would jump through each other
+    split_steps: bool = True  # where bodies would jump through each other, or boxes are small
     gyroscopic: bool = False  # a free box keeps I ω instead of ω
     speed_ceiling: float = inf  # [m/s] of boxes; paper §6
     angular_speed_ceiling: float = inf  # [rad/s] of boxes; paper §6

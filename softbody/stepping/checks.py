@@ -9,7 +9,7 @@ import numpy as np
 
 from softbody.bodies.names import Names, Who
 from softbody.collision.contact import Contacts
-from softbody.collision.pressed import FIRST, NOW, Pressed
+from softbody.collision.pressed import FIRST, GONE_THROUGH, NOW, Pressed
 from softbody.collision.soft.surface import Surfaces
 from softbody.dynamics.integrators import STABILITY_LIMIT
 from softbody.dynamics.joint_forces import joint_rates
@@ -246,9 +246,11 @@ def pairs_inside(model: Model, contacts: Contacts) -> set[tuple[int, int]]:
 
 def warn_of_pressed(pressed: Pressed, pair: tuple[int, int], model: Model, names: Names) -> None:
     """Warn of a pair that is pressed deep into each other."""
+    part = float(pressed.part[FIRST])
+    limit = "half of it would be an error" if part < GONE_THROUGH else "they may go through each other"
     warnings.warn(
-        f"{_pressed(pressed, FIRST, pair, model, names)} since step {pressed.step[0]}: {pressed.part[FIRST]:.0%} of "
-        f"the thinner one's thickness, and half of it would be an error; {PRESS_LESS}",
+        f"{_pressed(pressed, FIRST, pair, model, names)} since step {pressed.step[0]}: {part:.0%} of "
+        f"the thinner one's thickness, and {limit}; {PRESS_LESS}",
         OverloadWarning,
         stacklevel=5,
     )

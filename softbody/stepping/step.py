@@ -239,10 +239,10 @@ def run(
 ) -> tuple[int, int]:
     """Advance any world by the steps of an order, and its clock; return (fault, body).
 
-    Where bodies would jump through each other a step is taken in equal parts. On a fault the state is that of the last
-    good step. Unless what it begins with `is_seen` to be good, no step is taken where it may not be: the fault is
-    UNSEEN. Where there is no room for all contacts it is NO_ROOM, and "body" is how many rows there must be. Where
-    `work.stop` is not 0, the run ends after the step, or with `abort_mid_step` in its midst.
+    Where bodies would jump through each other, or boxes are small, a step is taken in equal parts. On a fault the state
+    is that of the last good step. Unless what it begins with `is_seen` to be good, no step is taken where it may not
+    be: the fault is UNSEEN. Where there is no room for all contacts it is NO_ROOM, and "body" is how many rows there
+    must be. Where `work.stop` is not 0, the run ends after the step, or with `abort_mid_step` in its midst.
 
     The time is counted from when the call began, so that it is the same to the last bit, however many runs it takes.
     All that changes is written to the arrays that are given: what a kernel returns is lost where a signal is handled
@@ -264,8 +264,8 @@ def run(
         parts = 1
         if let_sleep(model, state, work.joints, work.rest, settings, h):
             parts = 0
-        elif settings.split_steps and model.soft_count > 0:
-            parts = subdivision(model, state, work.rest, h)
+        elif settings.split_steps:
+            parts = subdivision(model, controls, state, work.rest, h)
         begun, part, may_part = False, 0, settings.split_steps and not settings.single_soft_contact
         while part < parts:
             if parts > 1 and not begun:

@@ -1,7 +1,8 @@
 """Number of parts into which a step is split so that no body jumps through another.
 
 A contact is found where a particle, a corner or an edge is inside a body at the end of a step, and it is parted through
-the nearest side. So on its way in nothing may go past the middle in one go.
+the nearest side. So on its way in nothing may go past the middle in one go. Contacts of boxes look ahead, and how far
+gravity moves these in a step is their unit of length: it has to be short beside the boxes.
 """
 
 from __future__ import annotations
@@ -10,16 +11,18 @@ from math import ceil, inf, sqrt
 
 import numpy as np
 
+from softbody.collision.boxes.box_contacts import penetration_slop
 from softbody.collision.broad_phase import near_pairs
 from softbody.collision.contact import Contacts, surface_point
 from softbody.compiler.jit import jit, jit_lean
 from softbody.geometry.sphere import bounding_spheres
 from softbody.linalg.vec import add, cross, dot, load, norm, scale, store, sub
-from softbody.model.arrays import NOBODY, Model, State
+from softbody.model.arrays import NOBODY, Controls, Model, State
 from softbody.model.sleep_state import SleepState, sleeps
 from softbody.model.surface_point import value_at
 
 SHARE = 0.25  # of the thinner body's thickness, which two bodies may move against each other in one part
+FALL = 0.0625  # of a box's thickness, by which gravity may move it: boxes at rest may be as deep in each other
 MOST_PARTS = 1_000
 
 # The part of a mean edge, or of a box's thickness, by which the sides of a contact may come nearer in one part; and of
@@ -105,13 +108,33 @@ def body_of(model: Model, particle: int) -> int:
 
 
 @jit
-def subdivision(model: Model, state: State, rest: SleepState | None, h: float) -> int:
+def subdivision(model: Model, controls: Controls, state: State, rest: SleepState | None, h: float) -> int:
     """Return the least number of equal parts of a step of `h` [s], at most MOST_PARTS, in which nothing is jumped over.
 
-    In one part no soft body and what is near it may move against each other by more than a SHARE of the thickness of
-    the thinner. Boxes among themselves have contacts that look ahead, and count not; who sleeps does not move.
+    In one part gravity moves no box by more than a FALL of the thickness of the thinnest. No soft body and what is near
+    it move against each other by more than a SHARE of the thickness of the thinner. Who sleeps does not move.
     """
+    parts = max(_parts_of_fall(model, controls, h), _parts_of_motion(model, state, rest, h))
+    return int(ceil(min(parts, MOST_PARTS)))
+
+
+@jit_lean
+def _parts_of_fall(model: Model, controls: Controls, h: float) -> float:
+    """Return in how many parts of a step gravity moves boxes by a FALL of the thinnest one's thickness each."""
+    thinnest, any_moves = inf, False
+    for box in range(model.box_count):
+        size = load(model.box_size, box)
+        thinnest = min(thinnest, size[0], size[1], size[2])
+        any_moves = any_moves or model.box_inverse_mass[box] > 0.0
+    return sqrt(penetration_slop(controls, h) / (FALL * thinnest)) if any_moves else 1.0
+
+
+@jit
+def _parts_of_motion(model: Model, state: State, rest: SleepState | None, h: float) -> float:
+    """Return in how many parts of a step no soft body moves too far against what is near it."""
     soft, boxes = model.soft_count, model.box_count
+    if soft == 0:
+        return 1.0
     velocity = np.zeros((soft + boxes, 3))
     spread = np.zeros(soft + boxes)  # of the velocities of a body's points about that of its centre
     thickness = np.empty(soft + boxes)
@@ -140,7 +163,7 @@ def subdivision(model: Model, state: State, rest: SleepState | None, h: float) -
         fastest = max(fastest, norm(load(velocity, body)) + spread[body])
         thinnest = min(thinnest, thickness[body])
     if not 2.0 * h * fastest > SHARE * thinnest:
-        return 1
+        return 1.0
     centre, radius, is_soft = spheres_of_bodies(model, state)
     for body in range(soft + boxes):
         radius[body] += h * (norm(load(velocity, body)) + spread[body])
@@ -150,4 +173,4 @@ def subdivision(model: Model, state: State, rest: SleepState | None, h: float) -
         a, b = pairs[k, 0], pairs[k, 1]
         closing = norm(sub(load(velocity, a), load(velocity, b))) + spread[a] + spread[b]
         parts = max(parts, h * closing / (SHARE * min(thickness[a], thickness[b])))
-    return int(ceil(min(parts, MOST_PARTS)))
+    return parts

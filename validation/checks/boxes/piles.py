@@ -8,10 +8,13 @@ import numpy as np
 
 from softbody import World
 from softbody.collision.boxes import box_contacts
+from softbody.collision.soft import split_steps
 from softbody.collision.solver import sequential_impulses, support_trees
 from validation.answers import Answers
+from validation.cases import depths_of_boxes, random_orientations
 from validation.check import Comparison, Run, check
 from validation.checks.boxes.cases import about
+from validation.checks.worlds.cases import by_turns
 from validation.fault import Fault
 
 FAMILY = "boxes in motion"
@@ -216,4 +219,41 @@ def incline_of_piles(run: Run) -> Comparison:
             places = world.state.box_position.copy()
             world.run(10.0, 1.0 / 240.0)
             answers.add(np.linalg.norm(world.state.box_position - places, axis=1).max(), 0.0)
+    return answers.comparison()
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.collision.soft.split_steps.subdivision",
+    reference="FCL's depth of boxes in each other; heights of corners",
+    engines=("fcl",),
+    unit="of the thickness of the thinnest",
+    kind="bound",
+    tolerance=0.0625,
+    because="the rule: gravity moves boxes by no more in a part of a step, and they may be left so deep",
+    faults=(
+        Fault(
+            "boxes that fall as far as they like", split_steps._parts_of_fall, "sqrt(x_) if any_moves_ else 1.0 → 1.0"
+        ),
+    ),
+)
+def small_boxes_lie_on_each_other(run: Run) -> Comparison:
+    """Boxes of any size that fall on each other lie on each other.
+
+    Five cubes of 10 µm to 1 m fall on the ground, in any orientation. Or they are 0.2 m large, and fall on a plate of
+    10 µm to 10 mm. At 240 steps a second they rest after 2 s, hardly inside each other, below the ground or the plate.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    for kind in by_turns(run.count(8, 40, 200), "small boxes", "a thin plate"):
+        world, side, thin = World(), 0.2, 10.0 ** rng.uniform(-5.0, -2.0)
+        if kind == "a thin plate":
+            world.add_box((20.0, 20.0, thin), None, (0.0, 0.0, -0.5 * thin))
+        else:
+            side = thin = 10.0 ** rng.uniform(-5.0, 0.0)
+            world.add_ground()
+        for k, turn in enumerate(random_orientations(rng, 5)):
+            place = side * np.array([*rng.uniform(-0.3, 0.3, 2), 1.0 + 1.8 * k])
+            world.add_box((side,) * 3, 1000.0 * side**3, place, turn)
+        world.run(2.0 + 2.0 * np.sqrt(side), 1.0 / 240.0)
+        answers.add(max(depths_of_boxes(world, thin)), 0.0, kind=kind)
     return answers.comparison()

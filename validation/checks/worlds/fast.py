@@ -77,23 +77,27 @@ def nothing_passes_through(run: Run) -> Comparison:
     tolerance=0.0,
     because="whole numbers",
     faults=(
-        Fault("means that point back", split_steps.subdivision, "add(mean_, x_) → sub(mean, x_)"),
-        Fault("points that spread about nothing", split_steps.subdivision, "sub(x_, mean_) → add(x_, mean)"),
-        Fault("pairs that are near now alone", split_steps.subdivision, "h_ * (x_ + spread_[b_]) → 0.0 * x_"),
-        Fault("half of what spins", split_steps.subdivision, "0.5 * norm(size_) → 0.25 * norm(size)"),
+        Fault("means that point back", split_steps._parts_of_motion, "add(mean_, x_) → sub(mean, x_)"),
+        Fault("points that spread about nothing", split_steps._parts_of_motion, "sub(x_, mean_) → add(x_, mean)"),
+        Fault("pairs that are near now alone", split_steps._parts_of_motion, "h_ * (x_ + spread_[b_]) → 0.0 * x_"),
+        Fault("half of what spins", split_steps._parts_of_motion, "0.5 * norm(size_) → 0.25 * norm(size)"),
+        Fault("boxes that fall as far as they are thick", split_steps._parts_of_fall, "FALL * thinnest_ → thinnest"),
     ),
 )
 def parts_of_a_step(run: Run) -> Comparison:
     """A step is cut into as few parts as the rule wants.
 
     Parts are equal. In one nothing that is near moves against a soft body by more than a quarter of the thinner one's
-    thickness. Soft bodies and boxes fly, swell and spin anyhow.
+    thickness, and gravity moves no box by more than a sixteenth of the thinnest one's. Soft bodies and boxes fly, swell
+    and spin anyhow.
     """
     rng, answers = run.fresh_rng(), Answers()
     while len(answers) < run.count(50, 250, 2_500):
-        world = World(gravity=WEIGHTLESS)
+        pull = 10.0 ** rng.uniform(0.0, 4.0) if rng.random() < 0.3 else 0.0  # [m/s²]
+        world = World(gravity=(0.0, 0.0, -pull))
         h, pace = 10.0 ** rng.uniform(-3.0, -1.0), 10.0 ** rng.uniform(-0.5, 2.0)
         rows: list[tuple[np.ndarray, float, np.ndarray, float, float, bool]] = []
+        thinnest = np.inf
         for _ in range(rng.integers(2, 5)):
             velocity = pace * rng.normal(size=3)
             # As far apart as they may come in a step, or much less or more.
@@ -114,9 +118,9 @@ def parts_of_a_step(run: Run) -> Comparison:
             else:
                 size, spin = rng.uniform(0.05, 1.0, 3), pace * rng.normal(size=3)
                 world.add_box(size, 1.0, place, velocity=velocity, angular_velocity=spin)
-                reach = 0.5 * np.linalg.norm(size)
+                reach, thinnest = 0.5 * np.linalg.norm(size), min(thinnest, size.min())
                 rows.append((place, float(reach), velocity, float(reach * np.linalg.norm(spin)), size.min(), False))
-        parts, is_clear = 1.0, True
+        parts, is_clear = np.maximum(1.0, h * np.sqrt(pull / (0.0625 * thinnest))), True
         for k, one in enumerate(rows):
             for other in rows[:k]:
                 # (A sphere around a soft body may be larger than the least one by a fifth.)
@@ -127,9 +131,7 @@ def parts_of_a_step(run: Run) -> Comparison:
                     parts = np.maximum(parts, h * closing / (0.25 * min(one[4], other[4])))
                     is_clear &= bool(apart < come + 0.4 * reach)
         if is_clear and (parts > 1.0 or rng.random() < 0.3):
-            found, judged = (
-                split_steps.subdivision(world.model, world.state, None, h),
-                np.ceil(np.minimum(parts, 1_000.0)),
-            )
+            found = split_steps.subdivision(world.model, world.store.controls, world.state, None, h)
+            judged = np.ceil(np.minimum(parts, 1_000.0))
             answers.add(found, judged, kind="one part" if judged == 1 else "several" if judged < 1_000 else "most")
     return answers.comparison()
