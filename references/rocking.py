@@ -33,7 +33,7 @@ def rocking_block(
             (0.0, 100.0),
             start,
             method="DOP853",
-            events=_falls_to_zero(until),
+            events=_FallsToZero(until),
             rtol=1e-11,
             atol=1e-13,
         )
@@ -48,9 +48,13 @@ def rocking_block(
     return np.array(peaks), np.array(times)
 
 
-def _falls_to_zero(component: int):
-    def event(_: float, y: np.ndarray) -> float:
-        return y[component]
+class _FallsToZero:
+    """An event: a component of what is solved for has fallen to 0."""
 
-    event.terminal, event.direction = True, -1.0
-    return event
+    terminal, direction = True, -1.0
+
+    def __init__(self, component: int) -> None:
+        self.component = component
+
+    def __call__(self, _: float, y: np.ndarray) -> float:
+        return float(y[self.component])
