@@ -237,7 +237,7 @@ def incline_of_piles(run: Run) -> Comparison:
     ),
 )
 def small_boxes_lie_on_each_other(run: Run) -> Comparison:
-    """Boxes of any size, and on any plate, come to lie on each other.
+    """Boxes of any size come to lie on each other.
 
     Five cubes of 10 µm to 1 m fall on the ground, in any orientation. Or they are 0.2 m large, and fall on a plate of
     10 µm to 10 mm. At 240 steps a second they rest after 2 s, hardly inside each other, below the ground or the plate.
