@@ -16,10 +16,13 @@ from softbody.collision.contact import Contacts
 from softbody.collision.solver.batches import FRICTION, Batches, batches_of, take_impulses
 from softbody.collision.solver.bounces import set_targets
 from softbody.collision.solver.held_boxes import pass_down
+from softbody.collision.solver.pinched import holds_pinched
 from softbody.collision.solver.solver_row import (
     ANGULAR_A,
     ANGULAR_B,
     COUPLING,
+    INVERSE_A,
+    INVERSE_B,
     MASS,
     NORMAL,
     NORMAL_IMPULSE,
@@ -44,10 +47,10 @@ from softbody.collision.solver.solver_row import (
 from softbody.collision.solver.support_trees import solve_trees
 from softbody.collision.solver.sweep_order import sweep_order
 from softbody.compiler.jit import jit, jit_lean
-from softbody.compiler.simd import Lanes, least_lane, load_lanes, spread, store_lanes, where_less
+from softbody.compiler.simd import LANES, Lanes, least_lane, load_lanes, spread, store_lanes, where_less
 from softbody.linalg.vec import Vec, add, dot, load, scale, store, sub
 from softbody.linalg.vec_lanes import VecLanes, gather_vec, scatter_vec
-from softbody.model.arrays import RigidBodies
+from softbody.model.arrays import NOBODY, RigidBodies
 from softbody.model.material import within_friction_cones
 
 # The part of a depth that one step undoes. All at once would let a pile that is not solved to the end jump.
@@ -59,6 +62,10 @@ MORE, FAST = 3, 0.75
 
 # The part of the depth that is allowed below which a correction of a displacement is not worth another sweep.
 CLOSE = 1e-3
+
+# Sweeps that change as much as those before, but for this part, do not converge. If something moves by script, it may
+# press what cannot give way; its contacts then give way by this part of what their impulses change a free body by.
+STUCK, GIVING_WAY = 0.9, 0.25
 
 
 @jit
@@ -127,7 +134,7 @@ def _sweep_all(contacts: Contacts, pairs: np.ndarray, iterations: int, enough: f
     Or until `iterations` are done, and those that follow no longer converge FAST.
     """
     batches, motions = batches_of(contacts, pairs, motion.shape[0] - 1), motion.reshape(-1)
-    before = inf
+    before, is_stuck = inf, False
     for left in range((1 + MORE) * iterations, 0, -1):
         # The last one goes down, and leaves what is amiss at the top, where it moves least.
         down = left % 2 == 1
@@ -135,10 +142,54 @@ def _sweep_all(contacts: Contacts, pairs: np.ndarray, iterations: int, enough: f
         if changed <= enough:
             break
         if down:
+            is_stuck = changed > STUCK * before
             if left <= MORE * iterations + 1 and changed > FAST * before:
                 break
             before = changed
     take_impulses(contacts, batches)
+    if is_stuck and changed > enough:
+        pressing = holds_pinched(contacts, motion.shape[0] - 1, NORMAL_IMPULSE)
+        if pressing.shape[0] > 0:
+            _give_way(contacts, batches, pressing, iterations, enough, motion)
+            take_impulses(contacts, batches)
+
+
+@jit
+def _give_way(
+    contacts: Contacts, batches: Batches, pressing: np.ndarray, iterations: int, enough: float, motion: np.ndarray
+) -> None:
+    """Sweep on, with contacts of what moves by script giving way to what their impulses have grown by in the step.
+
+    Two jaws that close on a box leave it nowhere to go: each sweep hands it to the other jaw, with a larger impulse.
+    """
+    target, count = np.empty(pressing.shape[0]), 0
+    for k in pressing:
+        if _is_moved(contacts, k, 0, motion) or _is_moved(contacts, k, 1, motion):
+            row, lane = batches.row[batches.place[k] // LANES], batches.place[k] % LANES
+            begun = max(0.0, component(contacts.row, k, NORMAL, load(contacts.impulse, k)))
+            target[count] = row[TARGET, lane] + GIVING_WAY / contacts.row[k, MASS] * begun
+            row[MASS, lane] = contacts.row[k, MASS] / (1.0 + GIVING_WAY)
+            pressing[count] = k
+            count += 1
+    for sweep in range(2 * iterations if count else 0):
+        for place in range(count):
+            k = pressing[place]
+            row, lane = batches.row[batches.place[k] // LANES], batches.place[k] % LANES
+            row[TARGET, lane] = target[place] - GIVING_WAY / contacts.row[k, MASS] * row[NORMAL_IMPULSE, lane]
+        if _sweep(batches, sweep % 2 == 1, motion.reshape(-1)) <= enough:
+            break
+
+
+@jit_lean
+def _is_moved(contacts: Contacts, k: int, side: int, motion: np.ndarray) -> bool:
+    """Tell whether a side of contact `k` has no mass, and moves."""
+    body = contacts.box[k, side]
+    if body == NOBODY or contacts.row[k, INVERSE_A if side == 0 else INVERSE_B] > 0.0:
+        return False
+    moves = False
+    for c in range(motion.shape[1]):
+        moves = moves or motion[body, c] != 0.0
+    return moves
 
 
 @jit_lean
@@ -241,27 +292,43 @@ def solve_positions(contacts: Contacts, bodies: RigidBodies, slop: float, iterat
     solve that stops early leaves; undoing them too would lift a stack again and again, and feed it energy: ten boxes
     then never come to rest.
     """
-    row = contacts.row
     shift = np.zeros((bodies.inverse_mass.shape[0] + 1, 6))
-    deep = np.empty(contacts.number[1], np.int64)
+    deep, row = np.empty(contacts.number[1], np.int64), contacts.row
     count = 0
     for k in range(contacts.number[1]):
+        row[k, POSITION_IMPULSE] = 0.0
         if contacts.depth[k] > slop:
             deep[count] = k
             count += 1
-            row[k, POSITION_IMPULSE] = 0.0
-    for _ in range(iterations if count else 0):
+    kept = np.ones(contacts.number[1] if count else 0)
+    if count and _shift_all(contacts, deep[:count], kept, slop, iterations, shift):
+        pressing = holds_pinched(contacts, bodies.inverse_mass.shape[0], POSITION_IMPULSE)
+        if pressing.shape[0] > 0:
+            shift[:] = row[:, POSITION_IMPULSE] = 0.0
+            for k in pressing:
+                kept[k] = 1.0 / (1.0 + GIVING_WAY)
+            _shift_all(contacts, deep[:count], kept, slop, iterations, shift)
+    return shift
+
+
+@jit_lean
+def _shift_all(
+    contacts: Contacts, deep: np.ndarray, kept: np.ndarray, slop: float, iterations: int, shift: np.ndarray
+) -> bool:
+    """Sweep over the `deep` contacts, with the part of each impulse that is `kept`; tell whether they are stuck."""
+    row, before, is_stuck = contacts.row, inf, False
+    for _ in range(iterations):
         most = 0.0
-        for place in range(count):
-            k = deep[place]
+        for k in deep:
             a, b = contacts.box[k, 0], contacts.box[k, 1]
-            before = row[k, POSITION_IMPULSE]
+            done = row[k, POSITION_IMPULSE]
             lack = BAUMGARTE * (contacts.depth[k] - slop) - speed_along(row, k, NORMAL, load_pair(shift, a, b))
-            row[k, POSITION_IMPULSE] = max(0.0, before + row[k, MASS] * lack)
-            change = row[k, POSITION_IMPULSE] - before
+            row[k, POSITION_IMPULSE] = max(0.0, kept[k] * (done + row[k, MASS] * lack))
+            change = row[k, POSITION_IMPULSE] - done
             if change != 0.0:
                 most = max(most, abs(change) / row[k, MASS])
                 apply_impulse(row, k, NORMAL, change, shift, (a, b))
         if most <= CLOSE * slop:
-            break
-    return shift
+            return False
+        is_stuck, before = most > STUCK * before, most
+    return is_stuck
