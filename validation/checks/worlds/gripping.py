@@ -26,15 +26,15 @@ SIDE = 0.085  # [m] of what is gripped
     piece="softbody.collision.solver.sequential_impulses.solve_velocities",
     reference="symmetry: between two equal jaws a box stays where it is, and goes where they go",
     kind="invariant",
-    unit="m",
-    tolerance=5e-4,
-    because="what sweeps leave: 1.5e-4 at worst of 240 grips; without giving way, jaws that close by 5 mm too"
-    " far press a box 9 mm aside",
+    unit="of how much too far the jaws close",
+    tolerance=0.08,
+    because="what sweeps leave: 0.059 at worst of 440 grips; 0.12 and more if impulses do not give way, and 1.7 if"
+    " shifts do not either",
     faults=(
         Fault(
             "impulses of jaws that do not give way",
             sequential_impulses._sweep_all,
-            "is_stuck_ and changed_ > enough_ → False",
+            "is_stuck and changed > enough → False",
         ),
         Fault(
             "shifts of jaws that do not give way", sequential_impulses.solve_positions, "pressing_.shape[0] > 0 → False"
@@ -64,7 +64,7 @@ def jaws_close_too_far(run: Run) -> Comparison:
             jaw.move_to((x, 0.0, 0.25), seconds=1.0)
         start = box.position[2]
         world.run(1.5, step)
-        answers.extend([aside, box.position[2] - start], [0.0, 0.2], kind=["aside", "lifted"])
+        answers.extend([aside, box.position[2] - start], [0.0, 0.2], over, ["aside", "lifted"])
     return answers.comparison()
 
 
@@ -76,14 +76,14 @@ def jaws_close_too_far(run: Run) -> Comparison:
     because="a yes-or-no answer, 5 % or more from balance",
     faults=(
         Fault(
-            "friction of soft bodies off by a tenth",
+            "half the friction of soft bodies",
             soft_solver._answer,
-            "problem.friction[k] * push_ → 0.9 * problem.friction[k] * push_",
+            "problem.friction[k] * push_ → 0.5 * problem.friction[k] * push_",
         ),
         Fault(
-            "friction of boxes off by a tenth",
+            "half the friction of boxes",
             sequential_impulses._sweep,
-            "load_lanes(row_[FRICTION], 0) * normal_ → 0.9 * load_lanes(row_[FRICTION], 0) * normal_",
+            "load_lanes(row_[FRICTION], 0) * normal_ → 0.5 * load_lanes(row_[FRICTION], 0) * normal_",
         ),
     ),
 )
