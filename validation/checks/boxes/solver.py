@@ -189,6 +189,11 @@ def swept(
             "left_ <= MORE * iterations_ + 1 → left <= MORE * iterations - 1",
         ),
         Fault(
+            "sweeps that never go on, though they converge",
+            sequential_impulses._sweep_all,
+            "changed_ > FAST * before_ → True",
+        ),
+        Fault(
             "a sliding that is not that which the normal impulse leaves",
             solver_row.prepare_contacts,
             "_coupling(row_, k_, SECOND, NORMAL) → _coupling(row, k, TANGENT, NORMAL)",
