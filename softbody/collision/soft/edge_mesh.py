@@ -42,6 +42,10 @@ NONE = Crossing(0.0, (0.0, 0.0, 0.0), 0.0, 0.0, False)
 # the knife's edge: two crossings would take turns, a step each, and what rests on them tremble.
 SLACK = 0.1
 
+# Sine of the angle by which two faces may be bent inwards at a ridge. What a ridge bears bends it flat, and one that is
+# then none bears it in every second step.
+FLAT = 0.02
+
 # A depth below this part of an edge's length is rounding, as where an edge meets its own mirror image.
 GRAZING = 1e-9
 
@@ -88,12 +92,19 @@ def _sine(normal: Vec, along: Vec, corner: Vec) -> float:
 
 
 @jit_lean
+def _is_reentrant(along: Vec, left: Vec, right: Vec) -> bool:
+    """Tell whether the right face of an edge is above the plane of its left one, by more than FLAT."""
+    face = cross(along, left)
+    return dot(face, right) > FLAT * norm(face) * _distance(along, right)
+
+
+@jit_lean
 def edge_across_edge(one: Ridge, other: Ridge, deepest: float) -> Crossing:
     """Return how the edge `one` of a mesh crosses the edge `other` of another; none if deeper than `deepest` [m].
 
     They part along their common perpendicular. Both must be ridges, and each body lie on its own side of the plane
     across it: only then is it a way out that gets no shorter if it turns (Gregorius 2013, the arcs of both ridges on
-    the Gauss map cross). A face may be on the wrong side by SLACK.
+    the Gauss map cross). A face may be on the wrong side by SLACK, and a ridge bent inwards by FLAT.
     """
     along, along_other = sub(one.end, one.start), sub(other.end, other.start)
     across = cross(along, along_other)
@@ -121,8 +132,8 @@ def edge_across_edge(one: Ridge, other: Ridge, deepest: float) -> Crossing:
         return NONE
     if min(_sine(normal, along, own_left), _sine(normal, along, own_right)) < -SLACK:
         return NONE
-    face_left, face_right = cross(along_other, left), cross(right, along_other)
-    if dot(face_left, right) >= 0.0 or dot(cross(along, own_left), own_right) >= 0.0:  # reentrant, or flat
+    if _is_reentrant(along_other, left, right) or _is_reentrant(along, own_left, own_right):
         return NONE
+    face_left, face_right = cross(along_other, left), cross(right, along_other)
     facing_left, facing_right = dot(normal, face_left) * norm(face_right), dot(normal, face_right) * norm(face_left)
     return Crossing(depth, normal, place / square, other_place / square, facing_left >= facing_right)

@@ -56,7 +56,7 @@ MANY = 100  # contacts from which threads share their islands: they meet once a 
 # The part of the most that a body's contacts lack at first that a contact may lack in the end, and after some sweeps;
 # the part of an edge to a step that is not worth more than those; and how often impulses, and when they act, are found
 # in answer to each other.
-ENOUGH, CLOSE, FINE, FIRST_SWEEPS, ROUNDS = 1.0 / 256.0, 1.0 / 4096.0, 1e-3, 3, 4
+ENOUGH, CLOSE, FINE, FIRST_SWEEPS, ROUNDS = 1.0 / 256.0, 1.0 / 4096.0, 1e-4, 3, 4
 
 # The part of an edge, and of the thickness of the thinner side, by which sides may be out of the place that contacts
 # were to bring them to, after the sweeps; and the part of that where they are as deep already: it must not add up.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from softbody.collision.contact import Listing, Touch, add_contact, soft_side
-from softbody.collision.soft.edge_mesh import Crossing, Ridge, bits_across, edge_across_edge
+from softbody.collision.soft.edge_mesh import SLACK, Crossing, Ridge, bits_across, edge_across_edge
 from softbody.collision.soft.point_mesh import way_out
 from softbody.collision.soft.surface import Eight, Memory, Solid, Surface
 from softbody.compiler.jit import jit_lean
@@ -87,7 +87,8 @@ def candidate_edges(ridges: np.ndarray, outcode: np.ndarray, listed: np.ndarray)
 def _drop_those_that_lead_out(one: Surface, count: int, memory: Memory) -> int:
     """Drop from the `count` edges in `memory.edge` what leads out from an end that is inside; return how many are left.
 
-    Such an edge goes no deeper: it is parted as a particle.
+    Such an edge goes no deeper: it is parted as a particle. One that lies along the surface, but for SLACK, may go
+    deeper farther on, and which it is must not change from step to step.
     """
     points, outcode = one.vertices.position, memory.found.outcode
     left = 0
@@ -100,7 +101,7 @@ def _drop_those_that_lead_out(one: Surface, count: int, memory: Memory) -> int:
         elif outcode[j] == INSIDE:
             out = -dot(along, load(memory.way_out, j))
         memory.edge[left] = edge
-        left += out <= 0.0
+        left += out <= SLACK * norm(along)
     return left
 
 
@@ -168,7 +169,7 @@ def _add_crossings(
                 lane = lowest_bit(meets)
                 meets &= meets - 1
                 crossing = edge_across_edge(_ridge_of(one, edges[lane]), _ridge_of(surface, other_edge), deepest)
-                if crossing.depth > 0.0 and _is_inside(one, edges[lane], crossing.place, lane, memory):
+                if crossing.depth > 0.0 and _goes_under(one, edges[lane], crossing, lane, memory):
                     _add_crossing((one, edges[lane]), (surface, other_edge), crossing, material, contacts)
 
 
@@ -217,6 +218,18 @@ def _ridge_of(surface: Surface, edge: int) -> Ridge:
         load(points, ridges[edge, 2]),
         load(points, ridges[edge, 3]),
     )
+
+
+@jit_lean
+def _goes_under(one: Surface, edge: int, crossing: Crossing, lane: int, memory: Memory) -> bool:
+    """Tell whether an edge is inside where it crosses another, or next to that: by SLACK of how deep it is."""
+    points, ridges = one.vertices.position, one.ridges
+    near = SLACK * crossing.depth / norm(sub(load(points, ridges[edge, 1]), load(points, ridges[edge, 0])))
+    is_inside = False
+    for step in range(-1, 2):
+        place = min(1.0, max(0.0, crossing.place + step * near))
+        is_inside = is_inside or _is_inside(one, edge, place, lane, memory)
+    return is_inside
 
 
 @jit_lean

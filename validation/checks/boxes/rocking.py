@@ -32,7 +32,9 @@ LOST = 0.95  # of what a step's weight does, by an impact: half of it by the pha
     " Housner's. At 2000 steps a second that is half a percent of a swing",
     faults=(
         Fault("contacts that pull", sequential_impulses._sweep, "where_less(0.0, normal_, normal_, 0.0) → normal_"),
-        Fault("a corner that the ground does not see", box_contacts._add_ground_contacts, "range(8) → range(1, 8)"),
+        Fault(
+            "a first corner that the ground does not see", box_contacts._add_ground_contacts, "range(8) → range(1, 8)"
+        ),
     ),
 )
 def blocks_rock(run: Run) -> Comparison:
