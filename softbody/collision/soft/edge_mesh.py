@@ -99,6 +99,13 @@ def _is_reentrant(along: Vec, left: Vec, right: Vec) -> bool:
 
 
 @jit_lean
+def _facing(normal: Vec, along: Vec, left: Vec, right: Vec) -> tuple[float, float]:
+    """Return how much the left and the right face of an edge face along a normal, in units that they share."""
+    face_left, face_right = cross(along, left), cross(right, along)
+    return dot(normal, face_left) * norm(face_right), dot(normal, face_right) * norm(face_left)
+
+
+@jit_lean
 def edge_across_edge(one: Ridge, other: Ridge, deepest: float) -> Crossing:
     """Return how the edge `one` of a mesh crosses the edge `other` of another; none if deeper than `deepest` [m].
 
@@ -134,6 +141,9 @@ def edge_across_edge(one: Ridge, other: Ridge, deepest: float) -> Crossing:
         return NONE
     if _is_reentrant(along_other, left, right) or _is_reentrant(along, own_left, own_right):
         return NONE
-    face_left, face_right = cross(along_other, left), cross(right, along_other)
-    facing_left, facing_right = dot(normal, face_left) * norm(face_right), dot(normal, face_right) * norm(face_left)
+    # What is all but flat has level sides both ways up.
+    facing_left, facing_right = _facing(normal, along_other, left, right)
+    own_facing = _facing(normal, along, own_left, own_right)
+    if facing_left + facing_right <= 0.0 or own_facing[0] + own_facing[1] >= 0.0:
+        return NONE
     return Crossing(depth, normal, place / square, other_place / square, facing_left >= facing_right)

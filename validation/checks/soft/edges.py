@@ -111,10 +111,12 @@ def edges_in_a_box(run: Run) -> Comparison:
             "min(x_, y_) < -SLACK → max(x_, y_) < -SLACK",
         ),
         Fault("reentrant ridges of its own", edge_across_edge, "_is_reentrant(along, own_left, own_right) → False"),
+        Fault("level ridges from either side", edge_across_edge, "facing_left + facing_right <= 0.0 → False"),
+        Fault("own ridges from either side", edge_across_edge, "own_facing[0] + own_facing[1] >= 0.0 → False"),
         Fault("ridges that are none as soon as they are flat", edge_mesh._is_reentrant, "FLAT * x_ * y_ → 0.0"),
         Fault(
             "faces not by their angle",
-            edge_across_edge,
+            edge_mesh._facing,
             "dot(normal, face_left) * norm(face_right) → dot(normal, face_left) * norm(face_left)",
         ),
     ),
@@ -187,6 +189,12 @@ def unit_across(way: np.ndarray, corner: np.ndarray) -> np.ndarray:
     return across / np.linalg.norm(across)
 
 
+def normals(way: np.ndarray, left: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Return the unit normals (2, 3) of both faces of a ridge."""
+    faces = np.array([np.cross(way, left), np.cross(right, way)])
+    return faces / np.linalg.norm(faces, axis=1)[:, None]
+
+
 def bend(way: np.ndarray, left: np.ndarray, right: np.ndarray) -> float:
     """Return the sine of the angle by which the right face of a ridge rises above the plane of its left one."""
     up = np.cross(way, left)
@@ -208,8 +216,11 @@ def crossing_of(one: np.ndarray, other: np.ndarray) -> np.ndarray:
         return np.zeros(7)
     if max(bend(way, left, right), bend(other_way, other_left, other_right)) > BENT:
         return np.zeros(7)
-    faces = np.array([np.cross(other_way, other_left), np.cross(other_right, other_way)])
-    facing = faces @ normal / np.linalg.norm(faces, axis=1)
+    facing, own_facing = (
+        normals(*each) @ normal for each in ((other_way, other_left, other_right), (way, left, right))
+    )
+    if facing.sum() <= 0.0 or own_facing.sum() >= 0.0:
+        return np.zeros(7)
     return np.array([depth, *normal, place, other_place, facing[0] >= facing[1]])
 
 

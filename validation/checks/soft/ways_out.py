@@ -116,12 +116,15 @@ def _crossing(ridges: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     places = [_dots(way, np.cross(each, across)) for each in (along_other, along)]
     deep = _dots(way, across)
     sign = np.where(deep > 0, 1, -1)
-    folds = [
-        _dots(np.cross(edge, each[:, 2] - each[:, 0]), each[:, 3] - each[:, 0])
-        for edge, each in ((along, one), (along_other, other))
-    ]
-    crosses, just = (square > 0) & (deep != 0) & (folds[0] < 0) & (folds[1] < 0), np.zeros(len(ridges), bool)
+    crosses, just = (square > 0) & (deep != 0), np.zeros(len(ridges), bool)
     for edge, each, out in ((along, one, -sign), (along_other, other, sign)):
+        left, right = np.cross(edge, each[:, 2] - each[:, 0]), np.cross(each[:, 3] - each[:, 0], edge)
+        sizes = _dots(left, left), _dots(right, right)
+        # Bent inwards by a sine of a fiftieth at most, and facing the other one, by the sum of both unit normals.
+        fold = _dots(left, each[:, 3] - each[:, 0])
+        crosses &= (fold <= 0) | (2500 * fold**2 * _dots(edge, edge) <= sizes[0] * sizes[1])
+        by_left, by_right = out * _dots(left, across), out * _dots(right, across)
+        crosses &= np.sign(by_left) * by_left**2 * sizes[1] + np.sign(by_right) * by_right**2 * sizes[0] > 0
         for k in (2, 3):
             corner = each[:, k] - each[:, 0]
             rise, reach = out * _dots(corner, across), np.cross(edge, corner)
