@@ -161,9 +161,12 @@ def ridges(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     def ridge(way: np.ndarray, to_left: np.ndarray, down: np.ndarray, middle: np.ndarray) -> np.ndarray:
         part, length = rng.uniform(-0.1, 1.1), rng.uniform(0.5, 2.0)
         start = middle - part * length * way
-        level = np.where(rng.random(2) < 0.2, 0.1, 1.0)  # some faces all but are
-        drop = np.where(rng.random(2) < 0.9, 1.0, -1.0) * level * rng.uniform(0.05, 1.0, 2)
-        sides = rng.choice([1.0, 1.0, 1.0, -1.0]) * rng.uniform(0.2, 1.0, 2) * [1.0, -1.0]
+        behind = rng.random() < 0.15  # all but flat, and seen from its other side
+        level = rng.random(2) < (1.0 if behind else 0.2)
+        rises = rng.random(2) < np.where(level, 0.5, 0.1)
+        drop = np.where(behind | rises, -1.0, 1.0) * np.where(level, 0.1, 1.0) * rng.uniform(0.05, 1.0, 2)
+        side = -1.0 if behind else rng.choice([1.0, 1.0, 1.0, -1.0])
+        sides = side * rng.uniform(0.2, 1.0, 2) * [1.0, -1.0]
         corners = [start + s * to_left + rng.uniform(0.0, length) * way + d * down for s, d in zip(sides, drop)]
         if rng.random() < 0.2:  # bent by little, either way
             across, sine = unit_across(way, corners[0] - start), rng.uniform(-0.05, 0.05)
