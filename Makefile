@@ -7,7 +7,7 @@ RUN := .venv/bin/python
 
 MINUTES ?= 2
 
-.PHONY: report test docs bench faults mutants fuzz matrix release-check lint lock upgrade clean
+.PHONY: report test docs bench faults mutants fuzz matrix release-check wheel lint lock upgrade clean
 
 report: .venv/ready  ## judge every claim, time the step, make build/report/index.html
 	$(RUN) -m validation --require-all $(ARGS)
@@ -36,6 +36,9 @@ matrix: .venv/ready  ## the README's example and a scene's bits on every Python 
 
 release-check: .venv/ready  ## build wheel and sdist, and be their first user on every Python that is here
 	$(RUN) -m tests.release --uv $(UV) $(ARGS)
+
+wheel: .venv/ready  ## build a wheel that brings machine code for this machine's Python: nothing is left to compile
+	$(RUN) -m tests.platform_wheel --uv $(UV) $(ARGS)
 
 lint: .venv/ready  ## formatting, lint, types and the walls between the packages
 	.venv/bin/ruff format --check .

@@ -25,6 +25,7 @@ ALLOWED = {
     "self._part._numba_type_": NUMBAS,
     "other._values": NUMBAS,
     "codegen._library_class": NUMBAS,
+    "CompileResult._rebuild": NUMBAS,
     "global_compiler_lock._lock": "its `acquire` is Python: what a handler raises in it leaves it locked",
     "view._getvalue": "the only way that Numba's extension API has to return a structure that an intrinsic has filled",
     "os._exit": "the documented end of a fork: no handler and no buffer of its parent's runs twice",

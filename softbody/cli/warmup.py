@@ -5,37 +5,87 @@ from __future__ import annotations
 import multiprocessing
 import os
 import warnings
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from typing import NamedTuple
+
+import numpy as np
 
 import softbody
+from softbody.cli.progress import reporter
+from softbody.geometry import MeshQuery
 
-# Soft bodies and boxes of the worlds that kernels are compiled for: what a world has none of is not compiled. The kind
-# that takes longest comes first.
-KINDS = ((1, 2), (2, 0), (0, 2), (1, 0))
+
+class Kind(NamedTuple):
+    """A kind of world: what a world has none of is not compiled for it."""
+
+    soft: int
+    boxes: int
+    joint: bool = False
+    may_sleep: bool = False
+    threads: int = 1
+    precision: str = "double"
+
+
+# What takes longest comes first: it is what the others are waited for.
+MIXED, BALLS, BOXES, BALL = (1, 2), (2, 0), (0, 2), (1, 0)
+KINDS = (
+    *(Kind(*MIXED, threads=threads) for threads in (2, 1)),
+    *(Kind(*MIXED, **{option: True}) for option in ("joint", "may_sleep")),  # type: ignore[arg-type]
+    *(Kind(*soft, precision="single") for soft in (MIXED, BALLS)),
+    *(Kind(*BALLS, threads=threads) for threads in (2, 1)),
+    *(Kind(*bodies, **{option: True}) for bodies in (BALLS, BOXES) for option in ("joint", "may_sleep")),  # type: ignore[arg-type]
+    Kind(*BOXES),
+    *(Kind(*BALL, threads=threads) for threads in (2, 1)),
+    *(Kind(*BALL, **{option: True}) for option in ("joint", "may_sleep")),  # type: ignore[arg-type]
+    Kind(*BALL, precision="single"),
+)
 
 
 def warm_up() -> None:
     """Fill Numba's disk cache with the machine code of all kinds of worlds, each in a process of its own."""
     workers = min(len(KINDS), os.cpu_count() or 1)
-    with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn")) as processes:
-        list(processes.map(run_small_world, KINDS))
+    with (
+        ProcessPoolExecutor(workers, multiprocessing.get_context("spawn")) as processes,
+        reporter(len(KINDS), 0, "kind of world") as report,
+    ):
+        for done, each in enumerate(as_completed([processes.submit(run_small_world, kind) for kind in KINDS]), 1):
+            each.result()
+            report(done)
 
 
-def run_small_world(kind: tuple[int, int]) -> None:
-    """Take one step of a world of so many soft bodies and boxes."""
-    soft, boxes = kind
-    world = softbody.World()
+def run_small_world(kind: Kind) -> None:
+    """Take one step of a world of a kind; of one with soft bodies and boxes, do all else that is compiled."""
+    world = softbody.World(threads=kind.threads, precision=kind.precision, sleep_speed=1e-3 if kind.may_sleep else 0.0)
     world.add_ground()
-    for k in range(soft):
-        world.add_soft_body(softbody.icosahedron(0.5), mass=1.0, stiffness=50.0, gas=1.0, position=(0.0, 0.0, 1.0 + k))
-    for k in range(boxes):
-        world.add_box((1.0, 1.0, 1.0), mass=1.0, position=(5.0, 0.0, 0.5 + 0.9 * k))
-    if soft and boxes:  # what is the same for all kinds
-        world.equilibrium(1e-3)
-        world.energy()
-        world.linear_momentum()
-        world.angular_momentum()
-        world.picture(size=(8, 6))
+    mesh = softbody.icosahedron(0.5)
+    bodies: list[softbody.SoftBody | softbody.Box] = []
+    for k in range(kind.soft):
+        bodies.append(world.add_soft_body(mesh, mass=1.0, stiffness=50.0, gas=1.0, position=(0.0, 0.0, 1.0 + k)))
+    for k in range(kind.boxes):
+        bodies.append(world.add_box((1.0, 1.0, 1.0), mass=1.0, position=(5.0, 0.0, 0.5 + 0.9 * k)))
+    if kind.joint:
+        world.add_joint((bodies[0], (0.0, 0.0, 1.0)), (0.0, 0.0, 2.0), stiffness=1.0)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of contacts that are missing
         world.step(1e-4)
+        if kind == Kind(*MIXED):
+            use_the_rest(world)
+
+
+def use_the_rest(world: softbody.World) -> None:
+    """Use once what is the same for all kinds of worlds, and what needs none."""
+    body = world.soft_bodies[0]
+    for value in (body.volume, body.pressure, body.strain):
+        assert np.isfinite(value).all()
+    world.picture(size=(8, 6))
+    world.energies()
+    world.linear_momentum()
+    world.angular_momentum()
+    world.equilibrium(1e-3)
+    mesh = softbody.icosphere(2)
+    mesh.check()
+    query = MeshQuery(mesh)
+    query.move(mesh.vertices + 0.1)
+    for count in (10, 10_000):  # many points are looked up in a grid
+        query.contains(np.zeros((count, 3)))
+    query.signed_distance(np.zeros((10, 3)))

@@ -44,13 +44,18 @@ class CacheFile:
         except Exception:  # whatever the disk and unpickling raise
             return None
 
+    def has(self, key: Any) -> bool:
+        """Tell whether there is anything under a key, be it damaged."""
+        return self._path(key).exists()
+
     def save(self, key: Any, data: Any) -> None:
-        """Keep data under a key, whole or not at all."""
+        """Keep data under a key, whole or not at all, to be read by all whom the folder lets in."""
         kept = dumps((_name(key), data))
         descriptor, written = tempfile.mkstemp(dir=self._folder, prefix=self._base, suffix=".tmp")
         try:
             with os.fdopen(descriptor, "wb") as file:
                 file.write(hashlib.sha256(kept).digest() + kept)
+            os.chmod(written, 0o666 & self._folder.stat().st_mode)
             os.replace(written, self._path(key))
         except BaseException:
             Path(written).unlink(missing_ok=True)

@@ -1,22 +1,33 @@
-"""What is said, once a process, where machine code cannot be kept."""
+"""What is said, once a process each, where machine code cannot be kept, or what came with the package not be read."""
 
 from __future__ import annotations
 
 import warnings
+from functools import cache
 
 from softbody.errors import CacheWarning
-
-_has_warned = False
 
 
 def warn_not_kept(why: object) -> None:
     """Warn that machine code cannot be kept, and why."""
-    global _has_warned
-    if not _has_warned:
-        _has_warned = True
-        warnings.warn(
-            f"machine code cannot be kept ({why}), and is compiled anew in every process: let NUMBA_CACHE_DIR name a "
-            "folder that can be written",
-            CacheWarning,
-            stacklevel=2,
-        )
+    _warn_once(
+        "machine code cannot be kept (%s), and is compiled anew in every process: let NUMBA_CACHE_DIR name a folder "
+        "that can be written",
+        str(why),
+    )
+
+
+def warn_not_read(where: object) -> None:
+    """Warn that machine code that came with the package is damaged."""
+    _warn_once("machine code in %s is damaged, and is compiled instead: install the package anew", str(where))
+
+
+@cache
+def _said() -> set[str]:
+    return set()
+
+
+def _warn_once(text: str, about: str) -> None:
+    if text not in _said():
+        _said().add(text)
+        warnings.warn(text % about, CacheWarning, stacklevel=3)

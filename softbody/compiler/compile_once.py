@@ -1,8 +1,8 @@
 """Numba's internals: every kernel is compiled once, with its caller, and kept on disk under the digest of the core.
 
-All that leans on private parts of Numba stands here, and in `cache_file`. It is known to work from FIRST to LAST; with
-any other Numba, or with SOFTBODY_PLAIN_NUMBA=1, `softbody.compiler.jit` takes Numba's public decorator instead: the
-same bits, after a longer wait.
+All that leans on private parts of Numba stands here, in `core_cache` and in `cache_file`. It is known to work from
+FIRST to LAST; with any other Numba, or with SOFTBODY_PLAIN_NUMBA=1, `softbody.compiler.jit` takes Numba's public
+decorator instead: the same bits, after a longer wait.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ from typing import Any, cast
 import numba
 from llvmlite.binding import Linkage
 from numba.core import types
-from numba.core.caching import FunctionCache, NullCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, Flags
 from numba.core.compiler_lock import global_compiler_lock
@@ -25,43 +24,11 @@ from numba.core.errors import NumbaTypeError
 from numba.core.registry import CPUDispatcher
 from numba.core.targetconfig import ConfigStack
 
-from softbody.compiler.cache_file import CacheFile
-from softbody.compiler.cache_warning import warn_not_kept
-from softbody.compiler.core_digest import CORE_DIGEST
+from softbody.compiler.core_cache import cache_of
 from softbody.compiler.interrupts import later
+from softbody.compiler.notice import told_if_long
 
 FIRST, LAST = (0, 60), (0, 68)  # Numba's versions that `make matrix` has seen this work with
-
-
-class _CoreCache(FunctionCache):
-    """Numba's disk cache, keyed by the whole core.
-
-    Numba's own key is the file of the function itself: after an edit to a callee in another file it would
-    load stale machine code, silently. It also ignores the bounds-check flag.
-    """
-
-    def __init__(self, function: Any) -> None:
-        super().__init__(function)
-        self._cache_file: Any = CacheFile(self._cache_path, self._impl.filename_base)
-
-    def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep machine code, if the disk takes it."""
-        try:
-            super().save_overload(sig, data)
-        except OSError as error:
-            warn_not_kept(error)
-
-    def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
-        return (*super()._index_key(sig, codegen), CORE_DIGEST)
-
-
-def _cache_of(function: Any) -> Any:
-    """Return the disk cache of a function, or none where there is no folder to keep it in."""
-    try:
-        return _CoreCache(function)
-    except (RuntimeError, OSError) as error:
-        warn_not_kept(error)
-        return NullCache()
 
 
 class _PartLibrary(JITCodeLibrary):
@@ -213,7 +180,7 @@ class _Kernel(_Dispatcher):
 
     @cached_property
     def _cache(self) -> Any:
-        return _cache_of(self.py_func)
+        return cache_of(self.py_func)
 
     @cached_property
     def _part(self) -> Any:
@@ -267,7 +234,7 @@ def _undisturbed() -> Iterator[None]:
         if _waiting:  # this is a part
             yield
             return
-        with later() as hear:
+        with later() as hear, told_if_long():
             was_on = gc.isenabled()
             gc.disable()
             _waiting.append(hear)

@@ -133,9 +133,15 @@ DAMAGE = {
 def test_a_core_that_cannot_keep_machine_code_runs_and_says_so_once(tmp_path, damage, plain):
     if (damage, plain) == ("full disk", "1"):
         pytest.skip("Numba's own cache writes as it likes")
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "SOFTBODY_PLAIN_NUMBA": plain}
+    core = tmp_path / "softbody"  # without caches that could be read
+    shutil.copytree(Path(softbody.__file__).parent, core, ignore=shutil.ignore_patterns("__pycache__"))
+    environment = os.environ | {
+        "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
+        "SOFTBODY_PLAIN_NUMBA": plain,
+        "PYTHONPATH": str(tmp_path),
+    }
     program = [sys.executable, "-c", PROGRAM.format(damage=DAMAGE[damage])]
-    run = subprocess.run(program, env=environment, capture_output=True, text=True)
+    run = subprocess.run(program, cwd=tmp_path, env=environment, capture_output=True, text=True)
     assert run.stdout.splitlines() == ["True", "['machine code cannot be kept']"], run.stderr
 
 
