@@ -25,7 +25,7 @@ from tests.readme_example import readme_example
 ROOT = Path(__file__).parents[1]
 DIST, CODE = ROOT / "build" / "dist", ROOT / "build" / "machine_code"
 BUILDS = {("Linux", "x86_64"): ("x86-64-v3", "manylinux_2_17_x86_64")}  # no library is linked but by Numba
-EXAMPLES = ("bowling", "keep_and_export", "pull_pin_inflate", "resting", "squeeze_part")  # that ask for no extra
+EXAMPLES = ("bowling", "keep_and_export", "pull_pin_inflate", "resting", "squeeze_part")  # not too long
 COMPILE = "from softbody.cli.warmup import Kind, run_small_world; run_small_world({kind!r})"
 
 
@@ -74,7 +74,9 @@ def first_uses(wheel: Path, folder: Path) -> Iterator[tuple[str, str]]:
     """
     subprocess.run([sys.executable, "-m", "venv", str(folder)], check=True)
     python = str(folder / "bin" / "python")
-    subprocess.run([python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", str(wheel)], check=True)
+    subprocess.run(
+        [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", f"{wheel}[files,record]"], check=True
+    )
     own = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "NUMBA_", "SOFTBODY_"))}
     own |= {"NUMBA_CACHE_DIR": "/proc/nowhere", "PYTHONDONTWRITEBYTECODE": "1"}
     programs = {"README": readme_example(ROOT / "README.md")}
