@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import ast
+import builtins
+import dis
 import importlib
 import inspect
 import os
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
-from types import SimpleNamespace
+from types import CodeType, SimpleNamespace
 from typing import Any
 
 import pytest
@@ -141,10 +143,20 @@ def test_faults_may_be_inside_each_other() -> None:
 
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
 def test_every_planted_fault_changes_the_core_as_it_is(fault: Fault) -> None:
-    sound = inspect.getsource(importlib.import_module(fault.place[0]))
+    module = importlib.import_module(fault.place[0])
+    sound = inspect.getsource(module)
     broken = damaged(fault, sound)
     assert broken != ast.unparse(ast.parse(sound)) + "\n"
-    compile(broken, fault.place[0], "exec")
+    known = {*vars(module), *vars(builtins)}
+    assert not set(globals_of(compile(broken, fault.place[0], "exec"))) - known
+
+
+def globals_of(code: CodeType) -> Iterator[str]:
+    """The names that the functions of a module take from it; of what it does not know one compiles no kernel."""
+    for inner in code.co_consts:
+        if isinstance(inner, CodeType):
+            yield from (str(each.argval) for each in dis.get_instructions(inner) if each.opname == "LOAD_GLOBAL")
+            yield from globals_of(inner)
 
 
 def test_faults_have_names_of_their_own() -> None:

@@ -161,14 +161,14 @@ def ridges(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     def ridge(way: np.ndarray, to_left: np.ndarray, down: np.ndarray, middle: np.ndarray) -> np.ndarray:
         part, length = rng.uniform(-0.1, 1.1), rng.uniform(0.5, 2.0)
         start = middle - part * length * way
-        behind = rng.random() < 0.15  # all but flat, and seen from its other side
-        level = rng.random(2) < (1.0 if behind else 0.2)
-        rises = rng.random(2) < np.where(level, 0.5, 0.1)
-        drop = np.where(behind | rises, -1.0, 1.0) * np.where(level, 0.1, 1.0) * rng.uniform(0.05, 1.0, 2)
-        side = -1.0 if behind else rng.choice([1.0, 1.0, 1.0, -1.0])
+        kind = rng.choice(["sharp", "flat", "behind"], p=[0.6, 0.25, 0.15])
+        level = rng.random(2) < (0.2 if kind == "sharp" else 1.0)  # all but
+        rises = rng.random(2) < (1.0 if kind == "behind" else np.where(level, 0.5, 0.1))
+        drop = np.where(rises, -1.0, 1.0) * np.where(level, 0.1, 1.0) * rng.uniform(0.05, 1.0, 2)
+        side = -1.0 if kind == "behind" else 1.0 if kind == "flat" else rng.choice([1.0, 1.0, 1.0, -1.0])
         sides = side * rng.uniform(0.2, 1.0, 2) * [1.0, -1.0]
         corners = [start + s * to_left + rng.uniform(0.0, length) * way + d * down for s, d in zip(sides, drop)]
-        if rng.random() < 0.2:  # bent by little, either way
+        if kind == "flat":  # bent by little, either way
             across, sine = unit_across(way, corners[0] - start), rng.uniform(-0.05, 0.05)
             bent = sine * np.cross(way, across) - np.sqrt(1.0 - sine * sine) * across
             corners[1] = start + rng.uniform(0.2, 1.0) * bent
@@ -330,7 +330,11 @@ def held(world: World, edge: tuple[int, int], roof: int) -> np.ndarray:
             soft_soft.find_soft_soft_contacts,
             "count = _drop_those_that_lead_out(one, count, memory) → ",
         ),
-        Fault("edges that lead in are dropped", soft_soft._drop_those_that_lead_out, "out <= x_ → out >= x"),
+        Fault(
+            "edges that lead in are dropped",
+            soft_soft._drop_those_that_lead_out,
+            "out <= x_ → out >= SLACK * norm(along)",
+        ),
         Fault("all with an end inside are dropped", soft_soft._drop_those_that_lead_out, "out <= x_ → out == 0.0"),
         Fault("edges along a slope are dropped", soft_soft._drop_those_that_lead_out, "SLACK * norm(along) → 0.0"),
         Fault(
