@@ -107,7 +107,8 @@ def remove(store: Store, body: Body) -> None:
         names = store.names.renumbered(then)
         contents = Contents(without(store.parts, kind, row), names, is_fresh=store.contents.is_fresh)
         contacts = remembering(without_box(cache, row) if kind == "box" else without_soft(cache), FIRST_ROOM)
-        held = [each for each in store.handles.values() if each.is_there]
+        every = (reference() for reference in store.handles.valuerefs())  # another thread may make some meanwhile
+        held = [each for each in every if each is not None and each.is_there]
         moved = [(each, "_index", then(*each.who())) for each in held]
         set_together((store, "contents", contents), (store, "contacts", contacts), *moved)
 
