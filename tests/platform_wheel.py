@@ -1,7 +1,7 @@
 """Builds a wheel that brings the machine code of every kernel, for this Python and this kind of processor.
 
-`make wheel`. Every kind of world is compiled in a process of its own, one after the other, and what is built twice is
-the same to the last bit. It takes as long as `python -m softbody warmup` does on one core.
+`make wheel`. Every kind of world is compiled in a process of its own, one after the other: that takes as long as
+`python -m softbody warmup` does on one core. Then the wheel is used as by a newcomer who can keep nothing.
 """
 
 from __future__ import annotations
@@ -54,9 +54,9 @@ from numba.core import event
 compiled = []
 class Watch(event.Listener):
     def on_start(self, at):
-        function = getattr(at.data.get("dispatcher"), "py_func", None)
-        if function is not None and function.__module__.startswith("softbody."):
-            compiled.append(f"{function.__module__}.{function.__qualname__}")
+        kernel = at.data.get("dispatcher")
+        if type(kernel).__name__ == "_Kernel":  # not a part of one
+            compiled.append(f"{kernel.py_func.__module__}.{kernel.py_func.__qualname__}")
     def on_end(self, at):
         pass
 event.register("numba:compile", Watch())
