@@ -55,7 +55,7 @@ class CacheFile:
         try:
             with os.fdopen(descriptor, "wb") as file:
                 file.write(hashlib.sha256(kept).digest() + kept)
-            os.chmod(written, 0o666 & self._folder.stat().st_mode)
+            os.chmod(written, 0o600 | 0o044 & self._folder.stat().st_mode)  # others run what it holds
             os.replace(written, self._path(key))
         except BaseException:
             Path(written).unlink(missing_ok=True)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import warnings
-from functools import cache
 
 from softbody.errors import CacheWarning
+
+_said: set[str] = set()
 
 
 def warn_not_kept(why: object) -> None:
@@ -22,12 +23,7 @@ def warn_not_read(where: object) -> None:
     _warn_once("machine code in %s is damaged, and is compiled instead: install the package anew", str(where))
 
 
-@cache
-def _said() -> set[str]:
-    return set()
-
-
 def _warn_once(text: str, about: str) -> None:
-    if text not in _said():
-        _said().add(text)
+    if text not in _said:
+        _said.add(text)
         warnings.warn(text % about, CacheWarning, stacklevel=3)

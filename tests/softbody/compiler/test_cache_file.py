@@ -91,6 +91,15 @@ def test_a_folder_in_the_way_is_an_error_of_the_disk(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == [cache._path(KEY).name]
 
 
+@pytest.mark.skipif(os.name != "posix", reason="modes are those of POSIX")
+@pytest.mark.parametrize(("folder", "file"), [(0o777, 0o644), (0o755, 0o644), (0o750, 0o640), (0o700, 0o600)])
+def test_whom_a_folder_lets_in_may_read_and_not_write(tmp_path, folder, file):
+    tmp_path.chmod(folder)
+    cache = CacheFile(str(tmp_path), "kernel")
+    cache.save(KEY, DATA)
+    assert cache._path(KEY).stat().st_mode & 0o777 == file
+
+
 def test_what_cannot_be_kept_leaves_nothing_behind(tmp_path):
     cache = CacheFile(str(tmp_path), "kernel")
     with pytest.raises(TypeError):
