@@ -161,7 +161,7 @@ def press_through(
 def _diverged_by_contacts(model: Model, state: State, work: Work, contacts: Contacts, h: float) -> int:
     """Return a body that the contacts of soft bodies have thrown out of all bounds, or −1."""
     first, end = contacts.number[1], contacts.number[0]
-    thrown = _soft_body_out_of_bounds(model, state, work.start, work.motion, contacts)
+    thrown = _soft_body_out_of_bounds(model, state, work.start, work.motion, contacts, h)
     if thrown >= 0:
         return thrown
     diverged = diverged_box(model, state, h) if end > first else -1
@@ -170,11 +170,12 @@ def _diverged_by_contacts(model: Model, state: State, work: Work, contacts: Cont
 
 @jit_lean
 def _soft_body_out_of_bounds(
-    model: Model, state: State, start: State, motion: Motion | None, contacts: Contacts
+    model: Model, state: State, start: State, motion: Motion | None, contacts: Contacts, h: float
 ) -> int:
     """Return a soft body of which contacts have thrown a particle out of all bounds, or −1.
 
-    Out of numbers, or in this step alone farther than the body may be long: in the next one the body is that long.
+    Out of numbers, or in this step of `h` [s], or by its speed, farther than the body may be long: in the next one the
+    body is that long.
     """
     if motion is None:
         return -1
@@ -190,7 +191,8 @@ def _soft_body_out_of_bounds(
                 if i != NOBODY:
                     x, v = load(state.particle_position, i), load(state.particle_velocity, i)
                     way = sub(x, load(start.particle_position, i))
-                    far = max(abs(way[0]), abs(way[1]), abs(way[2]))
+                    fast = h * max(abs(v[0]), abs(v[1]), abs(v[2]))
+                    far = max(fast, abs(way[0]), abs(way[1]), abs(way[2]))
                     is_finite = isfinite(x[0] + x[1] + x[2] + v[0] + v[1] + v[2])
                     if not (is_finite and far <= shortest):
                         body = 0

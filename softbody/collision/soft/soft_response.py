@@ -22,6 +22,9 @@ from softbody.collision.impulse import velocity_of_point
 from softbody.collision.pressed import PRESSED, Pressed, never_pressed, note_pressed
 from softbody.collision.soft.islands import Islands, find_islands
 from softbody.collision.soft.soft_solver import (
+    FREE,
+    HELD,
+    LIFTED,
     Moved,
     Problem,
     Sharing,
@@ -79,8 +82,8 @@ class Response(NamedTuple):
     parting_time: np.ndarray  # (b,) [s] see PARTING_TIMES
     load: np.ndarray  # (b,) [m/s] the most that a contact of each body lacks when the step's first sweep begins
     edge_length: np.ndarray  # (b,) [m] mean
-    on_ground: np.ndarray  # (n,) bool: which particles of contacts the ground holds; False, and left so
-    ground_impulse: np.ndarray  # (n,) [N s] that the ground gives them for what presses them down; 0, and left so
+    ground: np.ndarray  # (n,) see `Sharing`; FREE, and left so
+    lift: np.ndarray  # (2, n) see `Moved`, of impulses [N s] and shifts [kg m]; 0, and left so
     thickness: np.ndarray  # (b + m,) [m] of soft bodies, then of boxes
     pressed: Pressed
 
@@ -89,10 +92,10 @@ def response_memory(start: np.ndarray, boxes: int) -> Response:
     """Return memory for soft bodies whose particles begin at `start` (b + 1,), and some boxes."""
     count, bodies = int(start[-1]), len(start) - 1
     of, owner = np.repeat(np.arange(bodies), np.diff(start)), np.full(count, NOBODY)
-    on_ground = np.zeros(count, np.bool_)
+    ground, lift = np.full(count, FREE, np.int8), np.zeros((2, count))
     times, load, edges = np.full(bodies, np.inf), np.zeros(bodies), np.zeros(bodies)
     thickness, pressed = np.full(bodies + boxes, np.inf), never_pressed()
-    return Response(np.zeros(count), owner, of, times, load, edges, on_ground, np.zeros(count), thickness, pressed)
+    return Response(np.zeros(count), owner, of, times, load, edges, ground, lift, thickness, pressed)
 
 
 class SubstepContact(NamedTuple):
@@ -107,13 +110,15 @@ class SubstepContact(NamedTuple):
 
 @jit_lean
 def note_on_ground(contacts: Contacts, model: Model, state: State, response: Response) -> None:
-    """Note which particles of contacts of soft bodies the ground holds."""
+    """Note which particles of contacts of soft bodies the ground holds, and which of them a contact may lift."""
     for k in range(contacts.number[1], contacts.number[0]):
         for side in range(2):
+            up = contacts.normal[k, 2] if side == 0 else -contacts.normal[k, 2]
             for c in range(3):
                 i = contacts.particles[k, side, c]
-                if i != NOBODY:
-                    response.on_ground[i] = state.particle_position[i, 2] <= model.ground_height
+                if i != NOBODY and state.particle_position[i, 2] <= model.ground_height:
+                    lifts = contacts.weights[k, side, c] * up > 0.0
+                    response.ground[i] = LIFTED if lifts else max(response.ground[i], HELD)
 
 
 @jit_lean
@@ -126,10 +131,10 @@ def press_on_ground(contacts: Contacts, model: Model, state: State, impulse: np.
         for side in range(2):
             for c in range(3):
                 i = contacts.particles[k, side, c]
-                if i == NOBODY or not response.on_ground[i]:
+                if i == NOBODY or response.ground[i] == FREE:
                     continue
-                pressed, inverse_mass = response.ground_impulse[i], model.particle_inverse_mass[i]
-                response.on_ground[i], response.ground_impulse[i] = False, 0.0
+                pressed, inverse_mass = max(0.0, -response.lift[0, i]), model.particle_inverse_mass[i]
+                response.ground[i], response.lift[0, i], response.lift[1, i] = FREE, 0.0, 0.0
                 v = load(state.particle_velocity, i)
                 slide = sqrt(v[0] * v[0] + v[1] * v[1])
                 if slide > 0.0 and inverse_mass > 0.0:
@@ -183,13 +188,13 @@ def resolve_contacts(
     impulses, shifts = new_problem(count), new_problem(count)
     look_back(rows, bodies, start, response, substep, impulses, shifts, h)
     _find_enough(rows, response, substep, impulses, shifts, h)
-    mobility, stands = _mobility(contacts, rows, bodies, impulses, with_boxes)
-    shared = mobility, stands, response.on_ground, response.weight_sum, np.zeros(boxes)
+    mobility, stands = _mobility(contacts, rows, bodies, impulses, response.lift[0], with_boxes)
+    shared = mobility, stands, response.ground, response.weight_sum, np.zeros(boxes)
     islands, still = find_islands(rows, bodies.boxes.inverse_mass, response.owner), np.zeros((boxes, 3))
     if threads is None or count < MANY:
         sharing = Sharing(bodies.particles.inverse_mass, bodies.boxes.inverse_mass, *shared)
         for island in range(islands.start.shape[0] - 1):
-            _solve(rows, islands, island, bodies, sharing, substep, impulses, shifts, still, h)
+            _solve(rows, islands, island, bodies, sharing, substep, impulses, shifts, still, response.lift, h)
     else:
         _solve_on_threads(
             rows,
@@ -201,11 +206,12 @@ def resolve_contacts(
             impulses,
             shifts,
             still,
+            response.lift,
             h,
             threads,
         )
     push = np.zeros((boxes, 6))
-    _give_to_others(rows, response, impulses, push)
+    _note_impulses(rows, impulses, push)
     keep_what_is_held(bodies.boxes, mobility, stands, push)
     _note_left(rows, bodies, response, substep, shifts, h)
     return push
@@ -222,6 +228,7 @@ def _solve_on_threads(
     impulses: Problem,
     shifts: Problem,
     still: np.ndarray,
+    lift: np.ndarray,
     h: float,
     threads: int,
 ) -> None:
@@ -231,9 +238,8 @@ def _solve_on_threads(
         sharing = Sharing(particles.inverse_mass, boxes.inverse_mass, *shared)
         for island in range(number):
             if islands.start[island] * threads // count == share:
-                _solve(
-                    contacts, islands, island, Bodies(particles, boxes), sharing, substep, impulses, shifts, still, h
-                )
+                bodies = Bodies(particles, boxes)
+                _solve(contacts, islands, island, bodies, sharing, substep, impulses, shifts, still, lift, h)
 
 
 @jit_lean
@@ -247,6 +253,7 @@ def _solve(
     impulses: Problem,
     shifts: Problem,
     still: np.ndarray,
+    lift: np.ndarray,
     h: float,
 ) -> None:
     """Find the impulses of one island, and when they act, and let them act.
@@ -255,8 +262,9 @@ def _solve(
     so that they have no moment. (The paper bounces from the masses alone.)
     """
     rows = islands.contact[islands.start[island] : islands.start[island + 1]]
-    velocities = Moved(bodies.particles.velocity, bodies.boxes.velocity, bodies.boxes.angular_velocity, True)
-    positions = Moved(bodies.particles.position, bodies.boxes.position, still, False)
+    particles, boxes = bodies
+    velocities = Moved(particles.velocity, boxes.velocity, boxes.angular_velocity, lift[0], True)
+    positions = Moved(particles.position, boxes.position, still, lift[1], False)
     find_mobilities(contacts, sharing, impulses, shifts, rows)
     _start_anew(contacts, sharing, velocities, positions, substep, impulses, shifts, rows)
     _act_in_line(contacts, bodies, sharing, velocities, positions, impulses, shifts, rows, h)
@@ -403,24 +411,13 @@ def _add_no_energy(
 
 
 @jit_lean
-def _give_to_others(contacts: Listing, response: Response, impulses: Problem, push: np.ndarray) -> None:
-    """Note the impulses of contacts, what of them the ground gets, and how they push each box: (m, 6)."""
+def _note_impulses(contacts: Listing, impulses: Problem, push: np.ndarray) -> None:
+    """Note the impulses of contacts, and how they push each box: (m, 6)."""
     for k in range(contacts.depth.shape[0]):
         impulse, box, place = load(impulses.given, k), contacts.box[k, 1], load(impulses.acts_at, k)
         store(contacts.impulse, k, impulse)
-        _press_ground(response, surface_point(contacts, k, 0), impulse[2])
-        if box == NOBODY:
-            _press_ground(response, SurfacePoint(surface_point(contacts, k, 1).particles, place), -impulse[2])
-        else:
+        if box != NOBODY:
             add_push(push, box, place, scale(-1.0, impulse))
-
-
-@jit_lean
-def _press_ground(response: Response, point: SurfacePoint, rise: float) -> None:
-    """Note what the ground gives the particles of a point for what an impulse presses them down with [N s]."""
-    for c in range(3):
-        if response.on_ground[point.particles[c]]:
-            response.ground_impulse[point.particles[c]] -= min(0.0, point.weights[c] * rise)
 
 
 @jit_lean
@@ -486,19 +483,19 @@ def _find_enough(
 
 @jit
 def _mobility(
-    contacts: Contacts, rows: Listing, bodies: Bodies, impulses: Problem, with_boxes: bool | None
+    contacts: Contacts, rows: Listing, bodies: Bodies, impulses: Problem, lift: np.ndarray, with_boxes: bool | None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return what `box_mobilities` returns for the push with which contacts begin."""
     if with_boxes is None:
         return np.zeros((0, 6, 6)), np.zeros(0, np.bool_)
-    return box_mobilities(contacts, bodies.boxes, _first_push(rows, bodies, impulses))
+    return box_mobilities(contacts, bodies.boxes, _first_push(rows, bodies, impulses, lift))
 
 
 @jit
-def _first_push(contacts: Listing, bodies: Bodies, impulses: Problem) -> np.ndarray:
+def _first_push(contacts: Listing, bodies: Bodies, impulses: Problem, lift: np.ndarray) -> np.ndarray:
     """Return (m, 6): the push on each box if all stood still, impulse [N s] and moment about the centre [N m s]."""
     push = np.zeros((bodies.boxes.inverse_mass.shape[0], 6))
-    velocities = Moved(bodies.particles.velocity, bodies.boxes.velocity, bodies.boxes.angular_velocity, True)
+    velocities = Moved(bodies.particles.velocity, bodies.boxes.velocity, bodies.boxes.angular_velocity, lift, True)
     for k in range(contacts.depth.shape[0]):
         box, a = contacts.box[k, 1], surface_point(contacts, k, 0)
         if box != NOBODY:
@@ -529,8 +526,9 @@ def look_back(
     gas and weight have added since, or what lies pressed against something would hop on it.
     """
     response.load[:] = 0.0
-    velocities = Moved(bodies.particles.velocity, bodies.boxes.velocity, bodies.boxes.angular_velocity, True)
-    came = Moved(start.particles.velocity, start.boxes.velocity, start.boxes.angular_velocity, True)
+    lift = response.lift[0]
+    velocities = Moved(bodies.particles.velocity, bodies.boxes.velocity, bodies.boxes.angular_velocity, lift, True)
+    came = Moved(start.particles.velocity, start.boxes.velocity, start.boxes.angular_velocity, lift, True)
     for k in range(contacts.depth.shape[0]):
         normal = load(contacts.normal, k)
         place, place_before = _place_now(contacts, k, bodies), _place_now(contacts, k, start)

@@ -26,6 +26,11 @@ from softbody.model.surface_point import SurfacePoint, add_at, value_at
 
 MOST_SWEEPS = 100
 
+# Of a particle: not on the ground; on it, and contacts can but press it down; on it, and contacts may lift it.
+FREE, HELD, LIFTED = 0, 1, 2
+
+UP = (0.0, 0.0, 1.0)
+
 
 class Moved(NamedTuple):
     """What contacts move: velocities by impulses [N s], or positions by shifts [kg m]."""
@@ -33,6 +38,7 @@ class Moved(NamedTuple):
     particle: np.ndarray  # (n, 3)
     box: np.ndarray  # (m, 3)
     turn: np.ndarray  # (m, 3) angular velocities; 0 where positions move, by which no box turns
+    lift: np.ndarray  # (n,) what all contacts give particles on the ground, up: of that it takes what presses them down
     turns: bool
 
 
@@ -43,7 +49,7 @@ class Sharing(NamedTuple):
     box_inverse_mass: np.ndarray  # (m,) [1/kg]
     box_mobility: np.ndarray  # (m, 6, 6) and `box_stands` (m,): see `box_mobilities`
     box_stands: np.ndarray
-    on_ground: np.ndarray  # (n,) bool: what does not give way to what presses it down
+    ground: np.ndarray  # (n,) FREE, HELD or LIFTED: what of the particles does not give way to what presses it down
     particle_sum: np.ndarray  # (n,) of the weights of contacts on each particle; 0, and left so
     box_sum: np.ndarray  # (m,) of contacts on each box; 0, and left so
 
@@ -102,14 +108,17 @@ def find_mobilities(contacts: Listing, sharing: Sharing, impulses: Problem, shif
             contacts.normal[k, 2],
             load(impulses.place, k),
         )
-        a = surface_point(contacts, k, 0)
-        soft, across = _split(sharing, a, up), _split(sharing, a, 0.0)
+        soft, held = _split(sharing, surface_point(contacts, k, 0), up)
         if box == NOBODY:
-            b = _acting(contacts, k, place)
-            soft, across = soft + _split(sharing, b, -up), across + _split(sharing, b, 0.0)
-        impulses.mobility[k] = shifts.mobility[k] = soft
-        impulses.slip[k] = shifts.slip[k] = across
-        store(impulses.aside, k, (0.0, 0.0, 0.0))
+            more, more_held = _split(sharing, _acting(contacts, k, place), -up)
+            soft, held = soft + more, held + more_held
+        impulses.slip[k] = soft
+        # What is held moves level only: by a push along the normal also across that, and along it by what leans.
+        impulses.mobility[k] = soft - held * up * up
+        shifts.mobility[k] = impulses.mobility[k] + impulses.friction[k] * held * abs(up) * sqrt(
+            max(0.0, 1.0 - up * up)
+        )
+        store(impulses.aside, k, scale(held * up, sub(scale(up, normal), UP)))
         if box == NOBODY or not sharing.box_inverse_mass[box] > 0.0:
             continue
         part = sharing.box_sum[box]
@@ -122,7 +131,7 @@ def find_mobilities(contacts: Listing, sharing: Sharing, impulses: Problem, shif
         skew = dot(by_one, other)
         impulses.mobility[k] += part * rise
         impulses.slip[k] += part * (middle + sqrt(half * half + skew * skew))
-        store(impulses.aside, k, scale(part, sub(by_normal, scale(rise, normal))))
+        accumulate(impulses.aside, k, scale(part, sub(by_normal, scale(rise, normal))))
         if not sharing.box_stands[box]:
             shifts.mobility[k] += part * sharing.box_inverse_mass[box]
     for k in rows:
@@ -158,17 +167,19 @@ def _count(contacts: Listing, k: int, sharing: Sharing, problem: Problem, times:
 
 
 @jit_lean
-def _split(sharing: Sharing, point: SurfacePoint, up: float) -> float:
+def _split(sharing: Sharing, point: SurfacePoint, up: float) -> tuple[float, float]:
     """Return Σ w²/m [1/kg] of a point that has the part |w| / (sum of weights) of the mass of each of its particles.
 
-    `up` is the vertical part of the unit impulse on it: what presses a particle on to the ground does not move it.
+    And what of that is of particles which the ground holds, as an impulse whose vertical part is `up` presses them.
     """
-    result = 0.0
+    result = held = 0.0
     for c in range(3):
         i, w = point.particles[c], point.weights[c]
         part = abs(w) * sharing.particle_sum[i] * sharing.inverse_mass[i]
-        result += part * (1.0 - up * up) if sharing.on_ground[i] and w * up < 0.0 else part
-    return result
+        result += part
+        if sharing.ground[i] == HELD and w * up < 0.0:
+            held += part
+    return result, held
 
 
 @jit_lean
@@ -213,18 +224,18 @@ def _push_box(sharing: Sharing, moved: Moved, box: int, impulse: Vec, moment: Ve
 
 @jit_lean
 def _give_soft(sharing: Sharing, moved: Moved, point: SurfacePoint, given: Vec, before: Vec) -> None:
-    """Move a point of a soft body; what presses a particle on to the ground, the ground takes."""
-    (i, j, k), ground = point.particles, sharing.on_ground
-    if not (ground[i] or ground[j] or ground[k]):
-        add_at(moved.particle, sharing.inverse_mass, point, sub(given, before))
+    """Move a point of a soft body; what all contacts together press a particle on to the ground with, that takes."""
+    (i, j, k), ground, more = point.particles, sharing.ground, sub(given, before)
+    if ground[i] == ground[j] == ground[k] == FREE:
+        add_at(moved.particle, sharing.inverse_mass, point, more)
         return
     for c in range(3):
-        i, w = point.particles[c], point.weights[c]
-        rise = w * given[2] - w * before[2]
-        if ground[i]:
-            rise = max(0.0, w * given[2]) - max(0.0, w * before[2])
-        more = (w * (given[0] - before[0]), w * (given[1] - before[1]), rise)
-        accumulate(moved.particle, i, scale(sharing.inverse_mass[i], more))
+        i, part = point.particles[c], scale(point.weights[c], more)
+        if ground[i] != FREE:
+            lift = moved.lift[i]
+            moved.lift[i] = lift + part[2]
+            part = (part[0], part[1], max(0.0, lift + part[2]) - max(0.0, lift))
+        accumulate(moved.particle, i, scale(sharing.inverse_mass[i], part))
 
 
 @jit_lean

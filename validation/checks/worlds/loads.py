@@ -446,7 +446,7 @@ def _chain(
     faults=(
         Fault(
             "half of what contacts give is told",
-            soft_response._give_to_others,
+            soft_response._note_impulses,
             "store(contacts.impulse, k, x_) → store(contacts.impulse, k, scale(0.5, impulse))",
         ),
         Fault(
