@@ -69,9 +69,10 @@ def find_contacts_in_box(
         p, q = load(points, i), load(points, j)
         edge_before = load(old_points, i), load(old_points, j)
         depth, normal, place = edge_in_box((p, q), box[1], edge_before, old_box)
-        # At an end that is inside it is parted as a particle.
-        at_end = (place == 0.0 and outcode[i] >= INSIDE) or (place == 1.0 and outcode[j] >= INSIDE)
-        if depth > 0.0 and not at_end:
+        # At an end that leaves by the same face, it leaves with that.
+        face = _face_of(rotate_inverse(orientation, normal)) | INSIDE
+        with_end = (place == 0.0 and outcode[i] == face) or (place == 1.0 and outcode[j] == face)
+        if depth > 0.0 and not with_end:
             point = half_way(point_between(p, q, place), depth, normal)
             add_contact(
                 contacts, soft_side(on_edge(first + i, first + j, place)), b, Touch(point, normal, depth, 0), material
@@ -80,9 +81,11 @@ def find_contacts_in_box(
 
 @jit_lean
 def _face_of(normal: Vec) -> int:
-    """Return the outcode of a face of a box, by its normal."""
-    axis = 0 if normal[0] != 0.0 else 1 if normal[1] != 0.0 else 2
-    return 1 << (2 * axis + (normal[axis] > 0.0))
+    """Return the outcode of a face of a box, by its normal; 0 if that is of none."""
+    for axis in range(3):
+        if abs(normal[axis]) > 1.0 - 1e-9:
+            return 1 << (2 * axis + (normal[axis] > 0.0))
+    return 0
 
 
 @jit_lean
