@@ -114,10 +114,11 @@ def note_on_ground(contacts: Contacts, model: Model, state: State, response: Res
     for k in range(contacts.number[1], contacts.number[0]):
         for side in range(2):
             up = contacts.normal[k, 2] if side == 0 else -contacts.normal[k, 2]
+            rubs_up = contacts.friction[k] * sqrt(max(0.0, 1.0 - up * up))
             for c in range(3):
                 i = contacts.particles[k, side, c]
                 if i != NOBODY and state.particle_position[i, 2] <= model.ground_height:
-                    lifts = contacts.weights[k, side, c] * up > 0.0
+                    lifts = contacts.weights[k, side, c] * up + abs(contacts.weights[k, side, c]) * rubs_up > 0.0
                     response.ground[i] = LIFTED if lifts else max(response.ground[i], HELD)
 
 

@@ -26,10 +26,9 @@ from softbody.model.surface_point import SurfacePoint, add_at, value_at
 
 MOST_SWEEPS = 100
 
-# Of a particle: not on the ground; on it, and contacts can but press it down; on it, and contacts may lift it.
+# Of a particle: not on the ground; on it, where contacts can but press it down; on it, and a contact, or its friction,
+# may lift it.
 FREE, HELD, LIFTED = 0, 1, 2
-
-UP = (0.0, 0.0, 1.0)
 
 
 class Moved(NamedTuple):
@@ -102,40 +101,48 @@ def find_mobilities(contacts: Listing, sharing: Sharing, impulses: Problem, shif
     for k in rows:
         _count(contacts, k, sharing, impulses, 1.0)
     for k in rows:
-        normal, box, up, place = (
-            load(contacts.normal, k),
-            contacts.box[k, 1],
-            contacts.normal[k, 2],
-            load(impulses.place, k),
-        )
+        box, up = contacts.box[k, 1], contacts.normal[k, 2]
         soft, held = _split(sharing, surface_point(contacts, k, 0), up)
         if box == NOBODY:
-            more, more_held = _split(sharing, _acting(contacts, k, place), -up)
+            more, more_held = _split(sharing, _acting(contacts, k, load(impulses.place, k)), -up)
             soft, held = soft + more, held + more_held
+        impulses.mobility[k] = shifts.mobility[k] = soft - held * up * up
         impulses.slip[k] = soft
-        # What is held moves level only: by a push along the normal also across that, and along it by what leans.
-        impulses.mobility[k] = soft - held * up * up
-        shifts.mobility[k] = impulses.mobility[k] + impulses.friction[k] * held * abs(up) * sqrt(
-            max(0.0, 1.0 - up * up)
-        )
-        store(impulses.aside, k, scale(held * up, sub(scale(up, normal), UP)))
-        if box == NOBODY or not sharing.box_inverse_mass[box] > 0.0:
-            continue
-        part = sharing.box_sum[box]
-        one = _across(normal)
-        other = cross(normal, one)
-        by_normal = _box_change(sharing, box, place, normal)
-        by_one, by_other = _box_change(sharing, box, place, one), _box_change(sharing, box, place, other)
-        rise = dot(by_normal, normal)
-        half, middle = 0.5 * (dot(by_one, one) - dot(by_other, other)), 0.5 * (dot(by_one, one) + dot(by_other, other))
-        skew = dot(by_one, other)
-        impulses.mobility[k] += part * rise
-        impulses.slip[k] += part * (middle + sqrt(half * half + skew * skew))
-        accumulate(impulses.aside, k, scale(part, sub(by_normal, scale(rise, normal))))
-        if not sharing.box_stands[box]:
-            shifts.mobility[k] += part * sharing.box_inverse_mass[box]
+        store(impulses.aside, k, (0.0, 0.0, 0.0))
+        if box != NOBODY and sharing.box_inverse_mass[box] > 0.0:
+            _add_box(contacts, k, sharing, impulses, shifts)
+        # What the ground holds moves level only: along the normal also by what is given across that, and the other way.
+        both = held * abs(up) * sqrt(max(0.0, 1.0 - up * up))
+        if both > 0.0:
+            shifts.mobility[k] += impulses.friction[k] * both
+            ratio = sqrt(impulses.mobility[k] / impulses.slip[k])
+            impulses.mobility[k] += both * ratio
+            impulses.slip[k] += both / ratio
     for k in rows:
         _count(contacts, k, sharing, impulses, 0.0)
+
+
+@jit_lean
+def _add_box(contacts: Listing, k: int, sharing: Sharing, impulses: Problem, shifts: Problem) -> None:
+    """Add how easily contact `k` moves its box, which is not fixed."""
+    normal, box, place, part = (
+        load(contacts.normal, k),
+        contacts.box[k, 1],
+        load(impulses.place, k),
+        sharing.box_sum[contacts.box[k, 1]],
+    )
+    one = _across(normal)
+    other = cross(normal, one)
+    by_normal = _box_change(sharing, box, place, normal)
+    by_one, by_other = _box_change(sharing, box, place, one), _box_change(sharing, box, place, other)
+    rise = dot(by_normal, normal)
+    half, middle = 0.5 * (dot(by_one, one) - dot(by_other, other)), 0.5 * (dot(by_one, one) + dot(by_other, other))
+    skew = dot(by_one, other)
+    impulses.mobility[k] += part * rise
+    impulses.slip[k] += part * (middle + sqrt(half * half + skew * skew))
+    store(impulses.aside, k, scale(part, sub(by_normal, scale(rise, normal))))
+    if not sharing.box_stands[box]:
+        shifts.mobility[k] += part * sharing.box_inverse_mass[box]
 
 
 @jit_lean
@@ -224,7 +231,10 @@ def _push_box(sharing: Sharing, moved: Moved, box: int, impulse: Vec, moment: Ve
 
 @jit_lean
 def _give_soft(sharing: Sharing, moved: Moved, point: SurfacePoint, given: Vec, before: Vec) -> None:
-    """Move a point of a soft body; what all contacts together press a particle on to the ground with, that takes."""
+    """Move a point of a soft body; what all contacts together press a particle on to the ground with, that takes.
+
+    What none can lift, the ground holds in any case, so that it moves level only in all sweeps.
+    """
     (i, j, k), ground, more = point.particles, sharing.ground, sub(given, before)
     if ground[i] == ground[j] == ground[k] == FREE:
         add_at(moved.particle, sharing.inverse_mass, point, more)
@@ -234,7 +244,8 @@ def _give_soft(sharing: Sharing, moved: Moved, point: SurfacePoint, given: Vec, 
         if ground[i] != FREE:
             lift = moved.lift[i]
             moved.lift[i] = lift + part[2]
-            part = (part[0], part[1], max(0.0, lift + part[2]) - max(0.0, lift))
+            rise = max(0.0, lift + part[2]) - max(0.0, lift) if ground[i] == LIFTED else 0.0
+            part = (part[0], part[1], rise)
         accumulate(moved.particle, i, scale(sharing.inverse_mass[i], part))
 
 

@@ -150,7 +150,7 @@ def impulses_keep_momenta(run: Run) -> Comparison:
     faults=(
         Fault(
             "a box hit by a soft body gives way as if it could not turn",
-            soft_solver.find_mobilities,
+            soft_solver._add_box,
             "dot(by_normal_, normal_) → sharing.box_inverse_mass[box]",
         ),
         ALL_OF_THE_MASS,
