@@ -129,6 +129,50 @@ def edges_go_back_to_a_box(run: Run) -> Comparison:
 
 
 @check_edges(
+    piece="softbody.collision.soft.edge_box.edge_in_box",
+    reference="the facet by which a straight way leads into their Minkowski difference, by Qhull",
+    kind="third-party library",
+    engines=("scipy",),
+    unit="of a unit vector",
+    tolerance=1e-13,
+    because="rounding of turns and of Qhull's facets: 1.1e-15 at worst at full",
+    faults=(
+        Fault(
+            "edges leave a box by the shortest way",
+            edge_in_box,
+            "gap / (gap + overlap) if gap > 0.0 else gap → -overlap",
+        ),
+    ),
+)
+def edges_leave_as_they_came(run: Run) -> Comparison:
+    """An edge that came in by a face leaves by that.
+
+    It has moved without turning, from beyond the box.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    for _ in range(run.count(150, 1_500, 15_000)):
+        size, box_turn = rng.uniform(0.2, 3.0, 3), random_orientations(rng, 1)[0]
+        turn = Rotation.from_quat(box_turn, scalar_first=True)
+        through, way = rng.uniform(-0.5, 0.5, 3) * size, rng.normal(size=3) * size
+        ends = np.array([through - rng.random() * way, through + rng.random() * way])
+        came_from = rng.normal(size=3) * size
+        hull = ConvexHull((CORNERS * size - ends[:, None]).reshape(-1, 3), qhull_options="Qt")
+        ways = hull.equations[np.unique(hull.equations.round(7), axis=0, return_index=True)[1]]
+        gap, overlap = ways[:, :3] @ came_from + ways[:, 3], -ways[:, 3]
+        met = np.where(gap > 0.0, gap / (gap + overlap), -1.0)
+        first, last = np.sort(met)[-2:]
+        if last < 0.0 or last - first < 1e-6:
+            continue  # it was in the box before; or came in where two facets meet
+        out = ways[np.argmax(met), :3]
+        if np.abs(out).max() < 1.0 - 1e-9:
+            continue  # across a side, which it may have left since along the edge
+        box = PlacedBox(tuple(size), (0.0, 0.0, 0.0), tuple(box_turn))
+        (p, q), (old_p, old_q) = (map(tuple, turn.apply(each)) for each in (ends, ends + came_from))
+        answers.add(turn.inv().apply(edge_in_box((p, q), box, (old_p, old_q), box)[1]), out)
+    return answers.comparison()
+
+
+@check_edges(
     piece="softbody.collision.soft.edge_mesh.edge_across_edge",
     reference="nearest points of two lines by least squares, sides by determinants, in NumPy",
     kind="closed form",
