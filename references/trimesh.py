@@ -139,6 +139,23 @@ def cut_apart_and_merged(
     return whole, loose, (np.array(merged.vertices), np.array(merged.faces))
 
 
+def first_triangles(
+    starts: np.ndarray, ways: np.ndarray, vertices: np.ndarray, triangles: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return (triangle (m,), part of the way (m,)) that each of `ways` (m, 3) from `starts` (m, 3) [m] meets first.
+
+    −1 and inf for what meets none, however far it goes on.
+    """
+    mesh, origin = _mesh(vertices, triangles)
+    points = np.asarray(starts, float) - origin
+    place, ray, triangle = RayMeshIntersector(mesh).intersects_location(points, ways, multiple_hits=True)
+    first, part = np.full(len(points), -1), np.full(len(points), np.inf)
+    along = np.einsum("ij,ij->i", place - points[ray], ways[ray]) / np.einsum("ij,ij->i", ways[ray], ways[ray])
+    for hit in np.argsort(along)[::-1]:
+        first[ray[hit]], part[ray[hit]] = triangle[hit], along[hit]
+    return first, part
+
+
 def first_met(eye: np.ndarray, directions: np.ndarray, surfaces: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
     """Return which of `surfaces`, vertices and triangles of each, a ray from `eye` (3,) meets first; −1 for none.
 

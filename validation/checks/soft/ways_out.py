@@ -1,4 +1,4 @@
-"""The way out of a soft body where several would do: at corners and edges that triangles share, and at their ends."""
+"""The way out of a body where several would do: at corners and edges that triangles share, and behind faces."""
 
 from __future__ import annotations
 
@@ -8,15 +8,17 @@ from itertools import product
 import numpy as np
 
 import softbody
+from references import trimesh
 from softbody import Mesh
 from softbody.collision.soft import edge_mesh, point_mesh
 from softbody.collision.soft.edge_mesh import Ridge, edge_across_edge
 from softbody.collision.soft.point_mesh import way_out
 from softbody.collision.soft.soft_box import find_contacts_in_box
 from softbody.collision.soft.surface import Surface, build_surfaces, surface_of
+from softbody.geometry import box
 from softbody.model.surface_point import value_at
 from validation.answers import Answers
-from validation.cases import random_orientations, rotated, rotation_matrix
+from validation.cases import BOX_TRIANGLES, corners_of, random_orientations, rotated, rotation_matrix
 from validation.check import Comparison, Run, check
 from validation.checks.boxes.manifold import turned
 from validation.checks.soft.cases import weightless
@@ -93,6 +95,52 @@ def reentrant_places(run: Run) -> Comparison:
                 way, end = depth * np.array(found.normal), value_at(vertices, found.end)
                 kind = "an edge" if other else "a corner"
                 answers.add([found.depth, *way, *end, float(is_best)], [depth, *(place - p), *place, 1.0], kind=kind)
+    return answers.comparison()
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.geometry.box.way_back",
+    reference="the face that the way meets first, or that was closest before it, by trimesh",
+    kind="third-party library",
+    engines=("trimesh",),
+    unit="of the size, of a unit vector",
+    tolerance=1e-14,
+    because="rounding: 0 at worst of 50 000 ways, about the origin",
+    faults=(
+        Fault(
+            "the way out of a box is to the face that is closest now",
+            box.way_back,
+            "_closest_face(before_, half_) → _closest_face(now, half_)",
+        ),
+        Fault("the last face on the way", box._face_of_entry, "first > enters → first < enters or enters == -np.inf"),
+        Fault("ways that lead away", box._face_of_entry, "0.0 <= enters < leaves → enters < leaves"),
+    ),
+)
+def points_go_back_to_a_box(run: Run) -> Comparison:
+    """A point leaves a box by the face it came through.
+
+    However deep it is, right through, or out again by another side. What was inside before leaves by the face that was
+    closest then.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    for _ in range(run.count(40, 200, 1_000)):
+        half, count = rng.uniform(0.1, 1.5, 3), 50
+        before, now = (rng.uniform(-1.5, 1.5, (count, 3)) * half for _ in range(2))
+        was_in, corners = (np.abs(before) < half).all(axis=1), corners_of(2.0 * half)
+        met, part = trimesh.first_triangles(before, now - before, corners, BOX_TRIANGLES)
+        _, closest, _ = trimesh.closest_points(before, corners, BOX_TRIANGLES)
+        triangle = np.where(was_in, closest, np.where(part <= 1.0, met, -1))
+        a, b, c = np.moveaxis(corners[BOX_TRIANGLES[triangle]], 1, 0)
+        out = np.cross(b - a, c - a)
+        out /= np.linalg.norm(out, axis=1)[:, None]
+        depth = np.where(triangle < 0, 0.0, np.maximum(0.0, np.einsum("ij,ij->i", a - now, out)))
+        doubtful = was_in & (np.sort(half - np.abs(before), axis=1)[:, :2] @ [-1.0, 1.0] < 1e-4)  # two as close
+        for row in np.flatnonzero(~doubtful):
+            found, normal = box.way_back(tuple(before[row]), tuple(now[row]), tuple(half))
+            kind = "was inside" if was_in[row] else "came in" if depth[row] > 0.0 else "passed by"
+            normals = (normal, out[row] if depth[row] > 0.0 else np.zeros(3))
+            answers.add([found / half.max(), *normals[0]], [depth[row] / half.max(), *normals[1]], kind=kind)
     return answers.comparison()
 
 
