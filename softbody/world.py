@@ -72,8 +72,9 @@ class World(Inventory):
       two soft bodies, too, before it looks closer, with the same result.
     - `edge_contacts`: edges hold edges, of boxes and of soft bodies. False: only particles and corners are held, as in
       the paper.
-    - `split_steps`: a step is taken in parts where a soft body and another would jump through each other, or where
-      gravity moves boxes by more than a sixteenth of the thickness of the thinnest.
+    - `split_steps`: a step is taken in parts where a soft body and another would jump through each other, where a load
+      presses them together by a quarter of an edge, or where gravity moves boxes by more than a sixteenth of the
+      thickness of the thinnest.
     - `gyroscopic` torque, so that a free box keeps its angular momentum.
     - `speed_ceiling` [m/s] and `angular_speed_ceiling` [rad/s] of boxes.
     - `angular_speed_floor` [rad/s]: a box on the ground that turns more slowly stops turning, and snaps to the nearest

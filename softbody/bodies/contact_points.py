@@ -17,6 +17,8 @@ GROUND = -1
 class ContactPoints:
     """The contacts of a World in its last step, a row each; all arrays are copies.
 
+    Of a step that was taken in parts, see `split_steps` of `World`, they are those of its last part.
+
     Bodies go by numbers: soft bodies first, as they were added, then boxes; −1 is the ground, which is always b. What
     neither overlaps nor has given an impulse is not listed. They are of the world as it was: ask for new ones
     after a body was removed.
@@ -31,7 +33,7 @@ class ContactPoints:
     restitution: np.ndarray  # (c,) of the pair
     friction: np.ndarray  # (c,) Coulomb coefficient of the pair
     first_box: int  # number of the first box: how many soft bodies there are
-    time_step: float  # [s] of the step
+    time_step: float  # [s] of the step, or of its last part
 
     def __len__(self) -> int:
         """Return how many there are."""

@@ -24,7 +24,6 @@ from softbody.model.settings import Settings, integrator_name
 STABLE_FOR = 100  # steps for which an estimate of the stable step is trusted; making one costs about a step
 MOST_CARRIED = {"soft body": 1e4, "box": 1e6}  # times its own mass by a box; with more, it may be pressed through
 TINY = np.finfo(float).tiny
-PRESS_LESS = "take a shorter time step, make the thinner one thicker, or press less"
 DEEP = 0.1  # of the thickness of the thinner of two bodies, from which an overlap at the start is worth a warning
 
 
@@ -247,10 +246,10 @@ def pairs_inside(model: Model, contacts: Contacts) -> set[tuple[int, int]]:
 def warn_of_pressed(pressed: Pressed, pair: tuple[int, int], model: Model, names: Names) -> None:
     """Warn of a pair that is pressed deep into each other."""
     part = float(pressed.part[FIRST])
-    limit = "half of it would be an error" if part < GONE_THROUGH else "they may go through each other"
+    limit = f"{GONE_THROUGH:.0%} would be an error" if part < GONE_THROUGH else "they may go through each other"
     warnings.warn(
         f"{_pressed(pressed, FIRST, pair, model, names)} since step {pressed.step[0]}: {part:.0%} of "
-        f"the thinner one's thickness, and {limit}; {PRESS_LESS}",
+        f"{_room_of(pair, model)}, and {limit}; {_press_less(pair, model)}",
         OverloadWarning,
         stacklevel=5,
     )
@@ -260,12 +259,28 @@ def pressed_through(pressed: Pressed, model: Model, steps: int, names: Names) ->
     """Return what to raise where bodies would be pressed through each other, after `steps`."""
     pair = sides_of(model, pressed.sides[NOW])
     return SimulationError(
-        f"{_pressed(pressed, NOW, pair, model, names)} in step {steps}: more than half of the thinner one's "
-        f"thickness, and they would go through; {PRESS_LESS}. The state is the last good one.",
+        f"{_pressed(pressed, NOW, pair, model, names)} in step {steps}: more than {GONE_THROUGH:.0%} of "
+        f"{_room_of(pair, model)}, and they would go through; {_press_less(pair, model)}. "
+        "The state is the last good one.",
         steps,
         title_of(model, max(pair), Names()),
         0.0,
     )
+
+
+def _room_of(pair: tuple[int, int], model: Model) -> str:
+    """Say of what a part tells how deep a pair is pressed into each other."""
+    return "two edges of their meshes, or of a thickness" if _both_soft(pair, model) else "the thinner one's thickness"
+
+
+def _press_less(pair: tuple[int, int], model: Model) -> str:
+    """Say what a user can do for a pair that is pressed too deep into each other."""
+    firmer = "fill them with more gas" if _both_soft(pair, model) else "make the thinner one thicker"
+    return f"take a shorter time step, {firmer}, or press less"
+
+
+def _both_soft(pair: tuple[int, int], model: Model) -> bool:
+    return min(pair) >= 0 and max(pair) < model.soft_count
 
 
 def _pressed(pressed: Pressed, row: int, pair: tuple[int, int], model: Model, names: Names) -> str:

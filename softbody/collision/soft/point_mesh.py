@@ -8,9 +8,10 @@ import numpy as np
 
 from softbody.collision.soft.surface import Surface
 from softbody.compiler.jit import jit_lean
-from softbody.geometry.triangle import area_vector, weighted_point
-from softbody.linalg.vec import Vec, dot, load, norm, scale, sub
-from softbody.model.surface_point import SurfacePoint
+from softbody.geometry.closest_point import with_weights
+from softbody.geometry.triangle import area_vector, squared_distance_to_triangle, weighted_point
+from softbody.linalg.vec import Vec, add, dot, load, norm, scale, sub
+from softbody.model.surface_point import SurfacePoint, at_particle
 
 # A way shorter than this part of a triangle's size is rounding, and has no direction.
 NO_WAY = 1e-9
@@ -51,6 +52,48 @@ def way_out(p: Vec, surface: Surface, triangle: int, weights: Vec) -> WayOut:
 
 
 @jit_lean
+def way_out_before(p: Vec, own: Vec, surface: Surface, farthest: float) -> WayOut:
+    """Return the shortest way from `p`, of a skin whose normal is along `own`, through a triangle that faces that skin.
+
+    None if it is longer than `farthest` [m].
+    """
+    positions, triangles = surface.vertices.position, surface.triangles
+    best, closest = farthest * farthest, -1
+    for t in range(triangles.shape[0]):
+        if dot(_normal(surface, t), own) < 0.0:
+            a, b, c = (
+                load(positions, triangles[t, 0]),
+                load(positions, triangles[t, 1]),
+                load(positions, triangles[t, 2]),
+            )
+            square = squared_distance_to_triangle(p, a, b, c)
+            if square < best:
+                best, closest = square, t
+    if closest < 0:
+        return WayOut(0.0, (0.0, 0.0, 0.0), at_particle(surface.first))
+    _, weights, _ = with_weights(p, positions, triangles, closest)
+    return way_out(p, surface, closest, weights)
+
+
+@jit_lean
+def vertex_normal(surface: Surface, vertex: int) -> Vec:
+    """Return the sum of the area vectors [m²] of the triangles about a vertex."""
+    first = int(surface.touching[vertex])
+    total, other = _normal(surface, first), _next_about(surface, first, vertex)
+    while other != first:
+        total, other = add(total, _normal(surface, other)), _next_about(surface, other, vertex)
+    return total
+
+
+@jit_lean
+def _next_about(surface: Surface, triangle: int, vertex: int) -> int:
+    """Return the triangle beyond the side that begins at a vertex of another."""
+    corners = surface.triangles
+    m = 0 if corners[triangle, 0] == vertex else 1 if corners[triangle, 1] == vertex else 2
+    return _across(surface, triangle, m)
+
+
+@jit_lean
 def _facing(out: Vec, surface: Surface, triangle: int, weights: Vec) -> int:
     """Return which triangle faces `out` most, of those that share a point of `triangle`."""
     corners = (1 if weights[0] != 0.0 else 0) + (1 if weights[1] != 0.0 else 0) + (1 if weights[2] != 0.0 else 0)
@@ -60,12 +103,10 @@ def _facing(out: Vec, surface: Surface, triangle: int, weights: Vec) -> int:
         best = _facing_more(out, surface, best, _across(surface, triangle, (m + 1) % 3))
     elif corners == 1:
         m = 0 if weights[0] != 0.0 else 1 if weights[1] != 0.0 else 2
-        vertex, other = surface.triangles[triangle, m], _across(surface, triangle, m)
+        vertex, other = int(surface.triangles[triangle, m]), _across(surface, triangle, m)
         while other != triangle:
             best = _facing_more(out, surface, best, other)
-            corners_of = surface.triangles
-            m = 0 if corners_of[other, 0] == vertex else 1 if corners_of[other, 1] == vertex else 2
-            other = _across(surface, other, m)
+            other = _next_about(surface, other, vertex)
     return best
 
 

@@ -65,6 +65,10 @@ ENOUGH, CLOSE, FINE, FIRST_SWEEPS, ROUNDS = 1.0 / 256.0, 1.0 / 4096.0, 1e-4, 3, 
 # were to bring them to, after the sweeps; and the part of that where they are as deep already: it must not add up.
 OUT_OF_PLACE, OUT_OF_SIDE, LEAST_ROOM = 1.0 / 64.0, 1.0 / 16.0, 1.0 / 64.0
 
+# Mean edges by which a soft body counts as thick at most where another is in it: skins that are deeper in each other
+# than half an edge fold about each other, however thick the bodies are.
+SKIN = 2.0
+
 
 class Bodies(NamedTuple):
     """What the contacts of soft bodies act on."""
@@ -438,12 +442,12 @@ def _note_left(
 
 @jit_lean
 def _thickness(contacts: Listing, k: int, response: Response) -> float:
-    """Return the thickness [m] of the box of contact `k`, or of the thinner of two soft bodies."""
+    """Return the thickness [m] of the box of contact `k`, or of the thinner of two soft bodies: two edges at most."""
     box, of = contacts.box[k, 1], response.body
     if box != NOBODY:
         return response.thickness[response.edge_length.shape[0] + box]
     a, b = of[contacts.particles[k, 0, 0]], of[contacts.particles[k, 1, 0]]
-    return min(response.thickness[a], response.thickness[b])
+    return min(response.thickness[a], response.thickness[b], SKIN * _edge_length(contacts, k, response))
 
 
 @jit_lean

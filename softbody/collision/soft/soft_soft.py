@@ -6,7 +6,7 @@ import numpy as np
 
 from softbody.collision.contact import Listing, Touch, add_contact, soft_side
 from softbody.collision.soft.edge_mesh import SLACK, Crossing, Ridge, bits_across, edge_across_edge
-from softbody.collision.soft.point_mesh import way_out
+from softbody.collision.soft.point_mesh import vertex_normal, way_out, way_out_before
 from softbody.collision.soft.surface import Eight, Memory, Solid, Surface
 from softbody.compiler.jit import jit_lean
 from softbody.compiler.simd import LANES, lowest_bit
@@ -23,6 +23,9 @@ from softbody.model.surface_point import SurfacePoint, at_particle, on_edge
 # How deep a ridge is that an edge goes through, at most, as a part of the edge's way inside: for one of 28° and more.
 REACH = 4.0
 
+# Cosine between a particle's way out and its own normal above which the way is one that it cannot have come in by.
+ALONG_OWN = 0.8
+
 
 @jit_lean
 def find_soft_soft_contacts(
@@ -30,13 +33,14 @@ def find_soft_soft_contacts(
 ) -> None:
     """List what of `one` is inside `other`, whose tree must have been fitted: particles, and edges across its edges.
 
-    `one` is side a of the contacts, `other` side b. Edges are looked for down to a depth of `deepest` [m].
+    `one` is side a of the contacts, `other` side b. Edges, and ways out that are not the shortest, are looked for down
+    to a depth of `deepest` [m].
     """
     if not boxes_meet(one.vertices.bounds, other.surface.vertices.bounds):
         return
     inside = find_penetrations(one.vertices, other.surface.vertices, other.tree, memory.search, memory.found)
     if inside > 0:
-        _add_particles(one, other, inside, memory, material, contacts)
+        _add_particles(one, other, inside, deepest, memory, material, contacts)
     if deepest > 0.0:
         count = candidate_edges(one.ridges, memory.found.outcode, memory.edge)
         count = _drop_those_that_lead_out(one, count, memory)
@@ -57,13 +61,27 @@ def half_way(point: Vec, depth: float, out: Vec) -> Vec:
 
 @jit_lean
 def _add_particles(
-    one: Surface, other: Solid, inside: int, memory: Memory, material: Material, contacts: Listing
+    one: Surface,
+    other: Solid,
+    inside: int,
+    deepest: float,
+    memory: Memory,
+    material: Material,
+    contacts: Listing,
 ) -> None:
-    """Add the particles that were found `inside`."""
+    """Add the particles that were found `inside`.
+
+    A way out along a particle's own normal would pull its skin from within. It is that of a rim that has slid past the
+    other's rim, and would lock both: the particle goes back by the triangle before it, if there is one.
+    """
     found = memory.found
     for row in range(inside):
-        p = load(one.vertices.position, found.point[row])
+        p, own = load(one.vertices.position, found.point[row]), vertex_normal(one, found.point[row])
         depth, normal, end = way_out(p, other.surface, found.triangle[row], load(found.weights, row))
+        if dot(normal, own) > ALONG_OWN * norm(own):
+            before_it = way_out_before(p, own, other.surface, deepest)
+            if before_it.depth > 0.0:
+                depth, normal, end = before_it
         store(memory.way_out, found.point[row], normal)
         if depth > 0.0:
             a = soft_side(at_particle(one.first + found.point[row]))

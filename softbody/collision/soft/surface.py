@@ -28,6 +28,7 @@ class Surface(NamedTuple):
     wings: np.ndarray  # (e, 2) int32: these triangles
     triangles: np.ndarray  # (t, 3) vertices
     sides: np.ndarray  # (t, 3) int32: edge from each corner of a triangle to the next, or −1 − the edge that leads back
+    touching: np.ndarray  # (n,) int32: a triangle of each vertex
     vertices: Points
 
 
@@ -73,12 +74,12 @@ class Shapes(NamedTuple):
     low: np.ndarray  # (b, 3) [m] corner of the bounding box of each body
     high: np.ndarray  # (b, 3) [m]
     whole: np.ndarray  # int64: TRIANGLES, LEVEL_START and LEVEL_COUNT of each kind, which `Surface` and `BVH` explain
-    short: np.ndarray  # int32: its ORDER, RIDGES, WINGS and SIDES
+    short: np.ndarray  # int32: its ORDER, RIDGES, WINGS, SIDES and TOUCHING
     places: np.ndarray  # uint32: its PLACES
-    spans: np.ndarray  # (kinds, 8, 2) see `softbody.compiler.parts`
+    spans: np.ndarray  # (kinds, 9, 2) see `softbody.compiler.parts`
 
 
-TRIANGLES, ORDER, PLACES, LEVEL_START, LEVEL_COUNT, RIDGES, WINGS, SIDES = range(8)  # parts of Shapes
+TRIANGLES, ORDER, PLACES, LEVEL_START, LEVEL_COUNT, RIDGES, WINGS, SIDES, TOUCHING = range(9)  # parts of Shapes
 
 
 class ThreadScratch(NamedTuple):
@@ -152,7 +153,7 @@ def build_surfaces(model: Model, position: np.ndarray, threads: int = 1) -> Surf
 def _tables_of(kinds: list[tuple[np.ndarray, ...]]) -> list[np.ndarray]:
     """Return what `_kind_of` says of all kinds, as the last four fields of `Shapes`."""
     taken = {np.dtype(kind): 0 for kind in (np.int64, np.int32, np.uint32)}
-    spans = np.array([spans_of(tables, taken) for tables in kinds], np.int64).reshape(-1, 8, 2)
+    spans = np.array([spans_of(tables, taken) for tables in kinds], np.int64).reshape(-1, 9, 2)
     rows = {kind: room_for((size,), kind) for kind, size in taken.items()}
     for tables, places in zip(kinds, spans, strict=True):
         for table, (first, end) in zip(tables, places, strict=True):
@@ -204,8 +205,11 @@ def _kind_of(vertices: np.ndarray, triangles: np.ndarray) -> tuple[BVH, tuple[np
     corners[edge, leads_back.astype(int)] = third
     ridges = np.concatenate([edges, corners], axis=1).astype(np.int32)
     sides = np.where(leads_back, -1 - edge, edge).astype(np.int32)
+    touching = np.zeros(len(vertices), np.int32)
+    touching[triangles] = np.arange(len(triangles))[:, None]
     tree = build_bvh(vertices, triangles)
-    return tree, (tree.triangles, tree.order, tree.places, tree.level_start, tree.level_count, ridges, wings, sides)
+    of_tree = tree.triangles, tree.order, tree.places, tree.level_start, tree.level_count
+    return tree, (*of_tree, ridges, wings, sides, touching)
 
 
 @jit_inlined
@@ -220,6 +224,7 @@ def surface_of(model: Model, state: State, shapes: Shapes, scratch: ThreadScratc
         part_of(shapes.short, spans, WINGS, (2,)),
         part_of(shapes.whole, spans, TRIANGLES, (3,)),
         part_of(shapes.short, spans, SIDES, (3,)),
+        part_of(shapes.short, spans, TOUCHING, ()),
         Points(state.particle_position[first:end], bounds, hint[first:end]),
     )
 

@@ -99,6 +99,52 @@ def reentrant_places(run: Run) -> Comparison:
 
 
 @check(
+    section="4.3",
+    piece="softbody.collision.soft.point_mesh.way_out_before",
+    reference="the closest point of all triangles that face the particle's skin, each by trimesh",
+    kind="third-party library",
+    engines=("trimesh",),
+    unit="of the size",
+    tolerance=1e-14,
+    because="rounding: 6e-16 at worst at full",
+    faults=(
+        Fault("ways out by any triangle", point_mesh.way_out_before, "dot(_normal(surface, t), own) < 0.0 → True"),
+        Fault("ways out of any length", point_mesh.way_out_before, "farthest * farthest → np.inf"),
+        Fault("skins of one triangle", point_mesh.vertex_normal, "other != first → False"),
+    ),
+)
+def ways_out_before_a_skin(run: Run) -> Comparison:
+    """A particle leaves by the nearest triangle that faces its skin.
+
+    Its skin's normal is the sum of its triangles' area vectors, of dented balls. Where that triangle is too far away
+    there is none.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    for _ in range(run.count(12, 60, 600)):
+        mesh, own_mesh = _dented(rng), _dented(rng)
+        vertices, triangles, surface = mesh.vertices, mesh.triangles, _surface(mesh)
+        corners = vertices[triangles]
+        facing = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        own_surface, skins = _surface(own_mesh), np.zeros(own_mesh.vertices.shape)
+        a, b, c = np.moveaxis(own_mesh.vertices[own_mesh.triangles], 1, 0)
+        for k in range(3):
+            np.add.at(skins, own_mesh.triangles[:, k], 0.5 * np.cross(b - a, c - a))
+        for vertex, skin in enumerate(skins):
+            own = point_mesh.vertex_normal(own_surface, vertex)
+            p, farthest = 0.5 * rng.random() * corners[rng.integers(len(corners))].mean(axis=0), rng.uniform(0.1, 1.0)
+            before = np.flatnonzero(facing @ skin < 0.0)
+            ends = trimesh.closest_on_triangles(np.tile(p, (len(before), 1)), corners[before])
+            end = ends[np.argmin(np.linalg.norm(ends - p, axis=1))]
+            shared = trimesh.closest_on_triangles(np.tile(end, (len(corners), 1)), corners)
+            shared = np.linalg.norm(shared - end, axis=1) < 1e-12
+            goes = np.linalg.norm(end - p) <= farthest and (facing[shared] @ (end - p) > 0.0).any()
+            depth, normal, _ = point_mesh.way_out_before(tuple(p), own, surface, farthest)
+            truth = end - p if goes else np.zeros(3)
+            answers.add(depth * np.array(normal), truth, kind="a way" if goes else "none")
+    return answers.comparison()
+
+
+@check(
     section="beyond the paper",
     piece="softbody.geometry.box.way_back",
     reference="the face that the way meets first, or that was closest before it, by trimesh",
@@ -127,7 +173,8 @@ def points_go_back_to_a_box(run: Run) -> Comparison:
     for _ in range(run.count(40, 200, 1_000)):
         half, count = rng.uniform(0.1, 1.5, 3), 50
         before, now = (rng.uniform(-1.5, 1.5, (count, 3)) * half for _ in range(2))
-        was_in, corners = (np.abs(before) < half).all(axis=1), corners_of(2.0 * half)
+        was_in: np.ndarray = np.all(np.abs(before) < half, axis=1)
+        corners = corners_of(2.0 * half)
         met, part = trimesh.first_triangles(before, now - before, corners, BOX_TRIANGLES)
         _, closest, _ = trimesh.closest_points(before, corners, BOX_TRIANGLES)
         triangle = np.where(was_in, closest, np.where(part <= 1.0, met, -1))
