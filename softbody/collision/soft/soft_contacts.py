@@ -265,9 +265,9 @@ def _find_contacts_of(
             probe = surface_of(model, state, shapes, scratch, thread, other)
             length, other_length = model.soft_edge_length[body], model.soft_edge_length[other]
             has_edges = pairs.with_edges and other_length >= COARSE * length
-            deepest = SHALLOW * min(length, other_length) if has_edges else 0.0
+            deepest = SHALLOW * min(length, other_length)
             material = combined(material_of_soft(model, body), material_of_soft(model, other))
-            find_soft_soft_contacts(probe, solid, deepest, memory, material, listing)
+            find_soft_soft_contacts(probe, solid, deepest, has_edges, memory, material, listing)
         else:
             _find_contacts_with_box(
                 model, state, before, solid, memory, pairs.with_edges, listing, (body, other - soft), pairs.with_boxes

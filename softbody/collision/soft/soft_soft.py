@@ -29,7 +29,13 @@ ALONG_OWN = 0.8
 
 @jit_lean
 def find_soft_soft_contacts(
-    one: Surface, other: Solid, deepest: float, memory: Memory, material: Material, contacts: Listing
+    one: Surface,
+    other: Solid,
+    deepest: float,
+    with_edges: bool,
+    memory: Memory,
+    material: Material,
+    contacts: Listing,
 ) -> None:
     """List what of `one` is inside `other`, whose tree must have been fitted: particles, and edges across its edges.
 
@@ -41,7 +47,7 @@ def find_soft_soft_contacts(
     inside = find_penetrations(one.vertices, other.surface.vertices, other.tree, memory.search, memory.found)
     if inside > 0:
         _add_particles(one, other, inside, deepest, memory, material, contacts)
-    if deepest > 0.0:
+    if with_edges:
         count = candidate_edges(one.ridges, memory.found.outcode, memory.edge)
         count = _drop_those_that_lead_out(one, count, memory)
         _add_edges(one, count, other, deepest, memory, material, contacts)
