@@ -393,7 +393,7 @@ def test_what_is_pressed_is_named_once_at_the_first_step_and_a_step_that_goes_th
 
     with warnings.catch_warnings():
         warnings.simplefilter("error", OverloadWarning)
-        with pytest.raises(SimulationError, match=r"are pressed 0\.01\d* m .*: more than half"):
+        with pytest.raises(SimulationError, match=r"are pressed 0\.01\d* m .*: more than 50%"):
             go_on()
     assert (world.steps, world.state_hash()) == (13 + len(hashes), hashes[-1])
 

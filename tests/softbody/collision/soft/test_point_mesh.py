@@ -14,8 +14,8 @@ pytestmark = pytest.mark.interpreted
 
 
 def surface_of(mesh):
-    _, (triangles, _, _, _, _, ridges, wings, sides) = _kind_of(mesh.vertices, mesh.triangles)
-    return Surface(0, ridges, wings, triangles, sides, points_of(np.array(mesh.vertices)))
+    _, (triangles, _, _, _, _, ridges, wings, sides, touching) = _kind_of(mesh.vertices, mesh.triangles)
+    return Surface(0, ridges, wings, triangles, sides, touching, points_of(np.array(mesh.vertices)))
 
 
 def way_from(p, mesh):
