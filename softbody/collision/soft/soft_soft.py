@@ -39,8 +39,8 @@ def find_soft_soft_contacts(
 ) -> None:
     """List what of `one` is inside `other`, whose tree must have been fitted: particles, and edges across its edges.
 
-    `one` is side a of the contacts, `other` side b. Edges, and ways out that are not the shortest, are looked for down
-    to a depth of `deepest` [m].
+    `one` is side a of the contacts, `other` side b. Edges, if `with_edges`, and ways out that are not the shortest, are
+    looked for down to a depth of `deepest` [m].
     """
     if not boxes_meet(one.vertices.bounds, other.surface.vertices.bounds):
         return

@@ -88,6 +88,13 @@ def edges_in_a_box(run: Run) -> Comparison:
     return answers.comparison()
 
 
+def _edge_through_a_box(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return a box's size (3,) [m] and how it is turned, and the ends (2, 3) [m] of an edge through it that it sees."""
+    size, box_turn = rng.uniform(0.2, 3.0, 3), random_orientations(rng, 1)[0]
+    through, way = rng.uniform(-0.5, 0.5, 3) * size, rng.normal(size=3) * size
+    return size, box_turn, np.array([through - rng.random() * way, through + rng.random() * way])
+
+
 @check_edges(
     piece="softbody.collision.soft.edge_box.edge_in_box",
     reference="the facets of their Minkowski difference once it has gone back, by Qhull: the farthest is 0 away",
@@ -113,10 +120,8 @@ def edges_go_back_to_a_box(run: Run) -> Comparison:
     """
     rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(150, 1_500, 15_000)):
-        size, box_turn = rng.uniform(0.2, 3.0, 3), random_orientations(rng, 1)[0]
+        size, box_turn, ends = _edge_through_a_box(rng)
         turn = Rotation.from_quat(box_turn, scalar_first=True)
-        through, way = rng.uniform(-0.5, 0.5, 3) * size, rng.normal(size=3) * size
-        ends = np.array([through - rng.random() * way, through + rng.random() * way])
         before = ends + rng.normal(0.0, 0.3, 3) * size + rng.normal(0.0, 0.05, (2, 3)) * size
         box = PlacedBox(tuple(size), (0.0, 0.0, 0.0), tuple(box_turn))
         (p, q), (old_p, old_q) = (map(tuple, turn.apply(each)) for each in (ends, before))
@@ -151,10 +156,8 @@ def edges_leave_as_they_came(run: Run) -> Comparison:
     """
     rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(150, 1_500, 15_000)):
-        size, box_turn = rng.uniform(0.2, 3.0, 3), random_orientations(rng, 1)[0]
+        size, box_turn, ends = _edge_through_a_box(rng)
         turn = Rotation.from_quat(box_turn, scalar_first=True)
-        through, way = rng.uniform(-0.5, 0.5, 3) * size, rng.normal(size=3) * size
-        ends = np.array([through - rng.random() * way, through + rng.random() * way])
         came_from = rng.normal(size=3) * size
         hull = ConvexHull((CORNERS * size - ends[:, None]).reshape(-1, 3), qhull_options="Qt")
         ways = hull.equations[np.unique(hull.equations.round(7), axis=0, return_index=True)[1]]
