@@ -25,12 +25,13 @@ def box_inertia(size: Vec, mass: float) -> Vec:
 @jit
 def box_corner(size: Vec, position: Vec, orientation: Quaternion, k: int) -> Vec:
     """Return corner k = 0 … 7 [m] in the world: bit 0 of k chooses the side along x, bit 1 y, bit 2 z."""
-    signs = (
-        0.5 if k & 1 else -0.5,
-        0.5 if k & 2 else -0.5,
-        0.5 if k & 4 else -0.5,
-    )
-    return add(position, rotate(orientation, multiply(signs, size)))
+    return add(position, rotate(orientation, scale(0.5, multiply(corner_signs(k), size))))
+
+
+@jit_lean
+def corner_signs(k: int) -> Vec:
+    """Return on which side corner k = 0 … 7 is, −1 or 1 along each axis of its box."""
+    return 1.0 if k & 1 else -1.0, 1.0 if k & 2 else -1.0, 1.0 if k & 4 else -1.0
 
 
 @jit

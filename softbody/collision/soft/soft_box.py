@@ -9,14 +9,15 @@ import numpy as np
 from softbody.collision.boxes.sat_boxes import PlacedBox
 from softbody.collision.contact import Listing, Touch, add_contact, box_side, soft_side
 from softbody.collision.soft.edge_box import edge_in_box
-from softbody.collision.soft.point_mesh import way_out
-from softbody.collision.soft.soft_soft import half_way, point_between
+from softbody.collision.soft.point_mesh import way_out, way_out_before
+from softbody.collision.soft.soft_soft import ALONG_OWN, half_way, point_between
 from softbody.collision.soft.surface import Memory, Solid, Surface
 from softbody.compiler.jit import jit_lean
-from softbody.geometry.box import way_back
+from softbody.geometry.aabb import bounding_box
+from softbody.geometry.box import box_corner, corner_signs, way_back
 from softbody.geometry.penetration import INSIDE, Points, find_penetrations
 from softbody.linalg.quaternion import rotate, rotate_inverse
-from softbody.linalg.vec import Vec, dot, load, norm, scale, sub
+from softbody.linalg.vec import Vec, dot, load, multiply, norm, scale, store, sub
 from softbody.model.material import Material
 from softbody.model.surface_point import at_particle, on_edge
 
@@ -99,16 +100,32 @@ def way_of_box(before: PlacedBox, now: PlacedBox) -> float:
 
 @jit_lean
 def find_corner_contacts(
-    solid: Solid, box: int, corners: Points, memory: Memory, material: Material, contacts: Listing
+    solid: Solid,
+    box: tuple[int, PlacedBox],
+    deepest: float,
+    memory: Memory,
+    material: Material,
+    contacts: Listing,
 ) -> None:
-    """List which `corners` of a box are inside a soft body, whose tree must have been fitted.
+    """List which corners of a box, (its number, where it is), are inside a soft body, whose tree must have been fitted.
 
-    Its surface is side a of the contacts, the box side b.
+    A way out along the normal of a corner's own face would pull the box in further. It is that of a corner that has
+    pressed a skin close to the one behind it: it goes back by the triangle before it, down to a depth of `deepest` [m].
+    The surface is side a of the contacts, the box side b.
     """
-    found = memory.found
+    number, (size, position, orientation) = box
+    found, place = memory.found, memory.corners.position
+    for k in range(8):
+        store(place, k, box_corner(size, position, orientation, k))
+    corners = Points(place, bounding_box(place), memory.corners.hint)
     for row in range(find_penetrations(corners, solid.surface.vertices, solid.tree, memory.search, found)):
-        p = load(corners.position, found.point[row])
+        p, signs = load(place, found.point[row]), corner_signs(found.point[row])
         depth, out, end = way_out(p, solid.surface, found.triangle[row], load(found.weights, row))
+        along = multiply(signs, rotate_inverse(orientation, out))
+        if max(along[0], along[1], along[2]) > ALONG_OWN:
+            before_it = way_out_before(p, rotate(orientation, signs), solid.surface, deepest)
+            if before_it.depth > 0.0:
+                depth, out, end = before_it
         if depth > 0.0:
             touch = Touch(half_way(p, depth, out), scale(-1.0, out), depth, 0)
-            add_contact(contacts, soft_side(end), box_side(box), touch, material)
+            add_contact(contacts, soft_side(end), box_side(number), touch, material)

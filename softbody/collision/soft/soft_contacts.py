@@ -31,9 +31,8 @@ from softbody.collision.soft.surface import (
 )
 from softbody.compiler.jit import jit, jit_lean, jit_threaded
 from softbody.geometry.aabb import bounding_box, boxes_meet
-from softbody.geometry.box import box_corner, point_in_box
+from softbody.geometry.box import point_in_box
 from softbody.geometry.bvh import refit_bvh
-from softbody.geometry.penetration import Points
 from softbody.geometry.sphere import radius_about
 from softbody.linalg.quaternion import load_quaternion
 from softbody.linalg.vec import Vec, add, load, scale, store
@@ -295,10 +294,7 @@ def _find_contacts_with_box(
     placed, old = placed_at(model, state, box), placed_at(model, before, box)
     points = before.particle_position[model.soft_particle_start[body] : model.soft_particle_start[body + 1]]
     find_contacts_in_box(solid.surface, (box, placed), (points, old), with_edges, memory, material, listing)
-    place, hint = memory.corners.position, memory.corners.hint
-    for k in range(8):
-        store(place, k, box_corner(placed.size, placed.position, placed.orientation, k))
-    find_corner_contacts(solid, box, Points(place, bounding_box(place), hint), memory, material, listing)
+    find_corner_contacts(solid, (box, placed), model.soft_edge_length[body], memory, material, listing)
 
 
 @jit_lean

@@ -54,6 +54,9 @@ PARTING_STEPS, OF_LOAD = 4.0, 0.5
 # m, springs k, gas nRT and thickness d: a tenth of a metre adds no more energy than a fall of some millimetres.
 PARTING_TIMES = 8.0
 
+# The vertical part of a normal from which what is on the ground lies below a box, and not beside it.
+STEEP = 0.5
+
 MANY = 100  # contacts from which threads share their islands: they meet once a step, which takes some microseconds
 
 # The part of the most that a body's contacts lack at first that a contact may lack in the end, and after some sweeps;
@@ -193,7 +196,7 @@ def resolve_contacts(
     impulses, shifts = new_problem(count), new_problem(count)
     look_back(rows, bodies, start, response, substep, impulses, shifts, h)
     _find_enough(rows, response, substep, impulses, shifts, h)
-    mobility, stands = _mobility(contacts, rows, bodies, impulses, response.lift[0], with_boxes)
+    mobility, stands = _mobility(contacts, rows, bodies, impulses, response, with_boxes)
     shared = mobility, stands, response.ground, response.weight_sum, np.zeros(boxes)
     islands, still = find_islands(rows, bodies.boxes.inverse_mass, response.owner), np.zeros((boxes, 3))
     if threads is None or count < MANY:
@@ -488,19 +491,23 @@ def _find_enough(
 
 @jit
 def _mobility(
-    contacts: Contacts, rows: Listing, bodies: Bodies, impulses: Problem, lift: np.ndarray, with_boxes: bool | None
+    contacts: Contacts, rows: Listing, bodies: Bodies, impulses: Problem, response: Response, with_boxes: bool | None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return what `box_mobilities` returns for the push with which contacts begin."""
     if with_boxes is None:
         return np.zeros((0, 6, 6)), np.zeros(0, np.bool_)
-    return box_mobilities(contacts, bodies.boxes, _first_push(rows, bodies, impulses, lift))
+    return box_mobilities(contacts, bodies.boxes, _first_push(rows, bodies, impulses, response))
 
 
 @jit
-def _first_push(contacts: Listing, bodies: Bodies, impulses: Problem, lift: np.ndarray) -> np.ndarray:
-    """Return (m, 6): the push on each box if all stood still, impulse [N s] and moment about the centre [N m s]."""
+def _first_push(contacts: Listing, bodies: Bodies, impulses: Problem, response: Response) -> np.ndarray:
+    """Return (m, 6): the push on each box if all stood still, impulse [N s] and moment about the centre [N m s].
+
+    None on a box with a skin between it and the ground: it stands on that, which lifts it from its other supports.
+    """
     push = np.zeros((bodies.boxes.inverse_mass.shape[0], 6))
-    velocities = Moved(bodies.particles.velocity, bodies.boxes.velocity, bodies.boxes.angular_velocity, lift, True)
+    boxes = bodies.boxes
+    velocities = Moved(bodies.particles.velocity, boxes.velocity, boxes.angular_velocity, response.lift[0], True)
     for k in range(contacts.depth.shape[0]):
         box, a = contacts.box[k, 1], surface_point(contacts, k, 0)
         if box != NOBODY:
@@ -509,7 +516,20 @@ def _first_push(contacts: Listing, bodies: Bodies, impulses: Problem, lift: np.n
             soft = inverse_mass_at(bodies.particles.inverse_mass, a)
             if lack > 0.0 and soft > 0.0:
                 add_push(push, box, place, scale(-lack / soft, normal))
+    for k in range(contacts.depth.shape[0]):
+        if contacts.box[k, 1] != NOBODY and _lies_below(contacts, k, response):
+            push[contacts.box[k, 1]] = 0.0
     return push
+
+
+@jit_lean
+def _lies_below(contacts: Listing, k: int, response: Response) -> bool:
+    """Tell whether side a of contact `k` is on the ground, on to which side b presses it."""
+    on_ground = contacts.normal[k, 2] < -STEEP
+    for c in range(3):
+        is_held = response.ground[contacts.particles[k, 0, c]] == HELD
+        on_ground = on_ground and (is_held or contacts.weights[k, 0, c] == 0.0)
+    return on_ground
 
 
 @jit_lean
