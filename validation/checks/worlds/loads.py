@@ -256,17 +256,17 @@ def what_presses_stays_outside(run: Run) -> Comparison:
     ),
 )
 def rods_stand_on_what_they_crush(run: Run) -> Comparison:
-    """A rod that falls on a soft ball stays outside of it, down to the ground.
+    """A rod that falls on a soft ball stays outside of it.
 
-    Rods of 0.11 to 0.15 m, a metre long, of 20 to 240 times a ball's mass press its skin on to the ground, stand there,
+    Rods of 0.11 to 0.15 m, a metre long, of 20 to 240 times a ball's mass press its skin on to the ground, stand on it,
     and topple. How much of one is in the ball at most, of thirty looks in 1.5 s.
     """
     rng, answers = run.fresh_rng(), Answers()
     for case in range(run.count(6, 12, 60)):
         subdivisions, side, world = 2 + case % 2, rng.uniform(0.11, 0.15), World()
         world.add_ground()
-        ball = softbody.icosphere(subdivisions, 0.25)
-        ball = world.add_soft_body(ball, 1.0, 250.0, rng.uniform(20.0, 90.0), (0.0, 0.0, 0.25), friction=0.5)
+        mesh = softbody.icosphere(subdivisions, 0.25)
+        ball = world.add_soft_body(mesh, 1.0, 250.0, rng.uniform(20.0, 90.0), (0.0, 0.0, 0.25), friction=0.5)
         place = (*rng.uniform(-0.1, 0.1, 2), 1.16)
         rod = world.add_box((side, side, 1.0), 20.0 * 12.0 ** rng.random(), place)
         most = 0.0
