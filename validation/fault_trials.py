@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import queue
+import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
@@ -33,6 +34,7 @@ LEVEL, SEED = "quick", 20080101
 PATIENCE_ASLEEP, PATIENCE = 900.0, 300.0
 
 CAUGHT, ESCAPED, NOT_RUN = "caught", "escaped", "not run"
+TOO_LATE = "the minutes were over"
 
 
 @dataclass(frozen=True)
@@ -116,6 +118,13 @@ def claims_by_group(faults: Mapping[Fault, tuple[str, ...]]) -> list[list[str]]:
         if not missing(check.engines):
             groups.setdefault(group_of(check), []).append(claim)
     return sorted(groups.values(), key=len, reverse=True)
+
+
+def try_in_time(
+    fault: Fault, claims: tuple[str, ...], judges: Judges, sound: Mapping[str, Seen], end: float
+) -> Outcome:
+    """Try a fault as `try_fault` does, unless time.monotonic() [s] is past an end."""
+    return Outcome(fault, claims, why=TOO_LATE) if time.monotonic() >= end else try_fault(fault, claims, judges, sound)
 
 
 def try_fault(fault: Fault, claims: tuple[str, ...], judges: Judges, sound: Mapping[str, Seen]) -> Outcome:

@@ -6,8 +6,11 @@ What has changed, and some of the rest, is enough between two releases: `--chang
 from __future__ import annotations
 
 import os
+import random
 import sys
 import tempfile
+import time
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,19 +28,27 @@ if TYPE_CHECKING:
 @click.option("--most", type=click.IntRange(min=1), metavar="N", help="Of more that have changed, only N, drawn.")
 @click.option("--draw", "count", type=click.IntRange(min=0), metavar="N", help="Only N of the others, drawn by --seed.")
 @click.option("--seed", type=click.IntRange(min=0), help="Of the draw; the commit's if there is none.")
+@click.option("--minutes", type=click.FloatRange(min=0.0), metavar="N", help="Begin no fault later than that.")
 @click.option("--jobs", type=click.IntRange(min=1), default=min(os.cpu_count() or 1, 4), show_default=True)
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), default=Path("build/faults.json"))
 def main(
-    pattern: str, since: str | None, most: int | None, count: int | None, seed: int | None, jobs: int, out: Path
+    pattern: str,
+    since: str | None,
+    most: int | None,
+    count: int | None,
+    seed: int | None,
+    minutes: float | None,
+    jobs: int,
+    out: Path,
 ) -> None:
     """Plant every fault in a copy of the core, and see that the claims that name it turn red.
 
     With --changed-since and --draw only those are planted. What has only moved to another file has not changed. A
     draw is of one kind of world and few files of claims without worlds, for which it compiles; each commit draws
-    others, and over some tens of them all have their turn.
+    others, and over some tens of them all have their turn; their order is drawn, too.
 
-    Exit code: 0 all are caught, or there is none to try, 1 one escapes, 2 wrong usage, 130 interrupted; what was done
-    by then is written.
+    Exit code: 0 all that were tried are caught, or there is none to try, 1 one escapes, or the minutes were over before
+    the first, 2 wrong usage, 130 interrupted; what was done by then is written.
     """
     from rich.console import Console
     from rich.progress import (
@@ -52,11 +63,12 @@ def main(
     from validation.fault_trials import (
         CAUGHT,
         ESCAPED,
+        TOO_LATE,
         Judges,
         claims_by_group,
         line_of,
         side_by_side,
-        try_fault,
+        try_in_time,
         write,
     )
 
@@ -66,6 +78,7 @@ def main(
         write([], 0, out)
         return
     outcomes: list[Outcome] = []
+    end = inf if minutes is None else time.monotonic() + 60.0 * minutes
     console = Console(stderr=True)
     columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
     bar = Progress(*columns, TextColumn("left:"), TimeRemainingColumn(), console=console)
@@ -81,15 +94,17 @@ def main(
             sound: dict[str, Seen] = {}
 
             def judge(claim: str) -> None:
-                sound[claim] = judges.asleep(claim)
+                if time.monotonic() < end:
+                    sound[claim] = judges.asleep(claim)
                 bar.advance(task)
 
             list(side_by_side(judge, [[(claim,) for claim in group] for group in groups], jobs))
             bar.reset(task, description="faults", total=len(faults))
-            tasks = [[(fault, claims, judges, sound)] for fault, claims in faults.items()]
-            for outcome in side_by_side(try_fault, tasks, jobs):
+            tasks = [[(fault, claims, judges, sound, end)] for fault, claims in faults.items()]
+            for outcome in side_by_side(try_in_time, tasks, jobs):
                 outcomes.append(outcome)
-                console.print(line_of(outcome), highlight=False, markup=False, soft_wrap=True)
+                if outcome.why != TOO_LATE:
+                    console.print(line_of(outcome), highlight=False, markup=False, soft_wrap=True)
                 bar.advance(task)
         except KeyboardInterrupt:
             interrupted = True
@@ -100,8 +115,9 @@ def main(
     for outcome in outcomes:  # those above may be far above, or cut off
         if outcome.verdict == ESCAPED:
             click.echo(line_of(outcome))
-    click.echo(f"{len(outcomes)} of {len(faults)} faults: {caught} caught, {escaped} escaped; {out}")
-    sys.exit(130 if interrupted else 1 if escaped else 0)
+    tried = sum(each.why != TOO_LATE for each in outcomes)
+    click.echo(f"{tried} of {len(faults)} faults: {caught} caught, {escaped} escaped; {out}")
+    sys.exit(130 if interrupted else 1 if escaped or not tried else 0)
 
 
 def chosen(
@@ -139,7 +155,9 @@ def chosen(
         drawn = draw({fault: claims for fault, claims in faults.items() if fault not in news}, checks, count, seed)
         some |= drawn.faults
         said += [f"{drawn.pairs} drawn of {drawn.of} others by seed {seed}: {'; '.join(drawn.groups) or 'none'}"]
-    return some, ", ".join(said)
+    order = list(some.items())
+    random.Random(seed).shuffle(order)  # those for which no minutes are left are others the next time
+    return dict(order), ", ".join(said)
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 from collections import Counter
+from math import inf
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -13,13 +14,14 @@ import pytest
 
 from softbody import World
 from validation import changed_faults, faults
+from validation.bench import GREEN, Seen
 from validation.changed_faults import all_declarations
 from validation.check import all_checks
 from validation.claim_groups import WORLDS, group_of
 from validation.damaged_core import ROOT
 from validation.fault import Fault
 from validation.fault_draw import draw
-from validation.fault_trials import claims_by_group, planted_faults
+from validation.fault_trials import ESCAPED, TOO_LATE, claims_by_group, planted_faults, try_in_time
 from validation.mutation import revision, sample
 from validation.mutation.revision import changed, definitions_in, number_of_head, sources_at
 from validation.mutation.sample import changed_functions
@@ -228,10 +230,20 @@ def test_what_is_chosen_is_what_changed_and_the_draw(monkeypatch: pytest.MonkeyP
     assert faults.chosen("", "", None, None, None) == ({}, "0 faults that are new or changed since ")
     monkeypatch.setattr(changed_faults, "changed_faults", lambda checks, since: set(FAULTS))
     some, told = faults.chosen("", "main", 60, None, 7)
+    assert list(some) == list(faults.chosen("", "main", 60, None, 7)[0])
+    assert list(some) != sorted(some, key=list(FAULTS).index)  # whichever are left when the minutes are over are drawn
     assert sum(map(len, some.values())) == 60
     assert told.startswith(f"60 of {sum(map(len, FAULTS.values()))} that are new or changed since main: worlds")
     with pytest.raises(click.UsageError, match="no fault and no claim has 'nothing of it'"):
         faults.chosen("nothing of it", None, None, None, None)
+
+
+def test_no_fault_is_begun_once_the_minutes_are_over() -> None:
+    fault, claims = next(iter(FAULTS.items()))
+    judges: Any = SimpleNamespace(awake=lambda fault, claim: Seen(GREEN))
+    sound = dict.fromkeys(claims, Seen(GREEN))
+    assert try_in_time(fault, claims, judges, {}, end=-inf).why == TOO_LATE
+    assert try_in_time(fault, claims, judges, sound, end=inf).verdict == ESCAPED
 
 
 def test_claims_that_compile_the_same_are_judged_in_turn() -> None:
