@@ -132,6 +132,46 @@ def hanging(
     return Equilibrium(x, float(np.abs(left).max() / np.max(body.stiffness * _lengths(x, edges))))
 
 
+def between_plates(
+    vertices: np.ndarray,
+    edges: np.ndarray,
+    rest_length: np.ndarray,
+    stiffness: np.ndarray,
+    triangles: np.ndarray,
+    gas: float,
+    weight: float,
+    height: float,
+) -> tuple[np.ndarray, float]:
+    """Return the minimum of U + Σ w z with all vertices at 0 ≤ z ≤ `height` [m], w a vertex's part of the `weight` [N].
+
+    Positions (n, 3) [m], and with what force [N] the upper plate is pressed; other arguments as of equilibrium. Plates
+    are smooth: the body may slide and turn, of which nothing is left in either.
+    """
+    body, count = (
+        _Body(edges, np.asarray(rest_length, float), np.asarray(stiffness, float), triangles, gas),
+        len(vertices),
+    )
+
+    def energy_and_gradient(flat: np.ndarray) -> tuple[float, np.ndarray]:
+        stored, gradient = body.energy_and_gradient(flat)
+        pull = np.zeros((count, 3))
+        pull[:, 2] = weight / count
+        return stored + float((pull.ravel() * flat).sum()), gradient + pull.ravel()
+
+    start, bounds = np.array(vertices, float), [(None, None), (None, None), (0.0, height)] * count
+    start[:, 2] = np.clip(start[:, 2], 0.0, height)
+    found = scipy.optimize.minimize(
+        energy_and_gradient,
+        start.ravel(),
+        jac=True,
+        method="L-BFGS-B",
+        bounds=bounds,
+        options={"ftol": 0.0, "gtol": 0.0, "maxiter": 20_000, "maxfun": 40_000, "maxcor": 30},
+    )
+    x, gradient = found.x.reshape(-1, 3), energy_and_gradient(found.x)[1].reshape(-1, 3)
+    return x, -float(gradient[x[:, 2] == height, 2].sum())
+
+
 def forces(
     vertices: np.ndarray,
     edges: np.ndarray,

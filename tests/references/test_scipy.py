@@ -128,6 +128,18 @@ def test_a_hanging_body_is_at_rest_under_its_load_and_held_where_it_is(cases, rn
     assert left[fixed].sum(axis=0) == pytest.approx(load.sum(axis=0)), "what is fixed carries all"
 
 
+def test_what_is_between_plates_obeys_the_virial_identity_with_their_force_and_its_weight(cases, rng):
+    x, triangles = cases.solid("icosahedron", 0.5)
+    edges = cases.edges(triangles)
+    rest, stiffness = lengths(x, edges) * rng.uniform(0.9, 1.1, len(edges)), rng.uniform(50.0, 100.0, len(edges))
+    found, force = scipy.between_plates(x - (0.0, 0.0, x[:, 2].min()), edges, rest, stiffness, triangles, 5.0, 3.0, 0.6)
+    length = lengths(found, edges)
+    assert force > 5.0
+    assert (found[:, 2].min(), found[:, 2].max()) == (0.0, 0.6)
+    held = (stiffness * (length - rest) * length).sum() + force * 0.6 + 3.0 * found[:, 2].mean()
+    assert held == pytest.approx(3.0 * 5.0, abs=1e-5)
+
+
 def test_chains_are_joined_to_their_first_and_what_is_farther_is_not():
     points = np.array([(0.9 * k, 0.0, 0.0) for k in (0, 3, 1, 2)] + [(0.0, 1.1, 0.0), (9.0, 0.0, 0.0)])
     assert scipy.places_joined(points, 1.0).tolist() == [0, 0, 0, 0, 4, 5]

@@ -524,12 +524,12 @@ def _first_push(contacts: Listing, bodies: Bodies, impulses: Problem, response: 
 
 @jit_lean
 def _lies_below(contacts: Listing, k: int, response: Response) -> bool:
-    """Tell whether side a of contact `k` is on the ground, on to which side b presses it."""
-    on_ground = contacts.normal[k, 2] < -STEEP
+    """Tell whether side a of contact `k` is on the ground, on to which side b presses it: for the most part."""
+    on_ground = 0.0
     for c in range(3):
-        is_held = response.ground[contacts.particles[k, 0, c]] == HELD
-        on_ground = on_ground and (is_held or contacts.weights[k, 0, c] == 0.0)
-    return on_ground
+        if response.ground[contacts.particles[k, 0, c]] == HELD:
+            on_ground += contacts.weights[k, 0, c]
+    return contacts.normal[k, 2] < -STEEP and on_ground > 0.5
 
 
 @jit_lean

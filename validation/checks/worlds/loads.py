@@ -15,6 +15,7 @@ from softbody.bodies.contact_points import ContactPoints
 from softbody.collision import pressed
 from softbody.collision.soft import soft_box, soft_contacts, soft_response, soft_soft, soft_solver, split_steps
 from softbody.dynamics import pressure
+from validation import accounts
 from validation.answers import Answers
 from validation.cases import edge_lengths, random_orientations, rotation_matrix
 from validation.check import Comparison, Run, check
@@ -30,6 +31,12 @@ MESHES = {
     "ball": softbody.icosphere(2, 0.22),
     "fine ball": softbody.icosphere(3, 0.22),
 }
+SHAPES = (
+    softbody.icosphere(1),
+    softbody.icosphere(2),
+    softbody.box((1.8, 1.8, 1.2), 4),
+    softbody.torus(0.7, 0.3, 16, 8),
+)
 FIT_ANYHOW = (  # each way up
     softbody.box((0.25, 0.25, 0.25), 4),
     softbody.torus(0.16, 0.06, 20, 10),
@@ -185,6 +192,59 @@ def walls_bear_the_gas(run: Run) -> Comparison:
     return answers.comparison()
 
 
+@check(
+    section="2.3, 4.2",
+    piece="softbody.World.run, softbody.World.contact_points",
+    reference="SciPy's minimum of ½ Σ k (l − l0)² − nRT ln V + Σ m g z between the ground and the plate",
+    kind="third-party library",
+    engines=("scipy",),
+    tolerance=1e-5,
+    because="SciPy ends where energies differ by their rounding, in the square of a place: 1.7e-6 at worst at full",
+    faults=(
+        Fault("a gas of 0.1‰ more", pressure.gas_pressure, "gas_ / volume_ → 1.0001 * gas_ / volume_"),
+        Fault(
+            "forces 0.1‰ too large",
+            ContactPoints.force_on,
+            "impulse / self.time_step → 1.0001 * impulse / self.time_step",
+        ),
+    ),
+)
+def bears_a_plate_in_the_shape_of_least_energy(run: Run) -> Comparison:
+    """Under a plate a body has SciPy's shape and force.
+
+    Balls, a box and a ring, pressed by a smooth plate to nine to three tenths of their height, at rest on smooth
+    ground: the force on the plate, and how high each particle is, of the plate's height. SciPy starts from where they
+    rest, moved by a thousandth of that at random.
+    """
+    from references import scipy
+
+    rng, answers = run.fresh_rng(), Answers()
+    for case in range(run.count(6, 12, 60)):
+        shape = (*SHAPES, MESHES["fine ball"])[case % 5]
+        size = np.ptp(shape.vertices[:, 2])
+        gas, stiffness, part, world = rng.uniform(30.0, 90.0), rng.uniform(200.0, 600.0), rng.uniform(0.3, 0.9), World()
+        uneven = shape.vertices + rng.normal(0.0, 0.01 * size, shape.vertices.shape)  # what is even may stand on end
+        mesh = Mesh(0.7 / size * uneven, shape.triangles)
+        world.add_ground(friction=0.0)
+        body = world.add_soft_body(mesh, 1.0, stiffness, gas, (0.0, 0.0, 0.4), friction=0.0, drag=3.0)
+        plate = world.add_box((3.0, 3.0, 0.5), None, (0.0, 0.0, 1.25), friction=0.0)
+        plate.velocity = 0.0, 0.0, 0.5 * (0.7 * part - 1.0)  # in two seconds, to that part of its height
+        world.run(2.0)
+        plate.velocity = np.zeros(3)
+        for _ in range(20):
+            world.run(2.0)
+            if np.abs(body.velocities).max() < 1e-7:
+                break
+        height, force = plate.position[2] - 0.25, world.contact_points().force_on(plate)[2]
+        start = body.positions + rng.normal(0.0, 1e-3 * height, body.positions.shape)
+        springs = body.edges, body.rest_length, body.stiffness, body.triangles
+        expected, expected_force = scipy.between_plates(start, *springs, gas, 9.81, height)
+        kind = f"{len(mesh.vertices)} particles"
+        answers.add(force / expected_force, 1.0, kind=f"{kind}, force")
+        answers.extend(body.positions[:, 2] / height, expected[:, 2] / height, kind=f"{kind}, heights")
+    return answers.comparison()
+
+
 def inside(body: SoftBody, points: np.ndarray) -> np.ndarray:
     """Tell which points (m, 3) [m] are inside a soft body, by winding numbers."""
     return winding.points_in_mesh(points, body.positions, body.triangles)
@@ -313,6 +373,68 @@ def slabs_lie_on_what_they_crush(run: Run) -> Comparison:
                 world.run(0.05)
                 fastest = np.max([fastest, np.linalg.norm(slab.velocity)])
         answers.add(fastest > np.sqrt(2.0 * 9.81 * place[2]), False, kind=("coarse ball", "ball")[case % 2])
+    return answers.comparison()
+
+
+def _column(rng: np.random.Generator) -> tuple[World, float]:
+    """Return a world of two to five bodies above each other, one of them soft, and its weight times its height [J]."""
+    world, top, weight = World(), 0.0, 0.0
+    world.add_ground(friction=rng.uniform(0.0, 0.8))
+    are_soft = rng.random(rng.integers(2, 6)) < 0.5
+    are_soft[rng.integers(len(are_soft))] = True
+    for is_soft in are_soft:
+        aside, friction = rng.uniform(-0.15, 0.15, 2), rng.uniform(0.0, 0.8)
+        turn = random_orientations(rng, 1)[0]
+        if is_soft:
+            mass, radius, shape = 0.3 * 10.0 ** rng.random(), rng.uniform(0.15, 0.35), SHAPES[rng.integers(len(SHAPES))]
+            mesh = Mesh(radius * shape.vertices @ rotation_matrix(turn).T, shape.triangles)
+            reach, gas = 1.05 * radius * np.linalg.norm(shape.vertices, axis=1).max(), rng.uniform(80.0, 480.0) * radius
+            place = (*aside, top + reach)
+            world.add_soft_body(mesh, mass, rng.uniform(100.0, 500.0), mass * gas, place, friction=friction)
+        else:
+            mass, size = 0.3 * 1_000.0 ** rng.random(), rng.uniform(0.05, 0.5, 3)
+            reach = 0.5 * np.linalg.norm(size) + 0.01
+            upright = rng.random() < 0.5
+            place = (*aside, top + reach)
+            world.add_box(size, mass, place, (1.0, 0.0, 0.0, 0.0) if upright else turn, friction=friction)
+        top, weight = top + 2.0 * reach + rng.choice([0.0, 0.3]), weight + 9.81 * mass
+    return world, top * weight
+
+
+@check(
+    section="4.2, 4.3, 4.4",
+    piece="softbody.World.run, softbody.collision.soft.soft_response.resolve_contacts",
+    reference="invariant: kinetic, spring, gas and gravity energy by NumPy",
+    kind="invariant",
+    unit="risen above the least so far, of weight × height",
+    tolerance=1e-3,
+    because="overlap that is taken back lifts what lies on it: 4.7e-4 at worst of 1 000 columns",
+    least=4,
+    faults=(
+        Fault(
+            "a box does not feel what lies on it",
+            soft_solver.give,
+            "_push_box(s_, m_, b_, scale(-1.0, more), cross(more, p_)) → pass",
+        ),
+    ),
+)
+def columns_gain_no_energy(run: Run) -> Comparison:
+    """Whatever falls on what, no energy comes from it.
+
+    Columns of two to five bodies: balls, rings, soft and rigid boxes, of 0.3 to 300 kg, turned anyhow, a bit aside of
+    each other. Of forty looks in two seconds, or until an error ends it.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    for _ in range(run.count(12, 40, 300)):
+        world, unit = _column(rng)
+        least, risen = accounts.energy(world), 0.0
+        with contextlib.suppress(SimulationError):  # one body is crushed by what is on it: said, and no further
+            for _ in range(40):
+                world.run(0.05)
+                energy = accounts.energy(world)
+                risen = np.max([risen, energy - least])
+                least = np.min([least, energy])
+        answers.add(risen / unit, 0.0, kind=f"{len(world.soft_bodies)} soft, {len(world.boxes)} rigid")
     return answers.comparison()
 
 
