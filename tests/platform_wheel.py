@@ -103,7 +103,7 @@ def digest_of(folder: Path) -> str:
 @click.option("--uv", default="uv", help="The program that builds the wheel.")
 @click.option("-k", "kinds", type=int, default=len(KINDS), help="Only so many kinds of worlds, the last ones.")
 def main(uv: str, kinds: int) -> None:
-    """Compile, build, and use what was built as a newcomer does.
+    """Compile, build, and use what was built as a newcomer does. Two runs build the same bytes.
 
     Exit code: 0, or 1 where a first use has compiled something.
     """
@@ -126,7 +126,8 @@ def main(uv: str, kinds: int) -> None:
     )
     wheel = max(DIST.glob(f"*{tag}.whl"), key=lambda path: path.stat().st_mtime)
     click.echo(f"{len(files)} kernels, {size / 1e6:.1f} MB, sha256 {digest_of(CODE)[:16]}")
-    click.echo(f"{wheel.relative_to(ROOT)}, {wheel.stat().st_size / 1e6:.2f} MB")
+    digest = hashlib.sha256(wheel.read_bytes()).hexdigest()[:16]
+    click.echo(f"{wheel.relative_to(ROOT)}, {wheel.stat().st_size / 1e6:.2f} MB, sha256 {digest}")
     compiles = False
     with tempfile.TemporaryDirectory() as folder:
         for name, said in first_uses(wheel, Path(folder)):

@@ -36,8 +36,22 @@ pytestmark = [
 ]
 
 
-def output(where, **variables):
-    """What AREA prints in a fresh process that imports softbody from `where`."""
+# Numba names both its loop and its sum by where they were in memory.
+SHARED_OUT = """
+import numpy as np
+from numba import prange
+from softbody.compiler.jit import jit_threaded
+
+@jit_threaded
+def shared_out(a, b):
+    for i in prange(a.shape[0]):
+        a[i] = 2.0 * b[i]
+    return (a + b * b).sum()
+"""
+
+
+def output(where, program=AREA, **variables):
+    """What a program prints in a fresh process that imports softbody from `where`."""
     environment = {k: v for k, v in os.environ.items() if not k.startswith("NUMBA_")}
     environment |= {
         "PYTHONPATH": str(where),
@@ -46,7 +60,7 @@ def output(where, **variables):
         "XDG_CACHE_HOME": NOWHERE,
     }
     done = subprocess.run(
-        [sys.executable, "-c", AREA], cwd=where, env=environment | variables, capture_output=True, text=True
+        [sys.executable, "-c", program], cwd=where, env=environment | variables, capture_output=True, text=True
     )
     assert done.returncode == 0, done.stderr
     return done.stdout.strip()
@@ -75,6 +89,19 @@ def shipped(tmp_path_factory):
     assert output(where, NUMBA_CACHE_DIR=str(where / "cache"), **chosen).startswith("6.0 compiled")
     assert len(list(code.iterdir())) == 1
     return locked(where)
+
+
+def test_what_is_shipped_is_the_same_whenever_it_is_compiled(tmp_path):
+    where, kept = copy_of_core(tmp_path / "package"), []
+    (where / "softbody" / "shared_out.py").write_text(SHARED_OUT)
+    program = "from softbody.shared_out import *; shared_out(np.ones(9), np.ones(9))"
+    for number in "12":
+        (tmp_path / number / "code").mkdir(parents=True)
+        chosen = {KEEP_IN: str(tmp_path / number / "code"), "NUMBA_CACHE_DIR": str(tmp_path / number / "cache")}
+        output(where, program, PYTHONHASHSEED="0", SET_APART="x" * int(number) * 999, **chosen)
+        kept.append([path.read_bytes() for path in (tmp_path / number / "code").iterdir()])
+    assert len(kept[0]) == 1
+    assert kept[0] == kept[1]
 
 
 def host_features():
