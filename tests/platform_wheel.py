@@ -16,6 +16,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import click
+import trimesh
 
 from softbody import scenes
 from softbody.cli.warmup import KINDS, Kind
@@ -61,7 +62,7 @@ class Watch(event.Listener):
         pass
 event.register("numba:compile", Watch())
 try:
-    exec(compile(sys.argv[1], "program", "exec"), {"__name__": "__main__"})
+    exec(compile(sys.argv.pop(1), "program", "exec"), {"__name__": "__main__"})
 finally:
     print(round(time.process_time() - began, 2), *sorted(set(compiled)), file=sys.stderr)
 """
@@ -83,10 +84,10 @@ def first_uses(wheel: Path, folder: Path) -> Iterator[tuple[str, str]]:
     programs |= {f"example {name}": (ROOT / "examples" / f"{name}.py").read_text("utf-8") for name in EXAMPLES}
     for scene in scenes.__all__:
         programs[f"scene {scene}"] = f"import softbody; softbody.scenes.{scene}.build().run(0.01)"
+    trimesh.creation.icosphere(2, 0.2).export(folder / "part.stl")
     for name, program in programs.items():
-        done = subprocess.run(
-            [python, "-W", "ignore", "-c", WATCH, program], env=own, cwd=folder, capture_output=True, text=True
-        )
+        command = [python, "-W", "ignore", "-c", WATCH, program, "part.stl"]  # one of them is told a mesh file
+        done = subprocess.run(command, env=own, cwd=folder, capture_output=True, text=True)
         said = (done.stderr.strip().splitlines() or [""])[-1]
         yield name, said if done.returncode == 0 else f"failed: {said}"
 
