@@ -102,8 +102,8 @@ def main(
             bar.reset(task, description="faults", total=len(faults))
             tasks = [[(fault, claims, judges, sound, end)] for fault, claims in faults.items()]
             for outcome in side_by_side(try_in_time, tasks, jobs):
-                outcomes.append(outcome)
                 if outcome.why != TOO_LATE:
+                    outcomes.append(outcome)
                     console.print(line_of(outcome), highlight=False, markup=False, soft_wrap=True)
                 bar.advance(task)
         except KeyboardInterrupt:
@@ -115,9 +115,8 @@ def main(
     for outcome in outcomes:  # those above may be far above, or cut off
         if outcome.verdict == ESCAPED:
             click.echo(line_of(outcome))
-    tried = sum(each.why != TOO_LATE for each in outcomes)
-    click.echo(f"{tried} of {len(faults)} faults: {caught} caught, {escaped} escaped; {out}")
-    sys.exit(130 if interrupted else 1 if escaped or not tried else 0)
+    click.echo(f"{len(outcomes)} of {len(faults)} faults: {caught} caught, {escaped} escaped; {out}")
+    sys.exit(130 if interrupted else 1 if escaped or not outcomes else 0)
 
 
 def chosen(
