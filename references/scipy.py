@@ -5,7 +5,7 @@ Energy, gradient and Hessian of springs and gas are written here once more, in n
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -69,14 +69,7 @@ def equilibrium(
     body = _Body(edges, np.asarray(rest_length, float), np.asarray(stiffness, float), triangles, gas)
     middle = np.mean(vertices, axis=0)
     start = np.asarray(vertices, float) - middle  # far from the origin, volumes lose their digits
-    found = scipy.optimize.minimize(
-        body.energy_and_gradient,
-        start.ravel(),
-        jac=True,
-        method="L-BFGS-B",
-        options={"ftol": 0.0, "gtol": 0.0, "maxiter": 20_000, "maxfun": 40_000, "maxcor": 30},
-    )
-    x = found.x.reshape(-1, 3)
+    x = _least(body.energy_and_gradient, start).reshape(-1, 3)
     for _ in range(NEWTON_STEPS):
         moved = x - body.newton_step(x)
         if not body.residual(moved) < body.residual(x):
@@ -115,14 +108,7 @@ def hanging(
         stored, gradient = body.energy_and_gradient(x.ravel())
         return stored - float((load * x).sum()), gradient[rows] - load[free].ravel()
 
-    found = scipy.optimize.minimize(
-        energy_and_gradient,
-        whole[free].ravel(),
-        jac=True,
-        method="L-BFGS-B",
-        options={"ftol": 0.0, "gtol": 0.0, "maxiter": 20_000, "maxfun": 40_000, "maxcor": 30},
-    )
-    flat = found.x
+    flat = _least(energy_and_gradient, whole[free])
     for _ in range(NEWTON_STEPS):
         x = put(flat)
         left = body.gradient(x).ravel()[rows] - load[free].ravel()
@@ -160,16 +146,25 @@ def between_plates(
 
     start, bounds = np.array(vertices, float), [(None, None), (None, None), (0.0, height)] * count
     start[:, 2] = np.clip(start[:, 2], 0.0, height)
-    found = scipy.optimize.minimize(
+    flat = _least(energy_and_gradient, start, bounds)
+    x, gradient = flat.reshape(-1, 3), energy_and_gradient(flat)[1].reshape(-1, 3)
+    return x, -float(gradient[x[:, 2] == height, 2].sum())
+
+
+def _least(
+    energy_and_gradient: Callable[[np.ndarray], tuple[float, np.ndarray]],
+    start: np.ndarray,
+    bounds: Sequence[tuple[float | None, float | None]] | None = None,
+) -> np.ndarray:
+    """Return where L-BFGS-B finds no less energy any more, flat, downhill from `start`; see SETTINGS."""
+    return scipy.optimize.minimize(
         energy_and_gradient,
         start.ravel(),
         jac=True,
         method="L-BFGS-B",
         bounds=bounds,
         options={"ftol": 0.0, "gtol": 0.0, "maxiter": 20_000, "maxfun": 40_000, "maxcor": 30},
-    )
-    x, gradient = found.x.reshape(-1, 3), energy_and_gradient(found.x)[1].reshape(-1, 3)
-    return x, -float(gradient[x[:, 2] == height, 2].sum())
+    ).x
 
 
 def forces(

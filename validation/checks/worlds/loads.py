@@ -408,7 +408,7 @@ def _column(rng: np.random.Generator) -> tuple[World, float]:
     kind="invariant",
     unit="risen above the least so far, of weight × height",
     tolerance=1e-3,
-    because="overlap that is taken back lifts what lies on it: 4.7e-4 at worst of 1 000 columns",
+    because="overlap that is taken back lifts what lies on it: 4.7e-4 at worst of 900",
     least=4,
     faults=(
         Fault(
