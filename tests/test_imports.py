@@ -19,10 +19,12 @@ PUBLIC_ALL_THE_SAME = {"_asdict", "_field_defaults", "_fields", "_make", "_repla
 # A fault names the function that it damages; nothing is called there.
 NAMES_OF_SOURCE = "Fault"
 # What Python and other packages keep to themselves, and offer in no other form → why it is used.
-NUMBAS = "softbody.compiler.compile_once is about Numba's internals, and says for which versions"
+NUMBAS = "softbody.compiler.compile_once, and what it imports, is about Numba's internals, and says for which versions"
 ALLOWED = {
     "import _FunctionCompiler": NUMBAS,
-    "self._part._numba_type_": NUMBAS,
+    "self.part._numba_type_": NUMBAS,
+    "library._reload_init": NUMBAS,
+    "library._get_module_for_linking": NUMBAS,
     "other._values": NUMBAS,
     "codegen._library_class": NUMBAS,
     "CompileResult._rebuild": NUMBAS,

@@ -23,6 +23,8 @@ from typing import Any
 
 from validation.record import FAILS, HOLDS
 
+PARTS = Path(__file__).parents[1] / "softbody" / "compiler" / "__pycache__" / "parts"  # of the sound core
+
 ASLEEP = -1  # the number of no damage
 LEAST_TIME, TIMES = 5.0, 10.0  # a claim may take that many seconds, and times its own, before it is said to hang
 PATIENCE = 20.0  # times as long by the clock: other programs may have the processor
@@ -143,6 +145,7 @@ def _serve(ends: list[Connection], folder: str, interpreted: bool) -> None:
     """Answer until nobody asks any more; Ctrl-C is for who asks."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.environ |= {"NUMBA_CACHE_DIR": f"{folder}/cache", "NUMBA_DISABLE_JIT": str(int(interpreted))}
+    os.environ.setdefault("SOFTBODY_PARTS_IN", str(PARTS))  # what no damage has changed is linked as it is
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
     sys.path.insert(0, folder)
     import softbody

@@ -7,86 +7,51 @@ decorator instead: the same bits, after a longer wait.
 
 from __future__ import annotations
 
-import gc
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, cast
 
 import numba
-from llvmlite.binding import Linkage
 from numba.core import types
-from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, Flags
-from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
 from numba.core.errors import NumbaTypeError
 from numba.core.registry import CPUDispatcher
 from numba.core.targetconfig import ConfigStack
 
 from softbody.compiler.core_cache import cache_of
-from softbody.compiler.interrupts import later
-from softbody.compiler.notice import told_if_long
+from softbody.compiler.fingerprint import name_of
+from softbody.compiler.libraries import KernelLibrary, PartLibrary
+from softbody.compiler.part_cache import Callee, PartCache, register, unique_id
+from softbody.compiler.undisturbed import first_cause, hear, undisturbed
 
 FIRST, LAST = (0, 60), (0, 68)  # Numba's versions that `make matrix` has seen this work with
 
 
-class _PartLibrary(JITCodeLibrary):
-    """What a kernel is to its callers: LLVM's code, which they link, optimise and make machine code of with their own.
+class _NamedCompiler(Compiler):
+    """Numba's compiler, except that a function has the same name in every process, where Numba would number it."""
 
-    Numba would do all three for every kernel, and once more in every caller up the chain: two thirds of the time that
-    the step of a world takes to compile.
-    """
-
-    def _optimize_final_module(self) -> None:
-        _hear()
-
-    def _finalize_final_module(self) -> None:
-        self._finalize_dynamic_globals()
-        self._finalized = True
-
-    def get_pointer_to_function(self, name: str) -> int:
-        return 0  # there is no machine code to point to
-
-    @property
-    def codegen(self) -> Any:
-        return self
-
-    def set_env(self, name: str, environment: Any) -> None:
-        """Do nothing: only code in object mode looks at its environment."""
+    def _compile_bytecode(self) -> Any:
+        function, chosen = self.state.func_id, _open[-1].unique_id
+        if chosen:
+            function.unique_id, function.unique_name = chosen, f"{function.func_qualname}${chosen}"
+        return super()._compile_bytecode()
 
 
-class _KernelLibrary(JITCodeLibrary):
-    """A kernel that Python calls, with all the parts that it calls, which nobody else will.
-
-    As Numba links them, somebody might: then LLVM keeps their signatures, and each call pushes all fields of all arrays
-    of its arguments, a hundred words and more. What is internal it gives the arguments that are read.
-    """
-
-    def _optimize_final_module(self) -> None:
-        for function in self._final_module.functions:
-            if function.linkage == Linkage.linkonce_odr and not function.name.startswith("NRT_"):
-                function.linkage = "internal"
-                function.name += ".own"  # what is loaded later and called the same would be taken to be this one
-        _hear()
-        super()._optimize_final_module()
-        _hear()
-
-
-class _KernelCompiler(Compiler):
-    """Numba's compiler, except that it ends in a _KernelLibrary."""
+class _KernelCompiler(_NamedCompiler):
+    """Numba's compiler, except that it ends in a KernelLibrary."""
 
     def __init__(self, typing_context: Any, target_context: Any, library: Any, *rest: Any) -> None:
-        library = _KernelLibrary(target_context.codegen(), "kernel")
+        library = KernelLibrary(target_context.codegen(), "kernel")
         library.enable_object_caching()  # so that it can be kept on disk
         super().__init__(typing_context, target_context, library, *rest)
 
 
-class _PartCompiler(Compiler):
-    """Numba's compiler, except that it ends in a _PartLibrary."""
+class _PartCompiler(_NamedCompiler):
+    """Numba's compiler, except that it ends in a PartLibrary."""
 
     def __init__(self, typing_context: Any, target_context: Any, library: Any, *rest: Any) -> None:
-        library = _PartLibrary(target_context.codegen(), "part of a kernel")
+        library = PartLibrary(target_context.codegen(), "part of a kernel")
         super().__init__(typing_context, target_context, library, *rest)
 
 
@@ -109,22 +74,38 @@ class _Flags(Flags):
 _HASH_OF_FLAGS = hash(Flags())  # of any: Numba hashes the names of the options
 
 
+@dataclass
+class _Compiling:
+    """A kernel or part that is being compiled."""
+
+    unique_id: str | None  # the same in every process; None where Numba is to number it
+    called: dict[PartLibrary, None] = field(default_factory=dict)  # so far
+
+
+_open: list[_Compiling] = []  # callers first
+
+
 class _QuickCompiler(_FunctionCompiler):
     """Numba's compiler of one function, with the quick flags; what it makes besides are parts of a kernel, too.
 
     Those are Numba's own functions, and for each `prange` one that threads run, and two around it.
     """
 
+    unique_id: str | None = None
+    called: tuple[PartLibrary, ...] = ()  # by what was compiled last
+
     def _customize_flags(self, flags: Flags) -> Flags:
         return _Flags(flags)
 
     def _compile_core(self, args: Any, return_type: Any) -> Any:
-        _hear()
+        hear()
         codegen = self.targetdescr.target_context.codegen()
-        before, codegen._library_class = codegen._library_class, _PartLibrary
+        before, codegen._library_class = codegen._library_class, PartLibrary
+        _open.append(_Compiling(self.unique_id))
         try:
             return super()._compile_core(args, return_type)
         finally:
+            self.called = tuple(_open.pop().called)
             codegen._library_class = before
 
 
@@ -133,14 +114,16 @@ class _Dispatcher(CPUDispatcher):
 
     _compiler: Any
 
-    def __init__(self, function: Any, options: dict[str, Any], **more: Any) -> None:
-        super().__init__(function, targetoptions=options, **more)
+    def __init__(self, name: str, function: Any, options: dict[str, Any], compiler: type[_NamedCompiler]) -> None:
+        super().__init__(function, targetoptions=options, pipeline_class=compiler)
+        self._name = name
         self._is_lean = not options.get("_nrt", True)
         self._compiler.__class__ = _QuickCompiler  # a new one would take the function's signature apart once more
 
     def compile(self, sig: Any) -> Any:
         """Compile for one signature, or load the machine code from the disk."""
-        with _undisturbed():
+        self._compiler.unique_id = unique_id(self._name, self.py_func)
+        with undisturbed():
             return super().compile(sig)
 
     def add_overload(self, cres: Any) -> None:
@@ -156,12 +139,27 @@ class _Dispatcher(CPUDispatcher):
 class _Part(_Dispatcher):
     """A kernel as other kernels call it: linked into them, and one for all values of an argument."""
 
+    def __init__(self, name: str, function: Any, options: dict[str, Any]) -> None:
+        bare = options | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+        super().__init__(name, function, bare, _PartCompiler)
+        self._cache = PartCache(name, function)
+
+    def add_overload(self, cres: Any) -> None:
+        """Take in what was compiled, or kept, as a whole."""
+        super().add_overload(cres)
+        if not cres.library.is_whole:
+            cres.library.make_whole(cres.fndesc.mangled_name, self._compiler.called)
+        if self._compiler.unique_id:
+            cres.library.seen_as = Callee(self._name, cres.signature.args, cres.signature.return_type)
+
     def get_call_template(self, args: Any, kws: Any) -> Any:
         """Forget constants: Numba would compile the kernel anew for every 0, 1 and 2 that it is called with."""
         _, args = self._compiler.fold_argument_types(args, kws)
         args = tuple(_without_value(one) for one in args)
         template = super().get_call_template(args, {})
         caller, compiled = ConfigStack.top_or_none(), cast(Any, self.overloads[args])
+        if _open:
+            _open[-1].called[compiled.library] = None
         if caller is not None and not caller.nrt and _holds_array(compiled.signature.return_type):
             raise NumbaTypeError(f"{_name(self)} returns an array, and a lean kernel calls it: nobody would free it")
         return template
@@ -175,17 +173,18 @@ class _Kernel(_Dispatcher):
     """
 
     def __init__(self, function: Any, options: dict[str, Any]) -> None:
-        super().__init__(function, options, pipeline_class=_KernelCompiler)
+        super().__init__(name_of(function, options), function, options, _KernelCompiler)
         del self._cache  # Numba's, which keeps nothing
+        register(self._name, self)
 
     @cached_property
     def _cache(self) -> Any:
         return cache_of(self.py_func)
 
     @cached_property
-    def _part(self) -> Any:
-        bare = self.targetoptions | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-        return _Part(self.py_func, bare, pipeline_class=_PartCompiler)
+    def part(self) -> Any:
+        """What this kernel is to others."""
+        return _Part(self._name, self.py_func, self.targetoptions)
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
         """Run, from Python; what a handler of signals raises leaves as itself.
@@ -196,7 +195,7 @@ class _Kernel(_Dispatcher):
         try:
             return CPUDispatcher.__call__(self, *arguments, **named)
         except SystemError as error:
-            raise _first_cause(error) from None
+            raise first_cause(error) from None
 
     def __reduce__(self) -> Any:
         """Pickle as a name, as functions are: Numba would pickle what its own constructor takes."""
@@ -205,52 +204,12 @@ class _Kernel(_Dispatcher):
     @property
     def _numba_type_(self) -> Any:
         """What Numba takes this for, where it compiles a call of it."""
-        return self._part._numba_type_
+        return self.part._numba_type_
 
 
 def compiled_once(function: Any, options: dict[str, Any]) -> Any:
     """Return the kernel of a function, with Numba's `options` besides those of every kernel."""
     return _Kernel(function, options | {"nopython": True, "nogil": True, "error_model": "numpy"})
-
-
-_waiting: list[Callable[[], None]] = []  # what handles the signals that have come since a kernel began to compile
-
-
-def _hear() -> None:
-    """Handle the signals that have come, where Numba and LLVM bear what a handler raises."""
-    for hear in _waiting:
-        hear()
-
-
-@contextmanager
-def _undisturbed() -> Iterator[None]:
-    """Let signals wait for `_hear`, and Python's garbage collector rest, while a kernel and its parts are compiled.
-
-    What is raised where Numba looks for new functions ends a generator: nothing compiles in that process any more.
-    Where LLVM makes or frees an object, it is swallowed, or the process crashes.
-    The collector would walk the millions of objects that compiling makes, a sixth of the time.
-    """
-    with global_compiler_lock._lock:  # a signal is handled at once while another thread compiles
-        if _waiting:  # this is a part
-            yield
-            return
-        with later() as hear, told_if_long():
-            was_on = gc.isenabled()
-            gc.disable()
-            _waiting.append(hear)
-            try:
-                yield
-            finally:
-                _waiting.clear()
-                if was_on:
-                    gc.enable()
-
-
-def _first_cause(error: BaseException) -> BaseException:
-    """Return what has led to an error, and to those that it has led to."""
-    while isinstance(error, SystemError) and error.__cause__ is not None:
-        error = error.__cause__
-    return error
 
 
 def _without_value(one: types.Type) -> types.Type:

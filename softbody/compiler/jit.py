@@ -38,7 +38,7 @@ def jit_lean(function: Kernel) -> Kernel:
 
 def jit_threaded(function: Kernel) -> Kernel:
     """Compile like `jit`, the turns of its `prange` loops side by side on threads; elsewhere they run as `range`."""
-    return _compiled(function, parallel=True)
+    return _compiled(function, parallel=True, _nrt=True)
 
 
 def jit_inlined(function: Kernel) -> Kernel:

@@ -8,7 +8,6 @@ other code by its variables. It is believed as the sources beside it are, and ne
 from __future__ import annotations
 
 import os
-import re
 import sys
 from collections.abc import Callable
 from functools import cache
@@ -27,9 +26,6 @@ ROOT = Path(__file__).parents[1] / "_machine_code"
 # Features that code for a family of processors may use, as LLVM calls them.
 _V2 = "cx16 sahf popcnt sse3 ssse3 sse4.1 sse4.2"
 FAMILIES = {"x86-64-v3": frozenset(f"{_V2} avx avx2 bmi bmi2 f16c fma lzcnt movbe xsave".split())}
-
-# What Numba names by an address.
-BY_ADDRESS = re.compile(rb"(__numba_(?:parfor_gufunc|array_expr)_0x)([0-9a-f]+)")
 
 # Where kernels are kept as they are compiled, to be shipped; see `tests.platform_wheel`.
 KEEP_IN = "SOFTBODY_KEEP_MACHINE_CODE_IN"
@@ -57,29 +53,17 @@ def keep_to_ship(function: Any, key: tuple[Any, ...], reduced: Callable[[], Any]
     """Keep a kernel's machine code as it is `reduced`, if this process compiles what is to be shipped."""
     where = os.environ.get(KEEP_IN)
     if where:
-        CacheFile(where, _base(function)).save(_shipped_key(function, key), _named_alike(reduced()))
-
-
-def _named_alike(reduced: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return a reduced CompileResult that is the same whenever it was compiled.
-
-    Numba names loops of threads, and array expressions, by where they were in memory; here they are numbered. Only
-    machine code of the same kernel refers to them.
-    """
-    (name, kind, (code, bitcode)), *rest = reduced
-    numbers: dict[bytes, int] = {}
-
-    def numbered(found: re.Match[bytes]) -> bytes:
-        return found[1] + b"%0*x" % (len(found[2]), numbers.setdefault(found[2], len(numbers)))
-
-    return ((name, kind, (BY_ADDRESS.sub(numbered, code), bitcode)), *rest)
+        CacheFile(where, _base(function)).save(_shipped_key(function, key), reduced())
 
 
 def stripped(reduced: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return a reduced CompileResult without LLVM's bitcode, which only callers would link, and type annotations."""
+    """Return a reduced CompileResult without what only callers, people, or code in object mode would ask for.
+
+    These are LLVM's bitcode, type annotations, and environments.
+    """
     (name, kind, (code, _)), fndesc, *rest = reduced
     bare = llvm.parse_assembly(f'define void @"{fndesc.llvm_cpython_wrapper_name}"() {{ ret void }}')
-    rest[4] = ""  # what `inspect_types` shows
+    rest[4], rest[6] = "", ()  # what `inspect_types` shows; environments
     return ((name, kind, (code, bare.as_bitcode())), fndesc, *rest)
 
 
