@@ -1,7 +1,7 @@
 """Numba's internals: every kernel is compiled once, with its caller, and kept on disk under the digest of the core.
 
-All that leans on private parts of Numba stands here, in `core_cache` and in `cache_file`. It is known to work from
-FIRST to LAST; with any other Numba, or with SOFTBODY_PLAIN_NUMBA=1, `softbody.compiler.jit` takes Numba's public
+All that leans on private parts of Numba stands here and in what this module imports of this folder. It is known to work
+from FIRST to LAST; with any other Numba, or with SOFTBODY_PLAIN_NUMBA=1, `softbody.compiler.jit` takes Numba's public
 decorator instead: the same bits, after a longer wait.
 """
 
@@ -122,7 +122,7 @@ class _Dispatcher(CPUDispatcher):
 
     def compile(self, sig: Any) -> Any:
         """Compile for one signature, or load the machine code from the disk."""
-        self._compiler.unique_id = unique_id(self._name, self.py_func)
+        self._compiler.unique_id = unique_id(self._name, self.py_func, sig)
         with undisturbed():
             return super().compile(sig)
 

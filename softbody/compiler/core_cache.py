@@ -1,6 +1,6 @@
 """Machine code that need not be compiled: what this user has kept, what others have, and what came with the package.
 
-With `compile_once` and `cache_file` this is all that leans on private parts of Numba.
+It leans on private parts of Numba, as `compile_once` says.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator
 from functools import cache
 from pathlib import Path
 from types import BuiltinFunctionType, CodeType, FunctionType, ModuleType
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numba.core import types
@@ -36,24 +36,24 @@ def fingerprint(function: FunctionType) -> str:
     return digest.hexdigest()
 
 
-def words_of_type(kind: Any) -> str:
-    """Return a type of Numba's in words that are the same in every process; raises UnknownValueError."""
-    if isinstance(kind, types.NamedTuple):
+def words_of_types(kinds: Iterable[Any]) -> str:
+    """Return types of Numba's in words that are the same in every process; raises UnknownValueError."""
+    return f"({', '.join(map(_words_of_type, kinds))})"
+
+
+def _words_of_type(kind: Any) -> str:
+    if isinstance(kind, (types.NamedTuple, types.NamedUniTuple)):
         one: Any = kind.instance_class
-        return f"{_named(one)}{one._fields}{_words_of_types(kind)}"
+        return f"{_named(one)}{one._fields}{words_of_types(cast(Any, kind))}"
     if isinstance(kind, types.BaseTuple):
-        return _words_of_types(kind)
+        return words_of_types(cast(Any, kind))
     if isinstance(kind, types.Optional):
-        return f"{words_of_type(kind.type)}?"
+        return f"{_words_of_type(kind.type)}?"
     if isinstance(kind, types.Array):
         return f"{kind} {kind.aligned}"
     if isinstance(kind, (types.Number, types.Boolean, types.NoneType, types.UnicodeType, LanesType)):
         return str(kind)
     raise UnknownValueError(f"no words for arguments of type {kind}")
-
-
-def _words_of_types(kinds: Any) -> str:
-    return f"({', '.join(map(words_of_type, kinds))})"
 
 
 def _words_of(function: FunctionType) -> Iterator[bytes]:
@@ -102,11 +102,11 @@ def _words(value: Any) -> Iterable[bytes]:
     elif isinstance(value, PLAIN):
         yield f"{type(value).__name__} {value!r}".encode()
     elif isinstance(value, np.ndarray):
-        yield f"{value.dtype} {value.shape} {value.flags.c_contiguous}".encode()
+        yield f"{value.dtype} {value.shape} {value.strides}".encode()
         yield value.tobytes()
     elif isinstance(value, (tuple, list, frozenset)):
         yield f"{_named(type(value))} {len(value)}".encode()
-        for each in sorted(value) if isinstance(value, frozenset) else value:
+        for each in sorted(value, key=repr) if isinstance(value, frozenset) else value:
             yield from _words(each)
     elif isinstance(value, type):
         yield f"{_named(value)} {getattr(value, '_fields', None)}".encode()
@@ -116,7 +116,7 @@ def _words(value: Any) -> Iterable[bytes]:
         if name.partition(".")[0] == "softbody":
             raise UnknownValueError(f"{name} is a module: import what is used of it")
         yield f"{getattr(value, '__module__', None)} {name}".encode()
-    elif inspect.getmodule(type(value)) is not None and hasattr(value, "__module__") and hasattr(value, "__name__"):
+    elif hasattr(value, "__module__") and hasattr(value, "__name__"):
         yield f"{value.__module__}.{value.__name__}".encode()  # a function that Numba has a rule for
         yield _file_of(value.__module__)
     else:

@@ -26,7 +26,7 @@ from numba.core.sigutils import normalize_signature
 
 from softbody.compiler.cache_file import CacheFile
 from softbody.compiler.core_digest import FLAGS
-from softbody.compiler.fingerprint import UnknownValueError, fingerprint, words_of_type
+from softbody.compiler.fingerprint import UnknownValueError, fingerprint, words_of_types
 from softbody.compiler.libraries import PartLibrary
 
 PARTS_IN = "SOFTBODY_PARTS_IN"
@@ -57,12 +57,19 @@ def register(name: str, kernel: Any) -> None:
     _kernels[name] = None if name in _kernels else kernel
 
 
-def unique_id(name: str, function: Any) -> str | None:
-    """Return what tells a function from others of its module and name; None where another kernel is called the same."""
+def unique_id(name: str, function: Any, signature: Any) -> str | None:
+    """Return what tells a function, compiled for a signature, from all others; None where that cannot be told.
+
+    Numba's own names do not tell types of the same name from each other, such as two NamedTuples.
+    """
     kernel = _kernels.get(name)
     if kernel is None or kernel.py_func is not function:
+        return None  # another kernel is called the same
+    try:
+        words = f"{name} {words_of_types(normalize_signature(signature)[0])}"
+    except UnknownValueError:
         return None
-    return hashlib.sha256(name.encode()).hexdigest()[:8]
+    return hashlib.sha256(words.encode()).hexdigest()[:16]
 
 
 def part_of(callee: Callee) -> Any:
@@ -140,8 +147,7 @@ class PartCache:
     def _key(self, arguments: Any, codegen: Any) -> Any:
         """Return what a part is kept under; None if that cannot be told."""
         try:
-            words = ", ".join(map(words_of_type, arguments))
-            return self._name, self._fingerprint, words, codegen.magic_tuple(), _for_all_parts()
+            return self._name, self._fingerprint, words_of_types(arguments), codegen.magic_tuple(), _for_all_parts()
         except UnknownValueError:
             return None
 
@@ -158,7 +164,7 @@ class PartCache:
 def parts_folder() -> str | None:
     """Return the folder of all parts; None where none can be written."""
     try:
-        folder = os.environ.get(PARTS_IN) or f"{FunctionCache(parts_folder.__wrapped__).cache_path}/parts"
+        folder = os.environ.get(PARTS_IN) or f"{FunctionCache(register).cache_path}/parts"
         os.makedirs(folder, exist_ok=True)
     except (OSError, RuntimeError):
         return None

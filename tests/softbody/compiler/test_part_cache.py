@@ -7,10 +7,13 @@ import sys
 import textwrap
 from pathlib import Path
 
+import numba
 import pytest
 
 import softbody
 from softbody.compiler.jit import _knows_numba
+from softbody.compiler.part_cache import parts_folder
+from validation.bench import PARTS
 
 CORE = Path(softbody.__file__).parent
 
@@ -153,11 +156,47 @@ def test_a_part_is_the_same_code_in_every_process_and_shows_nothing_but_itself(r
     assert kept[0] == kept[1]
 
 
-def test_a_part_for_another_processor_or_with_bounds_checks_is_another_part(run):
+def test_a_part_for_another_processor_or_with_bounds_checks_is_another_part(run, tmp_path):
     first = run()
     assert run(NUMBA_CPU_NAME="x86-64", NUMBA_CPU_FEATURES="") == first
     assert run(NUMBA_BOUNDSCHECK="1") == first
-    assert run(NUMBA_BOUNDSCHECK="1", NUMBA_CACHE_DIR=str(CORE / "nowhere")) == first.split()[0]
+    assert run(NUMBA_BOUNDSCHECK="1", NUMBA_CACHE_DIR=str(tmp_path / "other kernels")) == first.split()[0]
+
+
+SAME_NAMES = """
+from typing import NamedTuple
+from softbody.compiler.jit import jit
+
+class There:
+    class Pair(NamedTuple):
+        first: float
+        second: float
+
+class Back:
+    class Pair(NamedTuple):
+        second: float
+        first: float
+
+@jit
+def first_of(pair):
+    return pair.first
+
+@jit
+def both(there, back):
+    return first_of(there) + 10.0 * first_of(back)
+"""
+
+
+def test_faults_take_the_parts_of_the_sound_core(monkeypatch):
+    monkeypatch.delenv("SOFTBODY_PARTS_IN", raising=False)
+    monkeypatch.setattr(numba.config, "CACHE_DIR", "")
+    assert parts_folder.__wrapped__() == str(PARTS)
+
+
+def test_types_of_one_name_have_parts_of_their_own(run):
+    program = "from softbody.trial import *; print(both(There.Pair(1.0, 2.0), Back.Pair(3.0, 4.0)))"
+    for _ in range(2):
+        assert run(SAME_NAMES, program) == "41.0"
 
 
 def test_damaged_parts_are_compiled_anew(run, tmp_path):
