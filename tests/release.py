@@ -1,13 +1,15 @@
 """Could this be released? Builds wheel and sdist, and is their first user on every Python that is here.
 
-`make release-check`. In a clean environment of each Python, pip installs the wheel; then the README's example runs from
-another folder. How long that takes stands in a table, beside the GOALS; a slow machine is no failure.
+`make release-check`. In a clean environment of each Python, pip installs the pure wheel; then the README's example runs
+from another folder. How long that takes stands in a table, beside the GOALS; a slow machine is no failure. Then the
+wheel that brings machine code is built with each Python, and used in its place: nothing may compile.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import platform
 import subprocess
 import sys
 import tarfile
@@ -19,6 +21,7 @@ import click
 
 import softbody
 from tests.matrix import pythons
+from tests.platform_wheel import BUILDS, build_platform_wheel, show_first_uses
 from tests.readme_example import readme_example
 
 ROOT = Path(__file__).parents[1]
@@ -119,7 +122,8 @@ def _run(command: list[str], environment: dict[str, str] | None = None, folder: 
 @click.command()
 @click.option("--uv", default="uv", help="The program that builds wheel and sdist.")
 @click.option("-k", "only", default="", metavar="TEXT", help="Only Pythons with TEXT in them, such as 3.12.")
-def main(uv: str, only: str) -> None:
+@click.option("--pure", is_flag=True, help="Without machine code, which takes minutes to compile for each Python.")
+def main(uv: str, only: str, pure: bool) -> None:
     """Build wheel and sdist, check them, and be their first user on each Python; exit with 1 for what fails."""
     uv = str(Path(uv).resolve()) if Path(uv).exists() else uv
     here, failed = dict(pythons()), False
@@ -144,6 +148,11 @@ def main(uv: str, only: str) -> None:
             try:
                 took = first_use(here[minor], wheel, Path(folder))
                 click.echo(row + "".join(f"{_seconds(name, took[name]):>16}" for name in columns))
+                if (platform.system(), platform.machine()) in BUILDS and not pure:
+                    new = str(Path(folder) / "bin" / "python")
+                    brings, said = build_platform_wheel(uv, new)
+                    click.echo(said)
+                    failed |= not show_first_uses(new, brings, Path(folder))
             except (subprocess.CalledProcessError, ValueError) as error:
                 click.echo(f"{row}failed: {error}\n{getattr(error, 'stderr', '')}")
                 failed = True

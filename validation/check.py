@@ -28,6 +28,10 @@ DISAGREEMENTS = "disagreements"
 LEAST = 6  # cases that a claim compares, if it does not say that there are fewer
 
 
+class NotHereError(Exception):
+    """What a claim is about cannot be on this machine; the message says why."""
+
+
 @dataclass
 class Comparison:
     """What the core answered and what the judge answered, case by case.

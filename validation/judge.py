@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from validation.check import DISAGREEMENTS, Check, Comparison, Run
+from validation.check import DISAGREEMENTS, Check, Comparison, NotHereError, Run
 from validation.engines import DECLARED
 from validation.one_case import case_of
 from validation.plain_text import plain
@@ -44,6 +44,8 @@ def verdict_on(error: BaseException, engines: tuple[str, ...]) -> tuple[str, str
     One that is not installed, that cannot be imported, or that raised: called by a reference or by the check itself,
     and not by way of the core.
     """
+    if isinstance(error, NotHereError):
+        return NOT_RUN, plain(error)
     where = traceback.extract_tb(error.__traceback__)
     name = plain(type(error).__name__)
     why = f"raised {name}: {plain(error)} (in {plain(where[-1].name)}, line {where[-1].lineno})"
