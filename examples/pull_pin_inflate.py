@@ -6,8 +6,8 @@ import softbody
 
 world = softbody.World()
 wall = world.add_box((0.2, 4.0, 4.0), mass=None, position=(1.2, 0.0, 0.0))
-ball = world.add_soft_body(softbody.icosphere(3, radius=0.5), mass=1.0, stiffness=80.0, gas=10.0, damping=0.2)
-ball.fixed = [int(np.argmax(ball.positions[:, 2]))]
+ball = world.add_soft_body(softbody.icosphere(3, radius=0.5), mass=1.0, stiffness=80.0, gas=40.0, damping=0.2)
+ball.fixed = np.argsort(ball.positions[:, 2])[-13:]  # all around the nail: by one alone the skin would fold
 ball.external_force = (-0.05, 0.0, 0.0)
 touched: set[tuple[int, int]] = set()
 for frame in world.frames(seconds=6.0):

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
+import warnings
+
 
 class SoftbodyError(Exception):
     """Any error that the core raises on purpose."""
@@ -51,6 +54,10 @@ class OverloadWarning(UserWarning):
     """Bodies that are pressed deep into each other, by more than their contact holds at this step."""
 
 
+class SelfIntersectionWarning(UserWarning):
+    """A soft body that goes through itself, which nothing keeps it from."""
+
+
 class CacheWarning(UserWarning):
     """Machine code that cannot be kept on disk: kernels are compiled anew in every process."""
 
@@ -75,3 +82,11 @@ class SimulationError(SoftbodyError, RuntimeError):
     def __reduce__(self) -> tuple[type, tuple[str, int, str, float]]:
         """Pickle with all four arguments: by default only the message is kept, and a process pool would hang."""
         return type(self), (str(self), self.step, self.body, self.stable_time_step)
+
+
+def warn_user(message: str, category: type[Warning]) -> None:
+    """Warn at the line that has called the core."""
+    level, frame = 1, inspect.currentframe()
+    while frame is not None and frame.f_globals.get("__name__", "").split(".")[0] == __package__:
+        level, frame = level + 1, frame.f_back
+    warnings.warn(message, category, stacklevel=level)

@@ -14,6 +14,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import click
@@ -29,6 +30,23 @@ ROOT = Path(__file__).parents[1]
 DIST = ROOT / "build" / "dist"
 BUILDS = {("Linux", "x86_64"): ("x86-64-v3", "manylinux_2_17_x86_64")}  # no library is linked but by Numba
 FOLDER_NAME = "from softbody.compiler.shipped_code import folder_name; print(folder_name({family!r}))"
+
+
+@contextmanager
+def folder_of(minor: int) -> Iterator[Path]:
+    """Make a folder for a Python's environment, the same each time, and remove it afterwards.
+
+    Machine code names Numba's files, so that other places were other bytes. Raises click.ClickException if it is there.
+    """
+    folder = Path(tempfile.gettempdir()) / f"softbody-wheel-3.{minor}"
+    try:
+        folder.mkdir(mode=0o700)
+    except FileExistsError:
+        raise click.ClickException(f"{folder} is there: wait for the build that runs, or remove it") from None
+    try:
+        yield folder
+    finally:
+        shutil.rmtree(folder)
 
 
 def build_platform_wheel(uv: str, python: str, kinds: tuple[Kind, ...] = KINDS) -> tuple[Path, str]:
@@ -116,13 +134,13 @@ def main(uv: str, only: str, kinds: int) -> None:
     for minor, python in pythons():
         if only not in f"3.{minor}":
             continue
-        with tempfile.TemporaryDirectory() as folder:
-            _run([python, "-m", "venv", folder], folder)
-            new = str(Path(folder) / "bin" / "python")
-            _run([new, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", str(ROOT)], folder)
+        with folder_of(minor) as folder:
+            _run([python, "-m", "venv", str(folder)], str(folder))
+            new = str(folder / "bin" / "python")
+            _run([new, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", str(ROOT)], str(folder))
             wheel, said = build_platform_wheel(uv, new, KINDS[len(KINDS) - kinds :])
             click.echo(said)
-            well &= show_first_uses(new, wheel, Path(folder))
+            well &= show_first_uses(new, wheel, folder)
     sys.exit(0 if well else 1)
 
 

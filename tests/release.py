@@ -13,7 +13,6 @@ import platform
 import subprocess
 import sys
 import tarfile
-import tempfile
 from pathlib import Path
 from statistics import median
 
@@ -21,7 +20,7 @@ import click
 
 import softbody
 from tests.matrix import pythons
-from tests.platform_wheel import BUILDS, build_platform_wheel, show_first_uses
+from tests.platform_wheel import BUILDS, build_platform_wheel, folder_of, show_first_uses
 from tests.readme_example import readme_example
 
 ROOT = Path(__file__).parents[1]
@@ -144,15 +143,15 @@ def main(uv: str, only: str, pure: bool) -> None:
         if minor not in here:
             click.echo(f"{row}not run: no interpreter")
             continue
-        with tempfile.TemporaryDirectory() as folder:
+        with folder_of(minor) as folder:
             try:
-                took = first_use(here[minor], wheel, Path(folder))
+                took = first_use(here[minor], wheel, folder)
                 click.echo(row + "".join(f"{_seconds(name, took[name]):>16}" for name in columns))
                 if (platform.system(), platform.machine()) in BUILDS and not pure:
-                    new = str(Path(folder) / "bin" / "python")
+                    new = str(folder / "bin" / "python")
                     brings, said = build_platform_wheel(uv, new)
                     click.echo(said)
-                    failed |= not show_first_uses(new, brings, Path(folder))
+                    failed |= not show_first_uses(new, brings, folder)
             except (subprocess.CalledProcessError, ValueError) as error:
                 click.echo(f"{row}failed: {error}\n{getattr(error, 'stderr', '')}")
                 failed = True

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import warnings
-
-from softbody.errors import CacheWarning
+from softbody.errors import CacheWarning, warn_user
 
 _said: set[str] = set()
 
@@ -26,4 +24,4 @@ def warn_not_read(where: object) -> None:
 def _warn_once(text: str, about: str) -> None:
     if text not in _said:
         _said.add(text)
-        warnings.warn(text % about, CacheWarning, stacklevel=3)
+        warn_user(text % about, CacheWarning)

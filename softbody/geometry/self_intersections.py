@@ -29,20 +29,25 @@ def self_intersections(vertices: np.ndarray, triangles: np.ndarray, place: np.nd
     `vertices` (n, 3) [m], `triangles` (t, 3), each with three corners at three places; `place` (n,) is the same number
     for all vertices that are at the same place.
     """
-    tree = build_bvh(vertices, triangles)
+    tree, unfolded = build_bvh(vertices, triangles), np.zeros(len(vertices), bool)
     found = np.empty((FIRST_ROOM, 3), np.int64)
-    count = find_pairs(tree, vertices, place, search_space(tree), found)
+    count = find_pairs(tree, vertices, place, unfolded, search_space(tree), found)
     if count > len(found):
         found = np.empty((count, 3), np.int64)
-        find_pairs(tree, vertices, place, search_space(tree), found)
+        find_pairs(tree, vertices, place, unfolded, search_space(tree), found)
     found = found[:count]
     found = found[np.lexsort((found[:, 1], found[:, 0]))]
     return found[found[:, 2] == MEET, :2], found[found[:, 2] == COINCIDE, :2]
 
 
 @jit
-def find_pairs(tree: BVH, vertices: np.ndarray, place: np.ndarray, search: Search, found: np.ndarray) -> int:
-    """Write (t, u, MEET or COINCIDE) of pairs t < u into `found` (m, 3); return how many there are, also beyond m."""
+def find_pairs(
+    tree: BVH, vertices: np.ndarray, place: np.ndarray, unfolded: np.ndarray, search: Search, found: np.ndarray
+) -> int:
+    """Write (t, u, MEET or COINCIDE) of pairs t < u into `found` (m, 3); return how many there are, also beyond m.
+
+    Triangles that share a vertex which is `unfolded` (n,), see `find_unfolded`, are not looked at: most need not be.
+    """
     count = 0
     for leaf in range(tree.corners.shape[0]):
         ask_leaf(search, leaf, tree, vertices, 0.0)
@@ -52,12 +57,25 @@ def find_pairs(tree: BVH, vertices: np.ndarray, place: np.ndarray, search: Searc
                 lane = lowest_bit(meets)
                 meets &= meets - 1
                 t = tree.order[WIDTH * leaf + lane]
-                how = _how_they_lie(vertices, tree.triangles, place, t, u) if t < u else APART
+                if t >= u or _share_one_of(unfolded, tree.triangles, t, u):
+                    continue
+                how = _how_they_lie(vertices, tree.triangles, place, t, u)
                 if how != APART:
                     if count < found.shape[0]:
                         found[count, 0], found[count, 1], found[count, 2] = t, u, how
                     count += 1
     return count
+
+
+@jit
+def _share_one_of(chosen: np.ndarray, triangles: np.ndarray, t: int, u: int) -> bool:
+    """Tell whether two triangles share a vertex that is `chosen` (n,)."""
+    for i in range(3):
+        vertex = triangles[t, i]
+        is_shared = vertex == triangles[u, 0] or vertex == triangles[u, 1] or vertex == triangles[u, 2]
+        if is_shared and chosen[vertex]:
+            return True
+    return False
 
 
 @jit

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from math import ceil, hypot, inf, isfinite
 
 import numpy as np
@@ -17,7 +16,14 @@ from softbody.dynamics.pressure import soft_volume
 from softbody.dynamics.rigid_boxes import MOST_TURN, RESOLVED, UNIT
 from softbody.dynamics.soft_bodies import COLLAPSED
 from softbody.dynamics.stability import longest_stable_step, shortest_stable_step
-from softbody.errors import MassRatioWarning, OverlapWarning, OverloadWarning, ParameterError, SimulationError
+from softbody.errors import (
+    MassRatioWarning,
+    OverlapWarning,
+    OverloadWarning,
+    ParameterError,
+    SimulationError,
+    warn_user,
+)
 from softbody.model.arrays import NOBODY, Controls, Joints, Model, State
 from softbody.model.settings import Settings, integrator_name
 
@@ -220,11 +226,10 @@ def warn_of_overlap(model: Model, surfaces: Surfaces, names: Names) -> None:
     thickness = np.append(model.soft_thickness, model.box_size.min(axis=1))
     if depth > DEEP * thickness[pair].min():
         a, b = (title_of(model, int(k), names) for k in pair)
-        warnings.warn(
+        warn_user(
             f"{a} and {b} start {depth:.3g} m inside each other: they are pushed apart, from deep inside not all "
             "the way; move one of them first",
             OverlapWarning,
-            stacklevel=4,
         )
 
 
@@ -247,11 +252,10 @@ def warn_of_pressed(pressed: Pressed, pair: tuple[int, int], model: Model, names
     """Warn of a pair that is pressed deep into each other."""
     part = float(pressed.part[FIRST])
     limit = f"{GONE_THROUGH:.0%} would be an error" if part < GONE_THROUGH else "they may go through each other"
-    warnings.warn(
+    warn_user(
         f"{_pressed(pressed, FIRST, pair, model, names)} since step {pressed.step[0]}: {part:.0%} of "
         f"{_room_of(pair, model)}, and {limit}; {_press_less(pair, model)}",
         OverloadWarning,
-        stacklevel=5,
     )
 
 
@@ -319,11 +323,10 @@ def warn_of_mass_ratios(model: Model, controls: Controls, contacts: Contacts, na
     if (carried > most).any():
         k = int(np.argmax(carried / most))
         under, above = (title_of(model, int(each[k]), names) for each in (lower, upper))
-        warnings.warn(
+        warn_user(
             f"{under} carries {above}, {carried[k]:.3g} times its own mass, and may be pressed through what it stands "
             f"on; up to {most[k]:.0e} times are held: make it heavier, or static",
             MassRatioWarning,
-            stacklevel=3,
         )
 
 

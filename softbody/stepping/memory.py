@@ -16,6 +16,7 @@ from softbody.dynamics.soft_bodies import Motion, motion_of
 from softbody.dynamics.stability import most_extents
 from softbody.model.arrays import Controls, Model, State
 from softbody.stepping.checks import may_carry_too_much
+from softbody.stepping.skins import Skins
 from softbody.stepping.step import Work
 
 
@@ -33,6 +34,7 @@ class Memory:
         self.pressed = never_pressed()
         self.told = set[tuple[int, int]]()  # pairs of bodies that were said to be pressed
         self.started_inside = set[tuple[int, int]]()
+        self._skins: Skins | None = None
         self._start: State | None = None  # memory for that of a step
         self._grounded: np.ndarray | None = None  # memory for which boxes touch the ground
         self._acting: Controls | None = None  # memory for what acts in a step that has joints
@@ -95,6 +97,12 @@ class Memory:
             self._surfaces.response.parting_time[:] = parting_times(model, controls)
             self._times_of = model, gas
         return self._surfaces
+
+    def skins(self) -> Skins:
+        """Return what looks at soft bodies that may go through themselves."""
+        if self._skins is None:
+            self._skins = Skins(self._store.model)
+        return self._skins
 
     def may_carry_too_much(self, model: Model) -> bool:
         """Tell what `checks.may_carry_too_much` says of a model, which is asked once."""

@@ -32,6 +32,7 @@ from softbody.stepping.checks import (
     warn_of_pressed,
 )
 from softbody.stepping.memory import Memory
+from softbody.stepping.skins import next_look
 from softbody.stepping.step import NO_ROOM, PRESSED_THROUGH, UNSEEN, Order, run, run_alone_by_clock
 
 WORTH_LISTENING = 50_000  # particles moved by a sub-step in a call, from which it may take so long that one waits
@@ -160,7 +161,8 @@ class Runner:
             model = store.contents.sleep.model_of(model)
         with team_of(self._threads):
             while (left := end - store.steps) > 0:
-                before = store.steps
+                before, look = store.steps, next_look(store.steps)
+                left = min(left, look - before)
                 if self._threads > 1:
                     numba.set_num_threads(team.now)
                     left = team.turn(left)
@@ -180,6 +182,8 @@ class Runner:
                     return fault, body
                 if self._threads > 1:
                     team.note(store.steps - before)
+                if store.steps == look and model.soft_count:
+                    memory.skins().look(store.state.particle_position, look, store.names)
                 is_seen, abort_mid_step = True, abort_mid_step and store.steps > before
         return 0, -1
 

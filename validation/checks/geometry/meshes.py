@@ -117,7 +117,8 @@ def triangles_of_whole_numbers(run: Run) -> Comparison:
             pairs += truth or len(shared) == 3
         if not is_flat.any():
             tree, room = build_bvh(points, faces), np.empty((1, 3), np.int64)
-            count = self_intersections.find_pairs(tree, points, place, search_space(tree), room)
+            nowhere = np.zeros(len(points), bool)
+            count = self_intersections.find_pairs(tree, points, place, nowhere, search_space(tree), room)
             answers.add(count == pairs, True, kind="how many")
     return answers.comparison()
 

@@ -261,6 +261,7 @@ def crushed_skins_are_told(run: Run) -> Comparison:
         edge = min(edge_lengths(body.positions, body.edges).mean() for body in pair)
         silent = before = 0.0
         with warnings.catch_warnings(record=True) as came:
+            warnings.simplefilter("ignore")
             warnings.simplefilter("always", OverloadWarning)
             for _ in range(60):
                 try:

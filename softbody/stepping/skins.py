@@ -1,0 +1,79 @@
+"""Looks, at some steps, whether a soft body goes through itself, which nothing keeps it from; and says so once."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from softbody.bodies.names import Names
+from softbody.errors import SelfIntersectionWarning, warn_user
+from softbody.geometry.bvh import BVH, Search, build_bvh, refit_bvh, search_space
+from softbody.geometry.self_intersections import find_pairs
+from softbody.geometry.unfolded import find_unfolded, is_star_shaped
+from softbody.model.arrays import Model
+from softbody.stepping.checks import title_of
+
+EARLY = (128, 512)  # steps after which it is looked at, besides each of
+EVERY = 2048  # a look takes some 50 steps of a body that is not seen whole from its middle, and a fifth of one if it is
+
+
+class Skin(NamedTuple):
+    """What it takes to look at one soft body."""
+
+    tree: BVH
+    search: Search
+    memory: np.ndarray  # (2, n, 3)
+    unfolded: np.ndarray  # (n,)
+    place: np.ndarray  # (n,)
+    found: np.ndarray  # (1, 3)
+
+
+class Skins:
+    """The surfaces of all soft bodies."""
+
+    def __init__(self, model: Model) -> None:
+        starts, triangles = model.soft_particle_start, model.soft_triangle_start
+        self._model = model
+        self._triangles = [
+            model.triangle_particles[triangles[body] : triangles[body + 1]] - starts[body]
+            for body in range(model.soft_count)
+        ]
+        self._skins: dict[int, Skin] = {}
+        self._clean = dict.fromkeys(range(model.soft_count), 0)  # who was not told of → when it was whole
+
+    def look(self, positions: np.ndarray, steps: int, names: Names) -> None:
+        """Warn of each body that goes through itself at `positions` (n, 3), after `steps`, if that was not said yet."""
+        for body in list(self._clean):
+            first, end = self._model.soft_particle_start[body : body + 2]
+            count, pair = self._meeting(body, positions[first:end])
+            if not count:
+                self._clean[body] = steps
+                continue
+            whole = self._clean.pop(body)
+            warn_user(
+                f"{title_of(self._model, body, names)} goes through itself after step {steps}: {count} pairs of its "
+                f"triangles meet, such as {pair[0]} and {pair[1]}; none did after step {whole}. Nothing keeps a "
+                "surface from itself: fill it with more gas, make it stiffer, or press less",
+                SelfIntersectionWarning,
+            )
+
+    def _meeting(self, body: int, vertices: np.ndarray) -> tuple[int, np.ndarray]:
+        """Return how many pairs of triangles of a body meet, and one of them."""
+        triangles = self._triangles[body]
+        if is_star_shaped(vertices, triangles):
+            return 0, np.empty(0)
+        skin = self._skins.get(body)
+        if skin is None:
+            tree, n = build_bvh(vertices, triangles), len(vertices)
+            room = np.empty((2, n, 3)), np.empty(n, bool), np.arange(n), np.empty((1, 3), np.int64)
+            skin = self._skins[body] = Skin(tree, search_space(tree), *room)
+        refit_bvh(skin.tree, vertices)
+        find_unfolded(vertices, triangles, skin.memory, skin.unfolded)
+        count = find_pairs(skin.tree, vertices, skin.place, skin.unfolded, skin.search, skin.found)
+        return count, np.sort(skin.found[0, :2])
+
+
+def next_look(steps: int) -> int:
+    """Return the first step after `steps` after which bodies are looked at."""
+    return next((each for each in EARLY if each > steps), (steps // EVERY + 1) * EVERY)

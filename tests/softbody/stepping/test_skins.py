@@ -1,0 +1,64 @@
+"""Is a user told once, and at the same step however steps are taken, that a body goes through itself?"""
+
+import warnings
+
+import pytest
+
+import softbody
+from softbody import SelfIntersectionWarning, World
+from softbody.stepping.skins import EARLY, EVERY, next_look
+
+
+def limp_world(threads: int = 1) -> World:
+    world = World(threads=threads)
+    world.add_ground()
+    world.add_soft_body(softbody.torus(0.4, 0.15, 18, 10), 1.0, 20.0, 0.05, (0.0, 0.0, 0.2), name="bag")
+    return world
+
+
+def warnings_of(world: World, calls: list[int]) -> list[warnings.WarningMessage]:
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        for steps in calls:
+            world.step(1e-3, steps)
+    return caught
+
+
+def test_looks_are_after_the_same_steps_whatever_was_asked_for():
+    looks, at = [], 0
+    while at < 3 * EVERY:
+        at = next_look(at)
+        looks.append(at)
+    assert looks == [*EARLY, EVERY, 2 * EVERY, 3 * EVERY]
+
+
+def test_a_limp_body_is_named_once_with_the_step_and_the_cure():
+    told = warnings_of(limp_world(), [600, 600])
+    assert [each.category for each in told] == [SelfIntersectionWarning]
+    assert told[0].filename == __file__
+    assert "soft body 0 'bag' goes through itself after step " in str(told[0].message)
+    assert "more gas" in str(told[0].message)
+
+
+@pytest.mark.parametrize("calls", [[1] * 520, [127, 1, 383, 9], [513, 7]])
+def test_it_is_said_of_the_same_step_however_steps_are_taken(calls):
+    at_once, in_parts = warnings_of(limp_world(), [520]), warnings_of(limp_world(), calls)
+    assert [str(each.message) for each in at_once] == [str(each.message) for each in in_parts]
+
+
+def test_run_names_the_users_line_too():
+    with pytest.warns(SelfIntersectionWarning) as told:
+        limp_world().run(0.6, 1e-3)
+    assert told[0].filename == __file__
+
+
+def test_who_takes_it_for_an_error_loses_no_step():
+    world, other = limp_world(), limp_world()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", SelfIntersectionWarning)
+        with pytest.raises(SelfIntersectionWarning):
+            world.step(1e-3, 600)
+        world.step(1e-3, 600 - world.steps)
+        warnings.simplefilter("ignore", SelfIntersectionWarning)
+        other.step(1e-3, 600)
+    assert world.state_hash() == other.state_hash()
