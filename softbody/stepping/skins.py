@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softbody.bodies.names import Names
+from softbody.bodies.names import MOST_LISTED, Names
 from softbody.errors import SelfIntersectionWarning, warn_user
 from softbody.geometry.bvh import BVH, Search, build_bvh, refit_bvh, search_space
 from softbody.geometry.self_intersections import find_pairs
@@ -40,21 +40,27 @@ class Skins:
             for body in range(model.soft_count)
         ]
         self._skins: dict[int, Skin] = {}
-        self._clean = dict.fromkeys(range(model.soft_count), 0)  # who was not told of → when it was whole
+        self._clean: dict[int, int | None] = dict.fromkeys(range(model.soft_count))  # who was not told of → since when
 
     def look(self, positions: np.ndarray, steps: int, names: Names) -> None:
-        """Warn of each body that goes through itself at `positions` (n, 3), after `steps`, if that was not said yet."""
+        """Warn of the bodies that go through themselves at `positions` (n, 3), after `steps`: of each once."""
+        found = []
         for body in list(self._clean):
             first, end = self._model.soft_particle_start[body : body + 2]
             count, pair = self._meeting(body, positions[first:end])
-            if not count:
+            if count:
+                found.append((title_of(self._model, body, names), count, pair, self._clean.pop(body)))
+            else:
                 self._clean[body] = steps
-                continue
-            whole = self._clean.pop(body)
+        if found:
+            (name, count, (one, other), whole), *others = found
+            since = "" if whole is None else f" (and none after step {whole})"
+            listed = [f"{each} ({number} pairs)" for each, number, *_ in others[:MOST_LISTED]]
+            more = [f"{len(others) - MOST_LISTED} more"] if len(others) > MOST_LISTED else []
             warn_user(
-                f"{title_of(self._model, body, names)} goes through itself after step {steps}: {count} pairs of its "
-                f"triangles meet, such as {pair[0]} and {pair[1]}; none did after step {whole}. Nothing keeps a "
-                "surface from itself: fill it with more gas, make it stiffer, or press less",
+                f"{name} goes through itself: {count} pairs of its triangles meet after step {steps}{since}, such as "
+                f"{one} and {other}{'; so do ' if others else ''}{', '.join(listed + more)}. Nothing keeps a surface "
+                "from itself: fill it with more gas, make it stiffer, or press less",
                 SelfIntersectionWarning,
             )
 

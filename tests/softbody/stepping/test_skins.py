@@ -2,11 +2,12 @@
 
 import warnings
 
+import numpy as np
 import pytest
 
 import softbody
 from softbody import SelfIntersectionWarning, World
-from softbody.stepping.skins import EARLY, EVERY, next_look
+from softbody.stepping.skins import EARLY, EVERY, Skins, next_look
 
 
 def limp_world(threads: int = 1) -> World:
@@ -36,7 +37,8 @@ def test_a_limp_body_is_named_once_with_the_step_and_the_cure():
     told = warnings_of(limp_world(), [600, 600])
     assert [each.category for each in told] == [SelfIntersectionWarning]
     assert told[0].filename == __file__
-    assert "soft body 0 'bag' goes through itself after step " in str(told[0].message)
+    assert "soft body 0 'bag' goes through itself: " in str(told[0].message)
+    assert "triangles meet after step 512 (and none after step 128), such as" in str(told[0].message)
     assert "more gas" in str(told[0].message)
 
 
@@ -50,6 +52,26 @@ def test_run_names_the_users_line_too():
     with pytest.warns(SelfIntersectionWarning) as told:
         limp_world().run(0.6, 1e-3)
     assert told[0].filename == __file__
+
+
+def test_many_are_named_in_one_breath_and_not_again():
+    world = World()
+    for k in range(25):
+        world.add_soft_body(softbody.torus(0.4, 0.15, 12, 6), 1.0, 20.0, 1.0, (2.0 * k, 0.0, 0.0))
+    skins, store = Skins(world.model), world.runner.store
+    skins.look(store.state.particle_position, 512, store.names)
+    folded = np.abs(store.state.particle_position - [2.0, 0.0, 0.0]) + 1e-3
+    with pytest.warns(SelfIntersectionWarning) as told:
+        skins.look(folded, 2048, store.names)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        skins.look(folded, 4096, store.names)
+    (text,) = {str(each.message) for each in told}
+    assert "soft body 0 goes through itself: " in text
+    assert "meet after step 2048 (and none after step 512), such as" in text
+    assert "; so do soft body 1 (" in text
+    assert "soft body 20 (" in text
+    assert " pairs), 4 more. Nothing keeps" in text
 
 
 def test_who_takes_it_for_an_error_loses_no_step():
