@@ -6,6 +6,7 @@ import multiprocessing
 import os
 import warnings
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -27,17 +28,15 @@ class Kind(NamedTuple):
     precision: str = "double"
 
 
-# What takes longest comes first: it is what the others are waited for.
 MIXED, BALLS, BOXES, BALL = (1, 2), (2, 0), (0, 2), (1, 0)
+ALL = tuple(product((False, True), (False, True), (2, 1)))  # joint, may_sleep, threads
+# What takes longest comes first: it is what the others are waited for. Boxes are moved on one thread.
 KINDS = (
-    *(Kind(*MIXED, threads=threads) for threads in (2, 1)),
-    *(Kind(*MIXED, **{option: True}) for option in ("joint", "may_sleep")),  # type: ignore[arg-type]
-    *(Kind(*soft, precision="single") for soft in (MIXED, BALLS)),
-    *(Kind(*BALLS, threads=threads) for threads in (2, 1)),
-    *(Kind(*bodies, **{option: True}) for bodies in (BALLS, BOXES) for option in ("joint", "may_sleep")),  # type: ignore[arg-type]
-    Kind(*BOXES),
-    *(Kind(*BALL, threads=threads) for threads in (2, 1)),
-    *(Kind(*BALL, **{option: True}) for option in ("joint", "may_sleep")),  # type: ignore[arg-type]
+    *(Kind(*MIXED, joint=joint, may_sleep=sleeps, threads=threads) for joint, sleeps, threads in ALL),
+    *(Kind(*BALLS, joint=joint, may_sleep=sleeps, threads=threads) for joint, sleeps, threads in ALL),
+    *(Kind(*bodies, precision="single") for bodies in (MIXED, BALLS)),
+    *(Kind(*BOXES, joint=joint, may_sleep=sleeps) for joint, sleeps, threads in ALL if threads == 1),
+    *(Kind(*BALL, joint=joint, may_sleep=sleeps, threads=threads) for joint, sleeps, threads in ALL),
     Kind(*BALL, precision="single"),
 )
 

@@ -19,6 +19,7 @@ import numpy as np
 from numba.core import types
 from numba.core.dispatcher import Dispatcher
 
+from softbody.compiler.core_digest import source_digest
 from softbody.compiler.simd_types import LanesType
 
 PLAIN = (bool, int, float, complex, str, bytes, type(None), np.generic, np.dtype)
@@ -137,4 +138,5 @@ def _file_of(module: str) -> bytes:
     """Return the hash of a module's file, if it is the core's; of others their version tells."""
     if module.partition(".")[0] != "softbody":
         return b""
-    return hashlib.sha256(Path(inspect.getfile(__import__(module, fromlist=["_"]))).read_bytes()).digest()
+    path = Path(inspect.getfile(__import__(module, fromlist=["_"])))
+    return hashlib.sha256(path.read_bytes()).digest() if path.is_file() else source_digest().encode()

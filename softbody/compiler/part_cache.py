@@ -12,7 +12,6 @@ import os
 import sys
 from contextlib import suppress
 from functools import cache, cached_property
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import llvmlite
@@ -25,7 +24,7 @@ from numba.core.errors import NumbaError
 from numba.core.sigutils import normalize_signature
 
 from softbody.compiler.cache_file import CacheFile
-from softbody.compiler.core_digest import FLAGS
+from softbody.compiler.core_digest import FLAGS, source_digest
 from softbody.compiler.fingerprint import UnknownValueError, fingerprint, words_of_types
 from softbody.compiler.libraries import PartLibrary
 
@@ -177,6 +176,5 @@ def _for_all_parts() -> str:
     digest = hashlib.sha256()
     flags = [f"{flag}={os.environ.get(flag)}" for flag in FLAGS]
     digest.update(repr([sys.version_info[:2], numba.__version__, llvmlite.__version__, np.__version__, flags]).encode())
-    for path in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(path.name.encode() + path.read_bytes())
+    digest.update(source_digest("compiler").encode())
     return digest.hexdigest()
