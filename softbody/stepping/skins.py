@@ -11,6 +11,7 @@ from softbody.errors import SelfIntersectionWarning, warn_user
 from softbody.geometry.bvh import BVH, Search, build_bvh, refit_bvh, search_space
 from softbody.geometry.self_intersections import find_pairs
 from softbody.geometry.unfolded import find_unfolded, is_star_shaped
+from softbody.mesh.weld import first_at_place
 from softbody.model.arrays import Model
 from softbody.stepping.checks import title_of
 
@@ -54,7 +55,7 @@ class Skins:
                 self._clean[body] = steps
         if found:
             (name, count, (one, other), whole), *others = found
-            since = "" if whole is None else f" (and none after step {whole})"
+            since = "" if whole is None or whole > steps else f" (and none after step {whole})"
             listed = [f"{each} ({number} pairs)" for each, number, *_ in others[:MOST_LISTED]]
             more = [f"{len(others) - MOST_LISTED} more"] if len(others) > MOST_LISTED else []
             warn_user(
@@ -77,6 +78,8 @@ class Skins:
         refit_bvh(skin.tree, vertices)
         find_unfolded(vertices, triangles, skin.memory, skin.unfolded)
         count = find_pairs(skin.tree, vertices, skin.place, skin.unfolded, skin.search, skin.found)
+        if count:  # perhaps only where two of its surfaces have vertices at the same place
+            count = find_pairs(skin.tree, vertices, first_at_place(vertices), skin.unfolded, skin.search, skin.found)
         return count, np.sort(skin.found[0, :2])
 
 

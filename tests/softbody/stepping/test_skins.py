@@ -74,6 +74,22 @@ def test_many_are_named_in_one_breath_and_not_again():
     assert " pairs), 4 more. Nothing keeps" in text
 
 
+def test_surfaces_that_share_an_edge_by_its_places_do_not_meet():
+    one, other = softbody.box((1.0, 1.0, 1.0), 2), softbody.box((1.0, 1.0, 1.0), 2)
+    vertices = np.concatenate([one.vertices, other.vertices + [1.0, 1.0, 0.0]])
+    triangles = np.concatenate([one.triangles, other.triangles + len(one.vertices)])
+    world = World()
+    world.add_soft_body(softbody.Mesh(vertices, triangles), 1.0, 20.0, 1.0)
+    skins, store = Skins(world.model), world.runner.store
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        skins.look(store.state.particle_position, 128, store.names)
+    deeper = store.state.particle_position.copy()
+    deeper[: len(one.vertices), :2] += 0.1
+    with pytest.warns(SelfIntersectionWarning, match=r"after step 512 \(and none after step 128\)"):
+        skins.look(deeper, 512, store.names)
+
+
 def test_who_takes_it_for_an_error_loses_no_step():
     world, other = limp_world(), limp_world()
     with warnings.catch_warnings():
