@@ -10,16 +10,11 @@ import softbody
 from softbody import MeshError
 from softbody.collision.boxes.sat_boxes import PlacedBox, box_box_separation
 from softbody.collision.sat_convex import Convex, convex, convex_pairs_separation, convex_separation, placed
+from tests.softbody.placed_boxes import REST, quaternions
 
-REST = (1.0, 0.0, 0.0, 0.0)
 CUBE = softbody.box((1.0, 1.0, 1.0))
 
 places = st.tuples(*[st.floats(-1.5, 1.5)] * 3)
-quaternions = (
-    st.tuples(*[st.floats(-1.0, 1.0)] * 4)
-    .filter(lambda q: sum(c * c for c in q) > 0.01)
-    .map(lambda q: tuple(float(c) for c in np.array(q) / np.linalg.norm(q)))
-)
 sizes = st.tuples(*[st.floats(0.2, 2.0)] * 3)
 
 

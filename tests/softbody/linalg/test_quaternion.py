@@ -17,14 +17,10 @@ from softbody.linalg.quaternion import (
     rotate_diagonal,
     rotate_inverse,
 )
+from tests.softbody.placed_boxes import quaternions
 
 coordinate = st.floats(-10.0, 10.0)
 vectors = st.tuples(coordinate, coordinate, coordinate)
-quaternions = (
-    st.tuples(*[st.floats(-1.0, 1.0)] * 4)
-    .filter(lambda q: sum(c * c for c in q) > 0.01)
-    .map(lambda q: tuple(float(c) for c in np.array(q) / np.linalg.norm(q)))
-)
 
 
 def matrix(q):

@@ -14,6 +14,7 @@ from softbody.dynamics.energy import kinetic_energy
 from softbody.geometry.box import box_corners
 from softbody.model.arrays import boxes_of
 from softbody.model.material import Material
+from tests.softbody.placed_boxes import quaternions
 
 
 def landing(size, height, velocity, angular_velocity=(0.0, 0.0, 0.0), q=(1.0, 0.0, 0.0, 0.0), e=0.0, friction=0.0):
@@ -57,11 +58,6 @@ def test_a_box_that_lands_on_one_corner_obeys_the_law_there():
     assert velocity_of_point(bodies, 0, low[0])[2] == pytest.approx(-0.5 * before[2], rel=1e-12)
 
 
-quaternions = (
-    st.tuples(*[st.floats(-1.0, 1.0)] * 4)
-    .filter(lambda q: sum(c * c for c in q) > 0.01)
-    .map(lambda q: tuple(float(c) for c in np.array(q) / np.linalg.norm(q)))
-)
 speeds = st.tuples(*[st.floats(-3.0, 3.0)] * 3)
 
 

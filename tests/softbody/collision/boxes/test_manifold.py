@@ -5,7 +5,6 @@ from math import cos, pi, sin, sqrt
 import numpy as np
 import pytest
 from hypothesis import assume, given
-from hypothesis import strategies as st
 
 from softbody.collision.boxes.manifold import box_box_manifold, box_pairs_manifolds, new_manifold
 from softbody.collision.boxes.sat_boxes import (
@@ -13,17 +12,13 @@ from softbody.collision.boxes.sat_boxes import (
     ROUNDING,
     SAME_COSINE,
     Limits,
-    PlacedBox,
     PlacedBoxes,
     box_box_separation,
     frames_of,
 )
 from softbody.collision.edge_edge import PARALLEL_SINE
 from softbody.linalg.quaternion import rotate_inverse
-
-REST = (1.0, 0.0, 0.0, 0.0)
-ORIGIN = (0.0, 0.0, 0.0)
-UNIT = (1.0, 1.0, 1.0)
+from tests.softbody.placed_boxes import ORIGIN, REST, UNIT, boxes
 
 
 def manifold(a, b, margin=0.0):
@@ -104,17 +99,6 @@ def test_touching_is_contact_and_the_margin_is_how_far_it_reaches():
     points, depths, _ = manifold(above, lower, margin=0.002)
     assert len(points) == 4
     assert depths == pytest.approx([-0.001] * 4, abs=1e-15)
-
-
-extent = st.floats(0.2, 3.0)
-sizes = st.tuples(extent, extent, extent)
-places = st.tuples(*[st.floats(-2.0, 2.0)] * 3)
-quaternions = (
-    st.tuples(*[st.floats(-1.0, 1.0)] * 4)
-    .filter(lambda q: sum(c * c for c in q) > 0.01)
-    .map(lambda q: tuple(float(c) for c in np.array(q) / np.linalg.norm(q)))
-)
-boxes = st.builds(PlacedBox, sizes, places, quaternions)
 
 
 def outside(point, box):

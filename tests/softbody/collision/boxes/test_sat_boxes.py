@@ -16,25 +16,7 @@ from softbody.collision.boxes.sat_boxes import (
 )
 from softbody.linalg.quaternion import product, rotate
 from softbody.linalg.vec import add, norm, scale
-
-REST = (1.0, 0.0, 0.0, 0.0)
-ORIGIN = (0.0, 0.0, 0.0)
-UNIT = (1.0, 1.0, 1.0)
-CUBE = PlacedBox(UNIT, ORIGIN, REST)
-
-extent = st.floats(0.2, 3.0)
-sizes = st.tuples(extent, extent, extent)
-places = st.tuples(*[st.floats(-2.0, 2.0)] * 3)
-quaternions = (
-    st.tuples(*[st.floats(-1.0, 1.0)] * 4)
-    .filter(lambda q: sum(c * c for c in q) > 0.01)
-    .map(lambda q: tuple(float(c) for c in np.array(q) / np.linalg.norm(q)))
-)
-boxes = st.builds(PlacedBox, sizes, places, quaternions)
-
-
-def cube(place, turn=REST):
-    return PlacedBox(UNIT, place, turn)
+from tests.softbody.placed_boxes import CUBE, ORIGIN, REST, boxes, cube, places, quaternions, sizes
 
 
 def about_z(angle):

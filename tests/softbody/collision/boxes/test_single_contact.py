@@ -5,31 +5,12 @@ from math import cos, pi, sin, sqrt
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, assume, given, settings
-from hypothesis import strategies as st
 
 from softbody.collision.boxes.sat_boxes import PlacedBox, box_box_separation
 from softbody.collision.boxes.single_contact import box_box_contact, paper_contact
 from softbody.linalg.quaternion import product, rotate, rotate_inverse
 from softbody.linalg.vec import add, scale, sub
-
-REST = (1.0, 0.0, 0.0, 0.0)
-ORIGIN = (0.0, 0.0, 0.0)
-UNIT = (1.0, 1.0, 1.0)
-CUBE = PlacedBox(UNIT, ORIGIN, REST)
-
-extent = st.floats(0.2, 3.0)
-sizes = st.tuples(extent, extent, extent)
-places = st.tuples(*[st.floats(-2.0, 2.0)] * 3)
-quaternions = (
-    st.tuples(*[st.floats(-1.0, 1.0)] * 4)
-    .filter(lambda q: sum(c * c for c in q) > 0.01)
-    .map(lambda q: tuple(float(c) for c in np.array(q) / np.linalg.norm(q)))
-)
-boxes = st.builds(PlacedBox, sizes, places, quaternions)
-
-
-def cube(place, turn=REST):
-    return PlacedBox(UNIT, place, turn)
+from tests.softbody.placed_boxes import CUBE, ORIGIN, REST, boxes, cube, places, quaternions
 
 
 def test_a_cube_flat_on_a_cube_touches_in_the_middle_of_the_overlap():
