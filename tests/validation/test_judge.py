@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import softbody
-from validation.check import DISAGREEMENTS, Check, Comparison, Misprint, Run
+from validation.check import DISAGREEMENTS, Check, Comparison, Misprint, NotHereError, Run
 from validation.judge import errors_of, judge
 
 
@@ -62,6 +62,14 @@ def test_a_missing_engine_is_not_run_and_never_a_pass():
 
     verdict, record = verdict_of(compare, engines=("a_package_that_nobody_has",))
     assert (verdict, record.why) == ("not run", "a_package_that_nobody_has is not installed")
+
+
+def test_what_cannot_be_on_this_machine_is_not_run_and_says_why():
+    def compare(run):
+        raise NotHereError("no wheel is built for this processor")
+
+    verdict, record = verdict_of(compare)
+    assert (verdict, record.why) == ("not run", "no wheel is built for this processor")
     assert record.value is None
 
 
