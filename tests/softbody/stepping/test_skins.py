@@ -10,8 +10,8 @@ from softbody import SelfIntersectionWarning, World
 from softbody.stepping.skins import EARLY, EVERY, Skins, next_look
 
 
-def limp_world(threads: int = 1) -> World:
-    world = World(threads=threads)
+def limp_world() -> World:
+    world = World()
     world.add_ground()
     world.add_soft_body(softbody.torus(0.4, 0.15, 18, 10), 1.0, 20.0, 0.05, (0.0, 0.0, 0.2), name="bag")
     return world
