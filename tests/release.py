@@ -13,6 +13,7 @@ import platform
 import subprocess
 import sys
 import tarfile
+import tempfile
 from pathlib import Path
 from statistics import median
 
@@ -143,11 +144,13 @@ def main(uv: str, only: str, pure: bool) -> None:
         if minor not in here:
             click.echo(f"{row}not run: no interpreter")
             continue
-        with folder_of(minor) as folder:
+        brings_code = (platform.system(), platform.machine()) in BUILDS and not pure
+        with folder_of(minor) if brings_code else tempfile.TemporaryDirectory() as made:
+            folder = Path(made)
             try:
                 took = first_use(here[minor], wheel, folder)
                 click.echo(row + "".join(f"{_seconds(name, took[name]):>16}" for name in columns))
-                if (platform.system(), platform.machine()) in BUILDS and not pure:
+                if brings_code:
                     new = str(folder / "bin" / "python")
                     brings, said = build_platform_wheel(uv, new)
                     click.echo(said)

@@ -25,8 +25,7 @@ def is_star_shaped(vertices: np.ndarray, triangles: np.ndarray) -> bool:
     ahead = (0.0, 0.0, 0.0)
     for t in range(triangles.shape[0]):
         a, b, c = _seen_from(mean, vertices, triangles, t)
-        size = norm(a) * norm(b)
-        if not dot(cross(a, b), c) > LEAST * size * norm(c):
+        if not dot(cross(a, b), c) > LEAST * norm(a) * norm(b) * norm(c):
             return False
         if t == 0:
             ahead = add(add(a, b), c)

@@ -13,7 +13,7 @@ from softbody import Mesh, SelfIntersectionWarning, SimulationError, World
 from softbody.geometry import unfolded
 from softbody.stepping import runner, skins
 from validation.answers import Answers
-from validation.cases import MESH_KINDS, random_mesh
+from validation.cases import MESH_KINDS, edge_lengths, random_mesh
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
 
@@ -151,8 +151,8 @@ def seen_whole_is_whole(run: Run) -> Comparison:
 
 def _shaken(mesh: Mesh, rng: np.random.Generator) -> np.ndarray:
     """Return the vertices of a mesh moved by up to some edges, some of them flattened."""
-    lengths = np.linalg.norm(np.diff(mesh.vertices[mesh.edges], axis=1)[:, 0], axis=1)
-    moved = mesh.vertices + lengths.mean() * 10.0 ** rng.uniform(-2.0, 0.0) * rng.normal(size=mesh.vertices.shape)
+    edge = edge_lengths(mesh.vertices, mesh.edges).mean()
+    moved = mesh.vertices + edge * 10.0 ** rng.uniform(-2.0, 0.0) * rng.normal(size=mesh.vertices.shape)
     return moved * ([1.0, 1.0, 10.0 ** rng.uniform(-3.0, 0.0)] if rng.random() < 0.5 else 1.0)
 
 
