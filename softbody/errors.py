@@ -55,7 +55,7 @@ class OverloadWarning(UserWarning):
 
 
 class SelfIntersectionWarning(UserWarning):
-    """A soft body that goes through itself, which nothing keeps it from."""
+    """A soft body that goes through itself, as nothing keeps it from that; or not yet, if it is to hold itself."""
 
 
 class CacheWarning(UserWarning):

@@ -203,7 +203,9 @@ class World(Inventory):
 
         Properties, all keywords: `restitution` 0 … 1 (0) and `friction` ≥ 0 (0.5) in contacts; `drag` [1/s], the rate
         at which all velocities fade. The body counts as collapsed, which ends a run with a SimulationError, at the
-        fraction `deflated_below` of the mesh's volume (0: at none left).
+        fraction `deflated_below` of the mesh's volume (0: at none left). With `self_contact` its surface keeps a
+        distance from itself: True, as far as the mesh allows; or a smaller number [m]; False or 0: it goes through
+        itself. Without gas it may then lie flat. A surface that meets itself holds itself once it has parted.
         """
         number = adding.add_soft_body(
             self.store,

@@ -16,7 +16,7 @@ from softbody.collision.contact import remembered, remembering, without_box, wit
 from softbody.compiler.interrupts import set_together
 from softbody.errors import ParameterError
 from softbody.mesh.mesh import Mesh
-from softbody.model.properties import properties_of
+from softbody.model.properties import check_self_contact, properties_of
 from softbody.model.settings import RK4_VELOCITY
 from softbody.model.validation import check_range, shown
 
@@ -39,6 +39,7 @@ def add_soft_body(
     if damping is None and store.settings.integrator == RK4_VELOCITY:
         properties = {**properties, "damping": 0.0}
     checked = _properties(store, "soft", properties)
+    check_self_contact(store.settings, checked["soft_self_contact"])
     with store.exclusive():
         number = store.model.soft_count
         names = store.names.renamed(("soft", number), name)

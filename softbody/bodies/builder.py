@@ -12,6 +12,7 @@ from typing import Any, NamedTuple, TypeVar, get_type_hints
 import numpy as np
 from numpy.typing import ArrayLike
 
+from softbody.collision.soft.skin import skin_distance
 from softbody.dynamics.joint_forces import no_joints
 from softbody.dynamics.rigid_boxes import RESOLVED
 from softbody.dynamics.vertex_rings import build_rings, in_precision, no_rings, with_springs
@@ -128,8 +129,9 @@ def with_soft_body(
     velocity[still], inverse_mass[still] = 0.0, 0.0
     if properties["soft_damping"] is None:
         properties = properties | {"soft_damping": default_damping(stiffness, mass / count)}
+    distance, properties = properties["soft_self_contact"], properties | {"soft_self_contact": 0.0}
     own_rings = build_rings(count, edges, mesh.triangles, rest_length, stiffness)
-    return Parts(
+    longer = Parts(
         _appended(
             model,
             particle_inverse_mass=inverse_mass,
@@ -154,6 +156,22 @@ def with_soft_body(
         _with_rings(rings, in_precision(own_rings, rings.rest_tension.dtype.type), first, len(model.edge_particles)),
         joints,
     )
+    longer.model.soft_self_contact[-1] = distance_of_skin(longer, model.soft_count, distance)
+    return longer
+
+
+def distance_of_skin(parts: Parts, body: int, given: float | None) -> float:
+    """Return the distance [m] that a soft body is to keep from itself: as `given`, or the most that it can, as it is.
+
+    Raises ParameterError if it cannot keep what is given.
+    """
+    if given == 0.0:
+        return 0.0
+    alone = soft_body_alone(parts, body)
+    most = skin_distance(alone.model, alone.state)
+    if given is not None and given > most:
+        raise ParameterError(f"self_contact is {given} m; give True, or at most {most:.3g} m for this mesh")
+    return most if given is None else given
 
 
 def with_box(

@@ -40,8 +40,11 @@ class ContactPoints:
         return len(self.a)
 
     def of(self, body: Body, other: Body | None = None) -> ContactPoints:
-        """Return those that a body has, with an `other` one, or with any."""
-        rows = self._has(body) & (self._has(other) if other is not None else True)
+        """Return those that a body has, with an `other` one, or with any; a body may touch itself."""
+        rows = self._has(body)
+        if other is not None:
+            one, two = self._number(body), self._number(other)
+            rows = ((self.a == one) & (self.b == two)) | ((self.a == two) & (self.b == one))
         arrays = {name: value[rows] for name, value in vars(self).items() if isinstance(value, np.ndarray)}
         return replace(self, **arrays)  # type: ignore[arg-type]
 

@@ -6,10 +6,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from softbody.bodies.body import BodyProperty, SleepyBody, set_row
+from softbody.bodies.builder import distance_of_skin
 from softbody.bodies.store import HasStore
 from softbody.dynamics.pressure import gas_pressure, soft_volume
 from softbody.dynamics.vertex_rings import with_springs
 from softbody.errors import ParameterError
+from softbody.model.properties import check_self_contact, properties_of
 from softbody.model.validation import (
     NO_NUMBERS,
     check_range,
@@ -70,6 +72,22 @@ class SoftBody(SleepyBody):
     restitution = BodyProperty()
     friction = BodyProperty()
     deflated_below = BodyProperty()
+
+    @property
+    def self_contact(self) -> float:
+        """Distance [m] that its surface keeps from itself; 0: it goes through itself. May be set between steps.
+
+        True: as far as its mesh allows, as it is now. False: 0. What meets itself holds itself once it has parted.
+        """
+        return abs(float(self.store.model.soft_self_contact[self.row()]))
+
+    @self_contact.setter
+    def self_contact(self, value: bool | float) -> None:
+        with self.store.exclusive():
+            value = properties_of("soft", {"self_contact": value})["soft_self_contact"]
+            check_self_contact(self.store.settings, value)
+            set_row(self, "soft_self_contact", distance_of_skin(self.store.parts, self.row(), value))
+            self.store.clock.shape[0] ^= 1  # the next step is to look where particles are
 
     @property
     def gas(self) -> float:

@@ -26,6 +26,7 @@ class Kind(NamedTuple):
     may_sleep: bool = False
     threads: int = 1
     precision: str = "double"
+    self_contact: bool = False
 
 
 MIXED, BALLS, BOXES, BALL = (1, 2), (2, 0), (0, 2), (1, 0)
@@ -35,6 +36,7 @@ KINDS = (
     *(Kind(*MIXED, joint=joint, may_sleep=sleeps, threads=threads) for joint, sleeps, threads in ALL),
     *(Kind(*BALLS, joint=joint, may_sleep=sleeps, threads=threads) for joint, sleeps, threads in ALL),
     *(Kind(*bodies, precision="single") for bodies in (MIXED, BALLS)),
+    *(Kind(*bodies, self_contact=True) for bodies in (MIXED, BALL)),
     *(Kind(*BOXES, joint=joint, may_sleep=sleeps) for joint, sleeps, threads in ALL if threads == 1),
     *(Kind(*BALL, joint=joint, may_sleep=sleeps, threads=threads) for joint, sleeps, threads in ALL),
     Kind(*BALL, precision="single"),
@@ -60,7 +62,8 @@ def run_small_world(kind: Kind) -> None:
     mesh = softbody.torus(0.4, 0.2, 6, 5)
     bodies: list[softbody.SoftBody | softbody.Box] = []
     for k in range(kind.soft):
-        bodies.append(world.add_soft_body(mesh, mass=1.0, stiffness=50.0, gas=1.0, position=(0.0, 0.0, 1.0 + k)))
+        place, holds = (0.0, 0.0, 1.0 + k), kind.self_contact
+        bodies.append(world.add_soft_body(mesh, mass=1.0, stiffness=50.0, gas=1.0, position=place, self_contact=holds))
     for k in range(kind.boxes):
         bodies.append(world.add_box((1.0, 1.0, 1.0), mass=1.0, position=(5.0, 0.0, 0.5 + 0.9 * k)))
     if kind.joint:

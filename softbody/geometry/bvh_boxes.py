@@ -48,17 +48,33 @@ def ask_ray(search: Search, lane: int, p: Vec, axis: int, goes_up: bool, tree: B
 
 
 @jit_lean
-def ask_leaf(search: Search, leaf: int, tree: BVH, vertices: np.ndarray, margin: float) -> None:
-    """Let the eight boxes be those around the triangles of a leaf, and a `margin` [m]; `vertices` (n, 3) [m]."""
+def ask_leaf(
+    search: Search,
+    leaf: int,
+    tree: BVH,
+    vertices: np.ndarray,
+    margin: float,
+    number: np.ndarray | None = None,
+    least: float = 0.0,
+) -> bool:
+    """Let the eight boxes be those around the triangles of a leaf, and a `margin` [m]; `vertices` (n, 3) [m].
+
+    With a `number` (n,) of each vertex, only of triangles that have a corner with the `least` one. Tells if any is.
+    """
     ask_nothing(search)
+    any_is = False
     for lane in range(min(WIDTH, tree.triangles.shape[0] - WIDTH * leaf)):
         t = tree.order[WIDTH * leaf + lane]
         i, j, k = tree.triangles[t, 0], tree.triangles[t, 1], tree.triangles[t, 2]
+        if number is not None and min(number[i], number[j], number[k]) > least:
+            continue
+        any_is = True
         a, b, c = load(vertices, i), load(vertices, j), load(vertices, k)
         low, high = box_around(a, b, margin)
         low = min(low[0], c[0] - margin), min(low[1], c[1] - margin), min(low[2], c[2] - margin)
         high = max(high[0], c[0] + margin), max(high[1], c[1] + margin), max(high[2], c[2] + margin)
         ask_box(search, lane, low, high, tree)
+    return any_is
 
 
 @jit_lean

@@ -43,6 +43,7 @@ class Property(NamedTuple):
     least: float = 0.0
     most: float = inf
     since: int = 1  # format of snapshots and files
+    is_chosen: bool = False  # for True the builder works it out, and False is 0
 
 
 RESTITUTION = "Restitution in contacts, 0 … 1."
@@ -76,6 +77,13 @@ class Model(NamedTuple):
     soft_drag: Annotated[np.ndarray, Property(0.0, "Rate at which all velocities fade [1/s].", "1/s")]  # (b,)
     soft_restitution: Annotated[np.ndarray, Property(0.0, RESTITUTION, most=1.0)]  # (b,)
     soft_friction: Annotated[np.ndarray, Property(0.5, FRICTION)]  # (b,)
+    # (b,) [m]; 0: it goes through itself; < 0: it did so when it was to begin to hold itself, and does not yet
+    soft_self_contact: Annotated[
+        np.ndarray,
+        Property(
+            0.0, "Distance [m] that its surface keeps from itself; 0: it does not.", "m", -inf, since=8, is_chosen=True
+        ),
+    ]
     box_size: Annotated[np.ndarray, Rows(3, above=0.0)]  # (m, 3) full extent [m]
     box_inverse_mass: Annotated[np.ndarray, Rows(least=0.0)]  # (m,) [1/kg]; 0 for a static or kinematic box
     box_inverse_inertia: Annotated[np.ndarray, Rows(3, least=0.0)]  # (m, 3) diagonal in the box's own frame [1/(kg m²)]

@@ -5,8 +5,11 @@ from __future__ import annotations
 from functools import cache
 from typing import Any, get_type_hints
 
+import numpy as np
+
 from softbody.errors import ParameterError
 from softbody.model.arrays import Model, Property
+from softbody.model.settings import Settings
 from softbody.model.validation import check_range
 
 
@@ -20,7 +23,10 @@ def properties_of(kind: str, given: dict[str, Any]) -> dict[str, Any]:
     for field, note in known_properties().items():
         if field.startswith(f"{kind}_"):
             value = left.pop(field.removeprefix(f"{kind}_"), note.default)
-            values[field] = None if value is note.default is None else checked_property(field, value)
+            if note.is_chosen and isinstance(value, (bool, np.bool_)):
+                values[field] = None if value else 0.0
+            else:
+                values[field] = None if value is note.default is None else checked_property(field, value)
     if left:
         known = ", ".join(field.removeprefix(f"{kind}_") for field in values)
         raise ParameterError(f"a {kind} body has no {next(iter(left))!r}; choose from {known}")
@@ -31,6 +37,14 @@ def checked_property(field: str, value: float) -> float:
     """Return a Property of a Model, checked; raises ParameterError for a number out of its range."""
     note = known_properties()[field]
     return check_range(value, field.split("_", 1)[1], note.unit, least=note.least, most=note.most)
+
+
+def check_self_contact(settings: Settings, distance: float | None) -> None:
+    """Raise ParameterError unless bodies may keep a `distance` [m] from themselves, with these settings; None: any."""
+    if distance is not None and distance < 0.0:
+        raise ParameterError(f"self_contact is {distance}; give True, False, or a distance ≥ 0 [m]")
+    if settings.single_soft_contact and distance != 0.0:
+        raise ParameterError('self_contact needs a world whose soft_contact is "together"; the paper has none')
 
 
 @cache

@@ -133,6 +133,8 @@ def _film_name(value: Any, name: str) -> str:
 
 def _properties(kind: str) -> dict[str, Check]:
     def check_of(field: str) -> Check:
+        if known_properties()[field].is_chosen:
+            return lambda value, name: value if isinstance(value, bool) else checked_property(field, value)
         return lambda value, name: checked_property(field, _no_truth(value, name))
 
     fields = [field for field in known_properties() if field.startswith(f"{kind}_")]

@@ -338,6 +338,14 @@ def masses(model: Model) -> np.ndarray:
         return 1.0 / np.append(inverse / np.diff(starts), model.box_inverse_mass)
 
 
+def may_lie_flat(model: Model, controls: Controls) -> Model:
+    """Return a model in which no body without gas that holds itself collapses: what of it is flat lies on itself."""
+    is_flat = (model.soft_self_contact > 0.0) & (controls.soft_gas == 0.0)
+    if not is_flat.any():
+        return model
+    return model._replace(soft_deflated_below=np.where(is_flat, -np.inf, model.soft_deflated_below))
+
+
 def who_is(model: Model, body: int) -> Who:
     """Return the kind and number of a body, boxes numbered after soft bodies."""
     return ("soft", body) if body < model.soft_count else ("box", body - model.soft_count)

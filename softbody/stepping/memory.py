@@ -7,6 +7,7 @@ import numpy as np
 from softbody.bodies.store import Store
 from softbody.collision.boxes.manifold import new_manifold
 from softbody.collision.pressed import never_pressed
+from softbody.collision.soft.skin import Skin, build_skin, forget, with_room_for_pairs
 from softbody.collision.soft.soft_response import parting_times
 from softbody.collision.soft.surface import Surfaces, build_surfaces
 from softbody.compiler.interrupts import NEVER_SET, InterruptFlag
@@ -35,6 +36,7 @@ class Memory:
         self.told = set[tuple[int, int]]()  # pairs of bodies that were said to be pressed
         self.started_inside = set[tuple[int, int]]()
         self._skins: Skins | None = None
+        self._skin: Skin | None = None
         self._start: State | None = None  # memory for that of a step
         self._grounded: np.ndarray | None = None  # memory for which boxes touch the ground
         self._acting: Controls | None = None  # memory for what acts in a step that has joints
@@ -55,6 +57,7 @@ class Memory:
         return Work(
             motion,
             self.surfaces(),
+            self.skin(),
             self._manifold if has_boxes else None,
             self._start,
             self._grounded,
@@ -97,6 +100,26 @@ class Memory:
             self._surfaces.response.parting_time[:] = parting_times(model, controls)
             self._times_of = model, gas
         return self._surfaces
+
+    def skin(self) -> Skin | None:
+        """Return what soft bodies that hold themselves are known by, if any does just now."""
+        model = self._store.model
+        if not (model.soft_self_contact > 0.0).any():
+            return None
+        if self._skin is None:
+            self._skin = build_skin(model, self._store.state.particle_position)
+        self._skin.distance[:] = np.maximum(model.soft_self_contact, 0.0)
+        return self._skin
+
+    def forget_skin(self) -> None:
+        """Forget where the particles of bodies that hold themselves are."""
+        if self._skin is not None:
+            forget(self._skin)
+
+    def make_room_for_pairs(self) -> None:
+        """Make room for as many near features as there are."""
+        assert self._skin is not None
+        self._skin = with_room_for_pairs(self._skin)
 
     def skins(self) -> Skins:
         """Return what looks at soft bodies that may go through themselves."""

@@ -23,6 +23,7 @@ from softbody.stepping.checks import (
     fault_of,
     helpful_step,
     longest_step_of_joints,
+    may_lie_flat,
     pairs_inside,
     pressed_through,
     sides_of,
@@ -32,8 +33,8 @@ from softbody.stepping.checks import (
     warn_of_pressed,
 )
 from softbody.stepping.memory import Memory
-from softbody.stepping.skins import next_look
-from softbody.stepping.step import NO_ROOM, PRESSED_THROUGH, UNSEEN, Order, run, run_alone_by_clock
+from softbody.stepping.skins import is_look, next_look
+from softbody.stepping.step import NO_ROOM, NO_ROOM_FOR_PAIRS, PRESSED_THROUGH, UNSEEN, Order, run, run_alone_by_clock
 
 WORTH_LISTENING = 50_000  # particles moved by a sub-step in a call, from which it may take so long that one waits
 
@@ -101,6 +102,7 @@ class Runner:
             # Elsewhere it is looked at here, with an error that names the culprit.
             if fault == UNSEEN:
                 check_finite(model, controls, state, joints)
+                self._hold_skins()
                 if not allow_unstable:
                     self._stable_step.check(h, model, controls, state, settings, joints, begun[0])
                 fault, body = self._first_step(call) if is_first else (0, -1)
@@ -155,13 +157,16 @@ class Runner:
         the world goes on however often it is set. With threads it is all of them, or one, as is faster just now.
         """
         store, memory, team = self.store, self.memory, self.memory.team
-        (model, controls, state, *_), contacts, flag = store.parts, store.contacts, call.flag
-        collides, abort_mid_step = self._may_collide(), True
-        if store.may_sleep:
-            model = store.contents.sleep.model_of(model)
+        contacts, flag, abort_mid_step = store.contacts, call.flag, True
         with team_of(self._threads):
             while (left := end - store.steps) > 0:
-                before, look = store.steps, next_look(store.steps)
+                model, controls, state, *_ = store.parts
+                collides, waits = self._may_collide(), bool((model.soft_self_contact < 0.0).any())
+                if store.may_sleep:
+                    model = store.contents.sleep.model_of(model)
+                if collides:
+                    model = may_lie_flat(model, controls)
+                before, look = store.steps, next_look(store.steps, waits)
                 left = min(left, look - before)
                 if self._threads > 1:
                     numba.set_num_threads(team.now)
@@ -176,6 +181,8 @@ class Runner:
                     fault, body = run_alone_by_clock(model, controls, state, memory.motion(flag), *how, given)
                 if fault == NO_ROOM:
                     contacts = store.contacts = remembering(remembered(contacts), body)
+                elif fault == NO_ROOM_FOR_PAIRS:
+                    memory.make_room_for_pairs()
                 elif fault == PRESSED_THROUGH and sides_of(model, memory.pressed.sides[NOW]) in memory.started_inside:
                     memory.pressed.lasting[0] = 0  # the step that was undone is taken, whole or in parts
                 elif fault:
@@ -183,15 +190,33 @@ class Runner:
                 if self._threads > 1:
                     team.note(store.steps - before)
                 if store.steps == look and model.soft_count:
-                    memory.skins().look(store.state.particle_position, look, store.names)
+                    self._look_at_skins(look)
                 is_seen, abort_mid_step = True, abort_mid_step and store.steps > before
         return 0, -1
 
+    def _hold_skins(self) -> None:
+        """Forget where particles were, and let bodies that meet themselves not hold themselves yet, with a warning."""
+        store, memory, model = self.store, self.memory, self.store.model
+        memory.forget_skin()
+        if (model.soft_self_contact > 0.0).any():
+            held = memory.skins().hold(model.soft_self_contact, store.state.particle_position, store.steps, store.names)
+            store.replace(model=model._replace(soft_self_contact=held))
+
+    def _look_at_skins(self, step: int) -> None:
+        """Warn of bodies that go through themselves after a step, and let those that have parted hold themselves."""
+        store, skins, model = self.store, self.memory.skins(), self.store.model
+        if (model.soft_self_contact < 0.0).any():
+            held = skins.parted(model.soft_self_contact, store.state.particle_position)
+            store.replace(model=model._replace(soft_self_contact=held))
+            self.memory.forget_skin()
+        if is_look(step):
+            skins.look(store.state.particle_position, step, store.names)
+
     def _may_collide(self) -> bool:
-        """Tell whether there is more than one soft body and, perhaps, the ground."""
+        """Tell whether there is more than one soft body and, perhaps, the ground; or one that holds itself."""
         model = self.store.model
         is_more = model.box_count > 0 or model.soft_count > 1 or len(self.store.joints.joint_box) > 0
-        return is_more or self.store.may_sleep
+        return is_more or self.store.may_sleep or bool((model.soft_self_contact > 0.0).any())
 
     def stable_time_step(self) -> float:
         """Do what `World.stable_time_step` says."""

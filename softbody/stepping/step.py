@@ -12,6 +12,7 @@ from softbody.collision.boxes.manifold import Manifold
 from softbody.collision.contact import Contacts
 from softbody.collision.paper.paper_response import resolve_in_turn
 from softbody.collision.pressed import NOW, Pressed, goes_through, keep_first, note_boxes
+from softbody.collision.soft.skin import Skin, find_self_contacts, forget, keep_whole
 from softbody.collision.soft.soft_contacts import find_soft_contacts
 from softbody.collision.soft.soft_response import (
     Bodies,
@@ -53,6 +54,7 @@ NO_ROOM = 3  # there are more contacts than rows for them
 UNSEEN = 4  # something is not finite, or particles are not where the last run has left them: to be looked at first
 ABORTED = 5  # an interrupt ended the step before it was done
 PRESSED_THROUGH = 7  # two bodies would be pressed half through each other: which is in `work.pressed`
+NO_ROOM_FOR_PAIRS = 8  # there are more near features than there is room for in `work.skin`
 TOO_FAR = 6  # a load has pressed something so far into something else that the step is to be taken in more parts
 
 
@@ -64,6 +66,7 @@ class Work(NamedTuple):
 
     motion: Motion | None
     surfaces: Surfaces | None
+    skin: Skin | None  # None: no soft body holds itself
     manifold: Manifold | None
     start: State  # of the step
     grounded: np.ndarray | None  # (m,) of bool: which boxes touch the ground
@@ -101,8 +104,9 @@ def step(
     """Advance a world by `h` [s]; return (contacts, fault, body), boxes numbered after soft bodies.
 
     The contacts are those of this step, in longer arrays if there was no room for all. On a fault (DIVERGED, COLLAPSED,
-    TOO_FAR or ABORTED, else 0) the step must be undone, to `work.start`. It is ABORTED, with the contacts as they were,
-    only if `abort_mid_step` is true and `work.stop` is not 0 while soft bodies move; TOO_FAR only if it `may_part`.
+    TOO_FAR, NO_ROOM_FOR_PAIRS or ABORTED, else 0) the step must be undone, to `work.start`. It is ABORTED, with the
+    contacts as they were, only if `abort_mid_step` is true and `work.stop` is not 0 while soft bodies move; TOO_FAR
+    only if it `may_part`.
     """
     begin_step(model, state, work.start, work.ground_impulse, work.rest)
     slow_boxes(model, state, work.grounded, h)
@@ -126,6 +130,9 @@ def step(
         resolve_ground(model, state, work.ground_impulse, work.rest, True)
     before = state if settings.single_soft_contact else work.start
     contacts = find_soft_contacts(model, state, before, work.surfaces, work.rest, settings, contacts)
+    contacts, has_room = find_self_contacts(model, state, work.start, work.surfaces, work.skin, work.rest, contacts)
+    if not has_room:
+        return contacts, NO_ROOM_FOR_PAIRS, -1
     if may_part and closes_too_far(model, state, work.start, contacts, h):
         return contacts, TOO_FAR, -1
     if not settings.single_soft_contact:
@@ -140,6 +147,7 @@ def step(
         limit_speeds(model, state, settings)  # once more: soft bodies have pushed boxes since
     press_through(model, state, work.surfaces, contacts, work.ground_impulse)
     resolve_ground(model, state, work.ground_impulse, work.rest, settings.single_soft_contact)
+    keep_whole(model, state, work.start, work.surfaces, work.skin, work.rest, h)
     diverged = _diverged_by_contacts(model, state, work, contacts, h)
     if diverged >= 0:
         contacts.cache.number[0] = contacts.cache.soft[0] = 0
@@ -287,6 +295,7 @@ def run(
                 copy_state(start if begun else work.start, state)
                 if begun:
                     copy_cache(cache, contacts.cache)
+                    forget(work.skin)
                 parts, part, fault = 2 * parts, 0, 0
                 work.pressed.part[NOW] = deepest
             if fault:
@@ -295,6 +304,7 @@ def run(
         # A step that cannot be finished has not happened.
         if fault:
             copy_state(start if begun else work.start, state)
+            forget(work.skin)
             if begun:
                 copy_cache(cache, contacts.cache)
             if fault != ABORTED:

@@ -19,15 +19,15 @@ from softbody.dynamics.joint_forces import no_joints
 from softbody.errors import MeshError, ParameterError, SnapshotError
 from softbody.mesh.mesh import check_surface, unique_edges
 from softbody.model.arrays import NOBODY, Controls, Joints, Model, Property, Rows, State
-from softbody.model.properties import known_properties
+from softbody.model.properties import check_self_contact, known_properties
 from softbody.model.settings import PRECISIONS, Settings, check_name, check_settings
 from softbody.model.sleep_state import Rested, not_rested
 from softbody.model.validation import QUATERNION_TOLERANCE
 from softbody.storage.snapshot_entries import Entries, Snapshot
 
 # Of snapshots and files. Format 1 has no number, and holds the vertex rings, too; before 3 there are no joints,
-# before 4 no times left, before 5 no names, before 6 nobody sleeps, and before 7 soft contacts remember nothing. A
-# property of bodies may begin a new one.
+# before 4 no times left, before 5 no names, before 6 nobody sleeps, before 7 soft contacts remember nothing, and before
+# 8 nobody holds itself. A property of bodies may begin a new one.
 FORMAT = max(7, *(note.since for note in known_properties().values()))
 
 GROUND = {  # limits of each of its numbers
@@ -110,6 +110,8 @@ def _checked(entries: Entries) -> Snapped:
     rested = _rested(entries, model, number)
     impulses = _impulses(entries, model.box_count, number)
     settings = _settings(entries, number)
+    for distance in np.abs(model.soft_self_contact):
+        check_self_contact(settings, distance)
     precision = entries.word("precision")
     check_name(precision, "precision", tuple(PRECISIONS))
     steps, time = entries.whole("steps"), entries.real("time", Rows(least=0.0))

@@ -570,6 +570,8 @@ def look_back(
                 slow = max(slow, left / response.parting_time[body])
         parting = max(slow, min(left / (PARTING_STEPS * h), -OF_LOAD * speed))
         way = min(contacts.depth[k], closed + h * parting)
+        if contacts.depth[k] < 0.0:  # a gap, which other contacts may close, but no further
+            parting, way = min(0.0, speed + contacts.depth[k] / h), contacts.depth[k]
         shifts.goal[k], substep.left[k] = height(contacts, k, bodies) + way, contacts.depth[k] - way
         impulses.goal[k] = parting
         substep.acted[k] = speed < parting

@@ -258,8 +258,8 @@ def test_every_property_in_the_model_is_taken_by_name_and_has_its_default():
 @pytest.mark.parametrize(
     ("kind", "name", "choices"),
     [
-        ("soft", "colour", "deflated_below, damping, drag, restitution, friction"),
-        ("soft", "pinned", "deflated_below, damping, drag, restitution, friction"),
+        ("soft", "colour", "deflated_below, damping, drag, restitution, friction, self_contact"),
+        ("soft", "pinned", "deflated_below, damping, drag, restitution, friction, self_contact"),
         ("box", "damping", "restitution, friction"),
     ],
 )

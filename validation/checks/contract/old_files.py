@@ -32,6 +32,7 @@ NONE_THEN: dict[str, Any] = {
     "settings.sleep_speed": 0.0,
     "settings.sleep_after": 0.5,
     "cache.soft": 0,
+    "model.soft_self_contact": 0.0,
 }
 
 READERS: dict[str, Callable[[Path], World]] = {
@@ -104,6 +105,7 @@ def said_since(read: Callable[[Path], World], path: Path, said: dict[str, Any]) 
         Fault("times left that there never were", snapshot._checked, "np.zeros(c_) → np.ones(c_)"),
         Fault("names that format 4 must have", snapshot._names, "number < 5 → number < 4"),
         Fault("rests that format 5 must have", snapshot._rested, "number < 6 → number < 5"),
+        Fault("a property that format 7 must have", snapshot._model, "number < note.since → False"),
         Fault("soft contacts that format 6 must remember", snapshot._impulses, "number_ < 7 → number_ < 6"),
         Fault(
             "a setting without a value for old files", snapshot._settings, "entries.put('settings.sleep_after', x_) → "

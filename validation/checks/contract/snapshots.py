@@ -56,7 +56,7 @@ def only(limits: Limits) -> Limits:
 _BY_LIMITS: dict[Limits, str] = {
     REAL: "controls.gravity controls.particle_force controls.box_force controls.box_torque state.particle_position"
     " state.particle_velocity state.box_position state.box_velocity state.box_angular_velocity joints.joint_place"
-    " cache.point cache.impulse",
+    " cache.point cache.impulse model.soft_self_contact",
     HEIGHT: "model.ground_height",
     NOT_NEGATIVE: "model.particle_inverse_mass model.edge_stiffness model.soft_damping model.soft_drag"
     " model.soft_friction model.box_friction model.ground_friction controls.soft_gas state.box_time_left"
@@ -74,7 +74,7 @@ NUMBERS = {name: limits for limits, names in _BY_LIMITS.items() for name in name
 # The same of those that hold one whole number. (Others are tried as what they say together.)
 COUNTS = Limits((1, 10_000_000), (0, -1, 10_000_001))
 WHOLE: dict[str, Limits] = {
-    "format": Limits((), (-1, 0, 1, 8, 2**62)),
+    "format": Limits((), (-1, 0, 1, 9, 2**62)),
     "model.soft_count": Limits((), (-1, 1, 3)),
     "model.box_count": Limits((), (-1, 3, 5)),
     "settings.integrator": Limits((0, 1, 2), (-1, 3, 2**62)),

@@ -217,7 +217,18 @@ def threads_find_the_same_contacts(run: Run) -> Comparison:
         grounded, given = np.zeros(model.box_count, bool), np.zeros_like(state.particle_position)
         bell = np.zeros(1, np.uint8)
         work = Work(
-            motion, surfaces, new_manifold(), state.copy(), grounded, given, None, None, None, bell, never_pressed()
+            motion,
+            surfaces,
+            None,
+            new_manifold(),
+            state.copy(),
+            grounded,
+            given,
+            None,
+            None,
+            None,
+            bell,
+            never_pressed(),
         )
         step, steps = 0.5 * world.stable_time_step(), run.count(10, 20, 100)
         found, settings, clock = new_contacts(10_000), world.store.settings, world.store.clock

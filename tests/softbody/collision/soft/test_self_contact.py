@@ -1,0 +1,178 @@
+"""Does a body hold itself when it is told to, say why it cannot, and never lock?"""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import softbody
+from softbody import ParameterError, SelfIntersectionWarning, World
+from softbody.geometry.self_intersections import self_intersections
+from softbody.scenes.scene_file import read_scene
+
+
+def meets_itself(body):
+    pairs, same = self_intersections(np.array(body.positions), body.triangles, np.arange(len(body.positions)))
+    return len(pairs) + len(same) > 0
+
+
+def limp_ball(self_contact=True, **more):
+    world = World()
+    world.add_ground()
+    body = world.add_soft_body(
+        softbody.icosphere(2, 0.4), 1.0, 20.0, 0.05, (0.0, 0.0, 0.5), self_contact=self_contact, **more
+    )
+    return world, body
+
+
+def folded_through_itself(body):
+    """Push a cap of a ball of 0.5 m far in, and the opposite one out through it."""
+    x = body.positions.copy()
+    x[:, 2] = np.where(x[:, 2] > 0.3, -0.1 * x[:, 2] - 0.3, x[:, 2])
+    x[:, 2] = np.where(x[:, 2] < -0.3, 0.3, x[:, 2])
+    return x
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        (-1.0, "self_contact is -1.0; give True, False, or a distance"),
+        (0.1, r"self_contact is 0.1 m; give True, or at most 0.0016 m for this mesh"),
+        ("yes", "self_contact is 'yes'; give a number"),
+        (None, "self_contact is None; give a number"),
+        (np.nan, "self_contact is nan"),
+    ],
+)
+def test_a_distance_that_cannot_be_is_refused_before_anything_is_added(value, message):
+    world = World()
+    with pytest.raises(ParameterError, match=message):
+        world.add_soft_body(softbody.icosphere(2, 0.4), 1.0, 20.0, 1.0, self_contact=value)
+    assert not world.soft_bodies
+    body = world.add_soft_body(softbody.icosphere(2, 0.4), 1.0, 20.0, 1.0)
+    with pytest.raises(ParameterError, match=message):
+        body.self_contact = value
+    assert body.self_contact == 0.0
+
+
+def test_the_papers_world_has_none():
+    with pytest.raises(ParameterError, match='self_contact needs a world whose soft_contact is "together"'):
+        World.paper().add_soft_body(softbody.icosphere(1, 0.4), 1.0, 20.0, 1.0, self_contact=True)
+    body = World.paper().add_soft_body(softbody.icosphere(1, 0.4), 1.0, 20.0, 1.0)
+    with pytest.raises(ParameterError, match="the paper has none"):
+        body.self_contact = True
+
+
+def test_the_distance_is_small_beside_the_mesh_and_between_its_features():
+    world = World()
+    ball = world.add_soft_body(softbody.icosphere(2, 0.4), 1.0, 20.0, 1.0, self_contact=True)
+    given = world.add_soft_body(softbody.icosphere(2, 0.4), 1.0, 20.0, 1.0, self_contact=1e-4)
+    flat = world.add_soft_body(softbody.box((1.0, 1.0, 2e-3), 4), 1.0, 20.0, 1.0, self_contact=True)
+    none = world.add_soft_body(softbody.icosphere(2, 0.4), 1.0, 20.0, 1.0, self_contact=False)
+    assert ball.self_contact == pytest.approx(1.6e-3)
+    assert given.self_contact == 1e-4
+    assert flat.self_contact <= 1e-3
+    assert none.self_contact == 0.0
+
+
+def test_a_limp_ball_does_not_go_through_itself_and_its_contacts_are_told():
+    world, body = limp_ball()
+    for _ in range(8):
+        world.step(1e-3, 100)
+        assert not meets_itself(body)
+    own = world.contact_points().of(body, body)
+    assert len(own) > 10
+    assert (own.a == own.b).all()
+    assert own.impulse.any(axis=1).any()
+
+
+def test_it_may_be_switched_between_steps():
+    world, body = limp_ball(False)
+    world.step(1e-3, 50)
+    body.self_contact = True
+    world.step(1e-3, 500)
+    assert not meets_itself(body)
+    body.self_contact = False
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SelfIntersectionWarning)
+        world.step(1e-3, 300)
+    assert body.self_contact == 0.0
+    assert meets_itself(body)
+
+
+def test_what_meets_itself_waits_with_a_warning_and_holds_itself_when_it_has_parted():
+    world = World(gravity=(0.0, 0.0, 0.0))
+    body = world.add_soft_body(softbody.icosphere(3, 0.5), 1.0, 50.0, 5.0, self_contact=True, name="ball")
+    world.step(1e-3)
+    body.positions = folded_through_itself(body)
+    assert meets_itself(body)
+    with pytest.warns(SelfIntersectionWarning, match="soft body 0 'ball' meets itself before step 2: ") as told:
+        world.step(1e-3, 10)
+    assert len(told) == 1
+    assert told[0].filename == __file__
+    assert "does not hold itself until they have parted" in str(told[0].message)
+    assert world.model.soft_self_contact[0] < 0.0
+    assert body.self_contact > 0.0
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        while world.model.soft_self_contact[0] < 0.0 and world.steps < 3000:
+            world.step(1e-3, 10)
+    assert not meets_itself(body)
+    assert world.model.soft_self_contact[0] > 0.0
+
+
+def test_surfaces_that_share_a_vertex_do_not_lock():
+    one = softbody.octahedron(0.3)
+    vertices = np.concatenate([one.vertices, one.vertices + [0.6, 0.0, 0.0]])
+    triangles = np.concatenate([one.triangles, one.triangles + len(one.vertices)])
+    world = World()
+    world.add_ground()
+    body = world.add_soft_body(
+        softbody.Mesh(vertices, triangles), 1.0, 50.0, 1.0, (0.0, 0.0, 0.5), (1.0, 0.0, 0.0), self_contact=True
+    )
+    with pytest.warns(SelfIntersectionWarning, match="soft body 0 meets itself before step 1"):
+        world.step(1e-3, 600)
+    assert body.centre[0] > 0.3
+
+
+def test_a_bag_without_gas_lies_flat_and_has_not_collapsed():
+    ball, world = softbody.icosphere(2, 0.4), World()
+    mesh = softbody.Mesh(ball.vertices * [1.0, 1.0, 0.1], ball.triangles)
+    world.add_ground()
+    body = world.add_soft_body(mesh, 0.5, 30.0, 0.0, (0.0, 0.0, 0.06), self_contact=True)
+    world.step(1e-3, 1500)
+    assert not meets_itself(body)
+    assert 0.0 < body.volume < 0.1 * mesh.volume
+    assert body.pressure == 0.0
+
+
+def test_fixed_particles_stay_where_they_are():
+    world, body = limp_ball(fixed=[0, 5, 9])
+    held = body.positions[[0, 5, 9]].copy()
+    world.step(1e-3, 600)
+    assert np.array_equal(body.positions[[0, 5, 9]], held)
+    assert not meets_itself(body)
+
+
+def test_a_snapshot_says_it_and_files_of_before_say_that_nobody_holds_itself():
+    world, body = limp_ball()
+    kept = world.snapshot()
+    other = World()
+    other.restore(kept)
+    assert other.soft_bodies[0].self_contact == body.self_contact
+    old = {name: value for name, value in kept.items() if name != "model.soft_self_contact"} | {"format": np.array(7)}
+    other.restore(old)
+    assert other.soft_bodies[0].self_contact == 0.0
+
+
+def test_a_scene_says_true_or_a_distance(tmp_path):
+    scene = """[[soft_body]]
+shape = { name = "icosphere", subdivisions = 2, radius = 0.4 }
+mass = 1.0
+stiffness = 20.0
+gas = 1.0
+self_contact = VALUE
+"""
+    for value, distance in ("true", 1.6e-3), ("false", 0.0), ("1e-4", 1e-4):
+        path = tmp_path / f"{value}.toml"
+        path.write_text(scene.replace("VALUE", value))
+        assert read_scene(path).world.soft_bodies[0].self_contact == pytest.approx(distance)
