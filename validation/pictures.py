@@ -16,6 +16,7 @@ from softbody.scenes import (
     box_pile,
     box_stack,
     boxes_on_torus,
+    limp,
     rolling_torus,
     sphere_on_torus,
     torus_stack,
@@ -36,6 +37,7 @@ BOX_STEP = 1.0 / 240.0  # [s] at most, where there are boxes
 NEAR, HIGH = Camera((3.9, -5.6, 2.9), (0.2, 0.0, 0.9)), Camera((4.7, -6.8, 4.0), (0.2, 0.0, 1.5))
 LOW = Camera((1.0, -8.5, 3.0), (0.0, 0.0, 1.2))
 FRONT, ABOVE = Camera((1.2, -6.8, 1.8), (0.2, 0.0, 0.8)), Camera((4.7, -7.8, 7.8), (0.0, 0.0, 0.6))
+CLOSE = Camera((1.0, -4.2, 2.4), (0.1, 0.0, 0.2))
 FAR = Camera((6.2, -9.0, 5.6), (0.2, 0.0, 1.9))
 
 
@@ -58,6 +60,7 @@ SCENES = [
     Scene("boxes-on-torus", "Rigid cubes fall on a soft torus.", boxes_on_torus.build, HIGH),
     Scene("torus-stack", "A stack of four equal soft bodies.", torus_stack.build, HIGH, seconds=4.0),
     Scene("ball-drop", "Balls of 100, 400 and 1 600 N/m are dropped.", ball_drop.build, FRONT, seconds=1.4),
+    Scene("limp", "Limp bodies fold, and hold themselves.", limp.build, CLOSE, seconds=1.6),
     Scene("tray", "30 soft balls fall into a tray.", tray.build, ABOVE, seconds=2.4),
     Scene("box-stack", "Eight rigid plates stand on each other.", box_stack.build, HIGH, seconds=1.5),
     Scene("box-pile", "40 rigid boxes fall in a heap.", box_pile.build, FAR, seconds=4.0),

@@ -153,6 +153,11 @@ def twisted_tube(fine: int) -> Scene:
     return Scene(world, 1.0, 5e-4, drive)
 
 
+def from_the_gallery(fine: int) -> Scene:
+    """The scene `limp`: a ball, a ring under a plate that falls, a pillow over a rod."""
+    return Scene(softbody.scenes.limp.build(), 0.4 + 0.4 * fine, 1e-3)
+
+
 SCENES = (
     weak_ball,
     flat_bag,
@@ -164,6 +169,7 @@ SCENES = (
     limp_balls,
     crushed_ball,
     twisted_tube,
+    from_the_gallery,
 )
 
 
@@ -246,9 +252,9 @@ def _around(line: np.ndarray, side: np.ndarray, up: np.ndarray, radius: float, a
 def nothing_goes_through_itself(run: Run) -> Comparison:
     """Limp bodies that hold themselves never meet themselves.
 
-    Ten scenes, with default settings: a ball that collapses, a flat bag, a ring under a plate, jaws that close, a tube
+    Eleven scenes, with default settings: a ball that collapses, a flat bag, a ring under a plate, closing jaws, a tube
     that is bent and one that is wrung, a knot pulled tight, a towel over a rod, limp balls in a tray, a ball under a
-    box. Thirty frames of each.
+    box; and `limp`. Thirty frames of each.
     """
     from references import igl
 
