@@ -34,7 +34,7 @@ from softbody.geometry.affine_fit import fit_affine, mean_of
 from softbody.geometry.bvh import refit_bvh
 from softbody.geometry.self_intersections import self_intersections
 from softbody.geometry.unfolded import room_of_star
-from softbody.linalg.vec import add, load, norm, store, sub
+from softbody.linalg.vec import add, dot, load, norm, store, sub
 from softbody.mesh.weld import first_at_place
 from softbody.model.arrays import Model, State
 from softbody.model.material import combined, material_of_soft
@@ -65,9 +65,11 @@ class Skin(NamedTuple):
     altitude: np.ndarray  # (b,) [m] of the lowest triangle as the body was when memory was made
     margin: np.ndarray  # (b,) [m] within which near features are listed
     seen: np.ndarray  # (n, 3) [m] where particles were when a body was last seen whole
+    middle: np.ndarray  # (b, 3) [m] their mean then
     room: np.ndarray  # (b,) [m] that each of them might move since; < 0: it was not seen whole
     is_listed: np.ndarray  # (b,) of bool: whether there is a list of near features
     is_whole: np.ndarray  # (b,) of bool: whether nothing is near in this step, as far as it is known
+    begins_whole: np.ndarray  # (b,) of bool: whether the last step has left it so that nothing is near
     way: np.ndarray  # (n,) [m] that each particle has moved, besides what all of its body move in common
     listed: np.ndarray  # (n,) [m] that it had moved when its features were listed
     step: np.ndarray  # (n,) [m] that it moves in this step
@@ -91,7 +93,9 @@ def build_skin(model: Model, position: np.ndarray) -> Skin:
         np.array(lowest),
         np.zeros(count),
         np.zeros_like(position),
+        np.zeros((count, 3)),
         np.full(count, -1.0),
+        np.zeros(count, bool),
         np.zeros(count, bool),
         np.zeros(count, bool),
         np.zeros(particles),
@@ -122,6 +126,7 @@ def forget(skin: Skin | None) -> None:
     """Forget what is known of where particles are: they were put elsewhere."""
     if skin is not None:
         skin.is_listed[:] = False
+        skin.begins_whole[:] = False
         skin.room[:] = -1.0
 
 
@@ -206,7 +211,9 @@ def _add_contacts_of(
     """Add the contacts of one body with itself; tell whether there was room for its near features."""
     first, end = model.soft_particle_start[body], model.soft_particle_start[body + 1]
     before, after = start.particle_position[first:end], state.particle_position[first:end]
-    if _is_seen_whole(model, skin, body, before) and _is_seen_whole(model, skin, body, after):
+    begins_whole = skin.begins_whole[body] or _is_seen_whole(model, skin, body, before)
+    skin.begins_whole[body] = False
+    if begins_whole and _is_seen_whole(model, skin, body, after):
         skin.is_whole[body], skin.is_listed[body] = True, False
         return True
     skin.is_whole[body] = False
@@ -343,17 +350,20 @@ def _measure(surface: Surface, skin: Skin, body: int, before: np.ndarray, is_fir
 def _is_seen_whole(model: Model, skin: Skin, body: int, vertices: np.ndarray) -> bool:
     """Tell whether a body with `vertices` (n, 3) [m] is seen whole from its middle, so that nothing in it is near."""
     first, end = model.soft_particle_start[body], model.soft_particle_start[body + 1]
-    seen = skin.seen[first:end]
-    if skin.room[body] > 0.0:
-        shift, most = sub(mean_of(vertices), mean_of(seen)), 0.0
+    seen, room, mean = skin.seen[first:end], skin.room[body], mean_of(vertices)
+    if room > 0.0:
+        shift, most = sub(mean, load(skin.middle, body)), 0.0
         for i in range(end - first):
-            most = max(most, norm(sub(load(vertices, i), add(load(seen, i), shift))))
-        if most < skin.room[body]:
+            way = sub(load(vertices, i), add(load(seen, i), shift))
+            most = max(most, dot(way, way))
+        if most < room * room:
             return True
     rows = model.triangle_particles[model.soft_triangle_start[body] : model.soft_triangle_start[body + 1]]
     skin.room[body] = room_of_star(vertices, rows, first, HEIGHTS * skin.distance[body])
-    for i in range(end - first):
-        store(seen, i, load(vertices, i))
+    store(skin.middle, body, mean)
+    if skin.room[body] > 0.0:
+        for i in range(end - first):
+            store(seen, i, load(vertices, i))
     return bool(skin.room[body] > 0.0)
 
 
@@ -375,7 +385,8 @@ def keep_whole(
             continue
         first, end = model.soft_particle_start[body], model.soft_particle_start[body + 1]
         before, after = start.particle_position[first:end], state.particle_position[first:end]
-        if skin.is_whole[body] and _is_seen_whole(model, skin, body, after):
+        skin.begins_whole[body] = skin.is_whole[body] and _is_seen_whole(model, skin, body, after)
+        if skin.begins_whole[body]:
             continue
         if skin.is_whole[body]:
             _choose_margin(skin, body, end - first)
