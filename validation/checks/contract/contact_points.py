@@ -53,7 +53,7 @@ Solid = tuple[np.ndarray, np.ndarray]  # vertices (n, 3) [m] and triangles
         Fault(
             "contacts with anybody",
             ContactPoints.of,
-            "self._has(body) & (self._has(other) if other is not None else True) → self._has(body)",
+            "((self.a == one) & (self.b == two)) | ((self.a == two) & (self.b == one)) → rows",
         ),
         Fault("boxes numbered as if there were no soft bodies", _numbers, "model.soft_count + box → box"),
     ),

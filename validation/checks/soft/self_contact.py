@@ -286,7 +286,7 @@ def nothing_goes_through_itself(run: Run) -> Comparison:
     ),
 )
 def folds_at_speed(run: Run) -> Comparison:
-    """Sides that are thrown at each other do not go through each other.
+    """Sides that are thrown at each other do not cross.
 
     Balls and rings, without weight, whose caps fly at each other at 1 to 300 m/s while all turns, in each of thirty
     steps; and momenta stay.
