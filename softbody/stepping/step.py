@@ -28,7 +28,7 @@ from softbody.compiler.jit import jit, jit_inlined, jit_lean
 from softbody.dynamics.joint_forces import with_joints
 from softbody.dynamics.particle_ground import material_on_ground, resolve_ground
 from softbody.dynamics.rigid_boxes import diverged_box, limit_boxes, limit_speeds, slow_boxes, stop_boxes
-from softbody.dynamics.soft_bodies import BARE, DIVERGED, Motion, move_in_place, move_soft_bodies
+from softbody.dynamics.soft_bodies import BARE, COLLAPSED, DIVERGED, Motion, move_in_place, move_soft_bodies
 from softbody.linalg.vec import load, sub
 from softbody.model.arrays import (
     NOBODY,
@@ -286,6 +286,8 @@ def run(
                 model, controls, state, work, contacts, settings, h / parts, may_abort, may_part and parts < MOST_PARTS
             )
             part += 1
+            if fault == COLLAPSED and work.skin is not None and may_part and parts < MOST_PARTS:
+                fault = TOO_FAR  # in shorter parts, what holds a surface from itself may act before nothing is left
             if fault == 0:
                 note_boxes(work.pressed, model, work.start, state, found, h / parts)
                 fault = PRESSED_THROUGH if goes_through(work.pressed, deepest) else 0

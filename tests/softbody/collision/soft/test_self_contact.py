@@ -176,3 +176,14 @@ self_contact = VALUE
         path = tmp_path / f"{value}.toml"
         path.write_text(scene.replace("VALUE", value))
         assert read_scene(path).world.soft_bodies[0].self_contact == pytest.approx(distance)
+
+
+def test_what_is_thrown_flat_within_a_step_has_not_collapsed():
+    world = World(gravity=(0.0, 0.0, 0.0))
+    body = world.add_soft_body(softbody.icosphere(2, 0.4), 1.0, 20.0, 0.05, self_contact=True)
+    body.velocities = np.multiply.outer(-60.0 * np.sign(body.positions[:, 2]), [0.0, 0.0, 1.0])
+    momentum = world.linear_momentum()
+    for _ in range(20):
+        world.step(2e-3, allow_unstable=True)
+        assert not meets_itself(body)
+    assert np.allclose(world.linear_momentum(), momentum, atol=1e-9)
