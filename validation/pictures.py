@@ -30,14 +30,14 @@ FRAMES_A_SECOND = 20  # of what moved; the film takes every second, for it is sm
 FILM = 10  # frames a second
 LAST_FRAME = 1.5  # [s] that the last one stays longer, before the film begins again
 SIZE = (360, 270)
-QUALITY = 45  # of films, 1 … 100: all of them, and the page, are to stay below 5 MB
+QUALITY = 45  # of films, 1 … 100: all of them are to stay below 1 MB
 STEP = 0.8  # of the stable time step
 BOX_STEP = 1.0 / 240.0  # [s] at most, where there are boxes
 
 NEAR, HIGH = Camera((3.9, -5.6, 2.9), (0.2, 0.0, 0.9)), Camera((4.7, -6.8, 4.0), (0.2, 0.0, 1.5))
 LOW = Camera((1.0, -8.5, 3.0), (0.0, 0.0, 1.2))
 FRONT, ABOVE = Camera((1.2, -6.8, 1.8), (0.2, 0.0, 0.8)), Camera((4.7, -7.8, 7.8), (0.0, 0.0, 0.6))
-CLOSE = Camera((1.0, -4.2, 2.4), (0.1, 0.0, 0.2))
+CLOSE = Camera((1.0, -5.4, 3.0), (0.1, 0.0, 0.2))
 FAR = Camera((6.2, -9.0, 5.6), (0.2, 0.0, 1.9))
 
 

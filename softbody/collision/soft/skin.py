@@ -81,7 +81,6 @@ class Skin(NamedTuple):
     carried: np.ndarray  # (n, 3) [m] where the motion that all particles of a body have in common takes them
     place: np.ndarray  # (n, 3) [m] where particles were before motion was cut
     speed: np.ndarray  # (n, 3) [m/s] and how fast
-    cut: np.ndarray  # (1,) particles whose motion was cut, so far
 
 
 def build_skin(model: Model, position: np.ndarray) -> Skin:
@@ -109,7 +108,6 @@ def build_skin(model: Model, position: np.ndarray) -> Skin:
         np.empty_like(position),
         np.empty_like(position),
         np.empty_like(position),
-        np.zeros(1, np.int64),
     )
 
 
@@ -411,7 +409,6 @@ def keep_whole(
         steps, distance = skin.step[first:end], skin.distance[body]
         count = cut_motion(surface, pairs, gaps, distance, moved, steps, velocity, h)
         if count > 0:
-            skin.cut[0] += count
             give_back(model.particle_inverse_mass[first:end], after, velocity, place, speed)
         for i in range(first, end):
             skin.way[i] += skin.step[i]

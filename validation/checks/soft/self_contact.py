@@ -478,8 +478,8 @@ def _limp_pair(threads: int) -> World:
     reference="the distance that the body says it keeps, by the IPC Toolkit",
     engines=("ipctk",),
     unit="parts of the distance",
-    tolerance=0.5,
-    because="a contact that its neighbours hold may be a part of the distance short",
+    tolerance=5e-3,
+    because="sweeps end where contacts lack a 256th of what holds their body: some 5e-4 of the distance is seen",
     faults=(
         Fault(
             "less distance",
@@ -496,12 +496,13 @@ def layers_keep_their_distance(run: Run) -> Comparison:
     from references import ipctk
 
     answers = Answers()
-    for across in (6, 8, 10, 12, 16, 24)[: run.count(3, 4, 6)]:
+    for across in (6, 8, 10, 12, 14, 16)[: run.count(3, 4, 6)]:
         world = World()
         world.add_ground()
         mesh = bag(across, 0.1)
         body = world.add_soft_body(mesh, 0.5, 100.0, 0.0, (0.0, 0.0, 0.08), self_contact=True)
-        world.step(1e-3, run.count(1_500, 3_000, 6_000))
+        h = min(1e-3, 0.8 * world.stable_time_step())
+        world.step(h, round(run.count(2, 3, 3) / h))
         _, gaps = ipctk.near_features(body.positions, mesh.edges, mesh.triangles, 1.5 * body.self_contact)
         answers.add(gaps.min() / body.self_contact, 1.0, kind="least distance")
         weight = world.contact_points().force_on(body)[2]
