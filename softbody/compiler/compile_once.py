@@ -150,7 +150,8 @@ class _Part(_Dispatcher):
         if not cres.library.is_whole:
             cres.library.make_whole(cres.fndesc.mangled_name, self._compiler.called)
         if self._compiler.unique_id:
-            cres.library.seen_as = Callee(self._name, cres.signature.args, cres.signature.return_type)
+            signature, symbol = cres.signature, cres.fndesc.mangled_name
+            cres.library.seen_as = Callee(self._name, signature.args, signature.return_type, symbol)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
         """Forget constants: Numba would compile the kernel anew for every 0, 1 and 2 that it is called with."""

@@ -15,8 +15,8 @@ from numba.core.runtime import rtsys
 
 from softbody.compiler.undisturbed import hear
 
-# How names begin that Numba gives to its runtime, and to environments.
-RUNTIMES, ENVIRONMENTS = "NRT_", "_ZN08NumbaEnv"
+# How names begin that Numba gives to its runtime, to environments, and to all functions.
+RUNTIMES, ENVIRONMENTS, FUNCTIONS = "NRT_", "_ZN08NumbaEnv", "_ZN"
 
 
 class PartLibrary(JITCodeLibrary):
@@ -115,6 +115,12 @@ class KernelLibrary(JITCodeLibrary):
         for library in linked:
             self._reload_init.update(library._reload_init)
         self._linking_libraries = []
+        for each in self._final_module.functions:
+            if each.is_declaration and each.name.startswith(FUNCTIONS):  # its address would be 0
+                raise RuntimeError(
+                    f"a kernel calls {each.name[:80]}…, which is nowhere: delete the __pycache__ folders of softbody, "
+                    "or set SOFTBODY_PLAIN_NUMBA=1"
+                )
         super().finalize()
 
     def _optimize_final_module(self) -> None:

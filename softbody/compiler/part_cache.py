@@ -1,8 +1,8 @@
 """Parts of kernels on the disk: after an edit of the core, what it changes is compiled, and what else there is linked.
 
 A part is kept under the fingerprint of its function, the types of its arguments and all that is the same for every
-part. It holds as long as the parts that it calls return what they returned. Its file may lie anywhere, since what a
-core is does not depend on where: SOFTBODY_PARTS_IN names a folder for several copies of the core.
+part. It holds as long as the parts that it calls return what they returned, and are called the same. Its file may lie
+anywhere, since what a core is does not depend on where: SOFTBODY_PARTS_IN names one for several copies of the core.
 """
 
 from __future__ import annotations
@@ -39,6 +39,7 @@ class Callee(NamedTuple):
     name: str
     arguments: tuple[Any, ...]
     returned: Any
+    symbol: str  # which it is called by in machine code: Numba names it by flags, too, that depend on its body
 
 
 class KeptPart(NamedTuple):
@@ -82,7 +83,8 @@ def part_of(callee: Callee) -> Any:
     except NumbaError:  # the caller says so, as it is compiled
         return None
     compiled = part.overloads[callee.arguments]
-    return compiled if compiled.signature.return_type == callee.returned else None
+    is_same = compiled.signature.return_type == callee.returned and compiled.fndesc.mangled_name == callee.symbol
+    return compiled if is_same else None
 
 
 class PartCache:

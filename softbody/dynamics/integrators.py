@@ -23,6 +23,7 @@ from softbody.dynamics.one_ring_forces import (
     NEXT_POSITION,
     POSITION,
     PULL,
+    SEEN,
     SHIFT,
     STAGE_VELOCITY,
     Forces,
@@ -33,6 +34,7 @@ from softbody.dynamics.one_ring_forces import (
 )
 from softbody.dynamics.particle_ground import land
 from softbody.dynamics.pressure import gas_pressure
+from softbody.dynamics.watch import Watch, stays_in_room
 from softbody.model.arrays import END, FIRST, SoftBodies, VertexRings
 from softbody.model.material import Material
 from softbody.model.settings import RK4, RK4_VELOCITY, SYMPLECTIC_EULER
@@ -83,15 +85,16 @@ Part = tuple[int, int]  # first index and end, whole lanes
 
 def _advance_body(
     bodies: SoftBodies, rings: VertexRings, body: int, batch: StepBatch, cut: np.ndarray, work: np.ndarray,
-    block_moment: np.ndarray, stop: np.ndarray,
+    block_moment: np.ndarray, stop: np.ndarray, watch: Watch,
 ) -> tuple[float, int]:  # fmt: skip
     """Advance one body by a stretch of steps in the rows POSITION and VELOCITY of `work` (WORK_ROWS, n).
 
     Its blocks are done in shares, of which share i has blocks cut[i] … cut[i + 1]; they write to places of their own,
     so that the result is the same for any `cut`. `block_moment` (blocks,) is scratch. Returns the least volume [m³]
     of all starts of steps and of the end (NaN if one is NaN), and how many steps were made: where `stop` (1,) is not 0,
-    only those to the next landing. In haste a step that follows a landing is left at once, with the rows where it
-    began; and so are all before the first landing, but then the rows are scratch: −1.
+    only those to the next landing. Where particles leave their room in a step, those before are made. In haste a step
+    that follows a landing is left at once, with the rows where it began; and so are all before the first landing, but
+    then the rows are scratch: −1.
     """
     h, steps, integrator = batch.h, batch.steps, batch.integrator
     one, other = work[POSITION : POSITION + 6], work[NEXT_POSITION : NEXT_POSITION + 6]
@@ -145,6 +148,11 @@ def _advance_body(
                 _update(integrator, part, rows, coefficients)
                 if stage == stages - 1 and batch.height > -inf and (batch.begin + step + 1) % batch.landing == 0:
                     land(end[:3], end[3:], part, batch.height, Material(batch.restitution, batch.friction))
+        if stage == stages - 1 and watch.room[body] < inf:
+            count = rings.block[cut[-1] - 1, END]
+            if not stays_in_room(watch, body, end[:3], work[SEEN : SEEN + 3], count):
+                steps = step
+                break
     if steps % 2 == 1:
         copy_rows(work, NEXT_POSITION, POSITION, rings.block[cut[-1] - 1, END])
     return least, steps

@@ -6,6 +6,7 @@ stays in the processor's cache.
 
 from __future__ import annotations
 
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -30,6 +31,7 @@ from softbody.dynamics.one_ring_forces import (
     INVERSE_MASS,
     POSITION,
     PULL,
+    SEEN,
     VELOCITY,
     WORK_ROWS,
     Forces,
@@ -39,6 +41,7 @@ from softbody.dynamics.one_ring_forces import (
     ring_forces,
 )
 from softbody.dynamics.pressure import gas_pressure
+from softbody.dynamics.watch import Watch, nobody_watched, watch_of
 from softbody.linalg.vec import load, store
 from softbody.linalg.vec_lanes import gather_vec, load_vec_lanes, scatter_vec, store_vec_lanes
 from softbody.model.arrays import END, FIRST, NUMBER, SoftBodies, VertexRings
@@ -71,7 +74,7 @@ class MotionMemory(NamedTuple):
 
     position: np.ndarray  # (n, 3) [m] at the last good look, in the end of the next state
     velocity: np.ndarray  # (n, 3) [m/s]
-    work: np.ndarray  # (threads, WORK_ROWS, particles of the largest body, and some), for one body at a time on each
+    work: np.ndarray  # (threads, rows, particles of the largest body, and some), for one body at a time on each
     block_moment: np.ndarray  # (blocks,)
     done: np.ndarray  # (b,) steps that each body has done
     fault: np.ndarray  # (b,) DIVERGED, COLLAPSED or 0
@@ -85,20 +88,21 @@ class Motion(NamedTuple):
 
     rings: VertexRings
     memory: MotionMemory
+    watch: Watch  # whoever leaves its room there ends a run before
     threads: int | None  # None: one thread, for which nothing but the plain loop needs to be compiled
 
 
-def motion_of(start: np.ndarray, rings: VertexRings, threads: int = 1) -> Motion:
+def motion_of(start: np.ndarray, rings: VertexRings, threads: int = 1, watched: np.ndarray | None = None) -> Motion:
     """Return what moves bodies whose first particles are `start` (b + 1,), in the precision of their rings.
 
-    In double precision rows are an odd number of cache lines long: rows a multiple of 4 096 bytes apart would evict
-    each other.
+    `watched` are the triangles (t, 3) of the only body, if it may be watched. In double precision rows are an odd
+    number of cache lines long: rows a multiple of 4 096 bytes apart would evict each other.
     """
-    largest = int(np.diff(rings.start).max(initial=0))
+    largest, rows = int(np.diff(rings.start).max(initial=0)), WORK_ROWS if watched is None else SEEN + 3
     memory = MotionMemory(
         np.empty((int(start[-1]), 3)),
         np.empty((int(start[-1]), 3)),
-        np.empty((threads, WORK_ROWS, (largest + 15) // 16 * 16 + 8), rings.rest_tension.dtype),
+        np.empty((threads, rows, (largest + 15) // 16 * 16 + 8), rings.rest_tension.dtype),
         np.empty(len(rings.block)),
         np.zeros(len(start) - 1, np.int64),
         np.zeros(len(start) - 1, np.int64),
@@ -106,7 +110,8 @@ def motion_of(start: np.ndarray, rings: VertexRings, threads: int = 1) -> Motion
         np.zeros(len(start) - 1, bool),
         np.zeros(1, np.uint8),
     )
-    return Motion(rings, memory, None if threads == 1 else threads)
+    watch = nobody_watched(len(start) - 1) if watched is None else watch_of(rings, watched)
+    return Motion(rings, memory, watch, None if threads == 1 else threads)
 
 
 @jit
@@ -131,15 +136,15 @@ def move_soft_bodies(
     """
     if motion is None or bodies.gas.shape[0] == 0:
         return steps, 0, -1
-    rings, memory, threads = motion
+    rings, memory, watch, threads = motion
     fault, culprit = _move_all(
-        bodies, rings, memory, _batch(settings, h, steps, height, material, abort_mid_step), threads
+        bodies, rings, memory, watch, _batch(settings, h, steps, height, material, abort_mid_step), threads
     )
     least = memory.done.min() // settings.substeps
     while (memory.done != least * settings.substeps).any():
         # Once more, now that it is known how far all can go.
         steps = least
-        _move_all(bodies, rings, memory, _batch(settings, h, steps, height, material, False), threads)
+        _move_all(bodies, rings, memory, watch, _batch(settings, h, steps, height, material, False), threads)
         least = memory.done.min() // settings.substeps
         if least < steps:  # stopped before there was a fault
             fault, culprit = 0, -1
@@ -160,7 +165,7 @@ def move_in_place(
     """
     if motion is None or bodies.gas.shape[0] == 0:
         return 1, 0, -1
-    rings, memory, threads = motion
+    rings, memory, watch, threads = motion
     here = MotionMemory(
         bodies.position,
         bodies.velocity,
@@ -172,7 +177,9 @@ def move_in_place(
         memory.asleep,
         memory.stop,
     )
-    fault, culprit = _move_all(bodies, rings, here, _batch(settings, h, 1, -np.inf, BARE, abort_mid_step), threads)
+    fault, culprit = _move_all(
+        bodies, rings, here, watch, _batch(settings, h, 1, -np.inf, BARE, abort_mid_step), threads
+    )
     return memory.done.min() // settings.substeps, fault, culprit
 
 
@@ -188,7 +195,7 @@ def _batch(
 
 @jit
 def _move_all(
-    bodies: SoftBodies, rings: VertexRings, memory: MotionMemory, batch: StepBatch, threads: int | None
+    bodies: SoftBodies, rings: VertexRings, memory: MotionMemory, watch: Watch, batch: StepBatch, threads: int | None
 ) -> tuple[int, int]:
     """Write to memory where all bodies are after a stretch of steps; return what stops the first one, and which it is.
 
@@ -196,16 +203,16 @@ def _move_all(
     """
     if threads is None or bodies.start[-1] < FEW:
         for body in range(bodies.gas.shape[0]):
-            move_body(bodies, rings, memory, batch, body, 0, None)
+            move_body(bodies, rings, memory, watch, batch, body, 0, None)
     else:
-        move_on_threads(bodies, rings, memory, batch, threads)
+        move_on_threads(bodies, rings, memory, watch, batch, threads)
     culprit = int(np.argmin(memory.done))
     return (memory.fault[culprit], culprit) if memory.fault[culprit] else (0, -1)
 
 
 @jit_threaded
 def move_on_threads(
-    bodies: SoftBodies, rings: VertexRings, memory: MotionMemory, batch: StepBatch, threads: int
+    bodies: SoftBodies, rings: VertexRings, memory: MotionMemory, watch: Watch, batch: StepBatch, threads: int
 ) -> None:
     """Move all bodies, the small ones side by side and each large one on all threads; see `_move_all`."""
     start = bodies.start
@@ -213,10 +220,10 @@ def move_on_threads(
         for body in range(start.shape[0] - 1):
             # The thread on whose part of all particles the body's first one lies.
             if start[body] * threads // start[-1] == thread and start[body + 1] - start[body] < LARGE:
-                move_body(bodies, rings, memory, batch, body, thread, None)
+                move_body(bodies, rings, memory, watch, batch, body, thread, None)
     for body in range(start.shape[0] - 1):
         if start[body + 1] - start[body] >= LARGE:
-            move_body(bodies, rings, memory, batch, body, 0, threads)
+            move_body(bodies, rings, memory, watch, batch, body, 0, threads)
 
 
 @jit
@@ -237,6 +244,7 @@ def move_body(
     bodies: SoftBodies,
     rings: VertexRings,
     memory: MotionMemory,
+    watch: Watch,
     batch: StepBatch,
     body: int,
     lane: int,
@@ -252,16 +260,20 @@ def move_body(
     least_volume = bodies.deflated_below[body] * bodies.mesh_volume[body]
     done, fault, look, most = 0, 0, LOOK, memory.most_extent[body]
     h, _, steps, integrator, landing, height, restitution, friction, abort_mid_step = batch
-    while done < steps and fault == 0 and (done == 0 or memory.stop[0] == 0 or done % landing != 0):
+    is_watched, has_left = watch.room[body] < inf, False
+    if is_watched:
+        _load_points(watch.seen, number, work[SEEN : SEEN + 3])
+    while done < steps and fault == 0 and not has_left and (done == 0 or memory.stop[0] == 0 or done % landing != 0):
         part = StepBatch(
             h, done, min(look, steps - done), integrator, landing, height, restitution, friction, abort_mid_step
         )
         if threads is None:
-            volume, made = advance_body(bodies, rings, body, part, cut, work, memory.block_moment, memory.stop)
+            volume, made = advance_body(bodies, rings, body, part, cut, work, memory.block_moment, memory.stop, watch)
         else:
             volume, made = advance_body_on_threads(
-                bodies, rings, body, part, cut, work, memory.block_moment, memory.stop
+                bodies, rings, body, part, cut, work, memory.block_moment, memory.stop, watch
             )
+        has_left = is_watched and 0 <= made < part.steps
         if made <= 0:
             # Left in the midst of a step.
             if made < 0:
@@ -278,10 +290,13 @@ def move_body(
                 _load_rows(memory.position, memory.velocity, number, work)
             else:
                 _load_rows(bodies.position, bodies.velocity, number, work)
+            has_left = False
             if made > 1:
                 fault, look = 0, 1
     if done == 0:
         _store_rows(work, number, memory)
+    if is_watched:
+        _store_points(work[SEEN : SEEN + 3], number, watch.seen)
     memory.done[body], memory.fault[body] = done, fault
 
 
@@ -297,19 +312,31 @@ def _load_body(bodies: SoftBodies, rings: VertexRings, body: int, work: np.ndarr
 @jit_lean
 def _load_rows(position: np.ndarray, velocity: np.ndarray, number: np.ndarray, work: np.ndarray) -> None:
     """Copy `position` and `velocity` (n, 3) into rows of `work`; `number` (s,) is the first of each particle."""
-    places, speeds = position.reshape(-1), velocity.reshape(-1)
+    _load_points(position, number, work[POSITION : POSITION + 3])
+    _load_points(velocity, number, work[VELOCITY : VELOCITY + 3])
+
+
+@jit_lean
+def _load_points(points: np.ndarray, number: np.ndarray, rows: np.ndarray) -> None:
+    """Copy `points` (n, 3) into `rows` (3, s); `number` (s,) is the first of each."""
+    numbers = points.reshape(-1)
     for i in range(0, number.shape[0], LANES):
-        store_vec_lanes(work[POSITION:], i, gather_vec(places, number, i))
-        store_vec_lanes(work[VELOCITY:], i, gather_vec(speeds, number, i))
+        store_vec_lanes(rows, i, gather_vec(numbers, number, i))
 
 
 @jit_lean
 def _store_rows(work: np.ndarray, number: np.ndarray, memory: MotionMemory) -> None:
     """Copy position and velocity of each particle from rows of `work` into memory; twins are the same."""
-    places, speeds = memory.position.reshape(-1), memory.velocity.reshape(-1)
+    _store_points(work[POSITION : POSITION + 3], number, memory.position)
+    _store_points(work[VELOCITY : VELOCITY + 3], number, memory.velocity)
+
+
+@jit_lean
+def _store_points(rows: np.ndarray, number: np.ndarray, points: np.ndarray) -> None:
+    """Copy `rows` (3, s) into `points` (n, 3); `number` (s,) is the first of each."""
+    numbers = points.reshape(-1)
     for i in range(0, number.shape[0], LANES):
-        scatter_vec(places, number, load_vec_lanes(work[POSITION:], i), i)
-        scatter_vec(speeds, number, load_vec_lanes(work[VELOCITY:], i), i)
+        scatter_vec(numbers, number, load_vec_lanes(rows, i), i)
 
 
 @jit_lean

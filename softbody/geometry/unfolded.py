@@ -7,8 +7,6 @@ one point once is one-to-one. "No" says nothing.
 
 from __future__ import annotations
 
-from math import sqrt
-
 import numpy as np
 
 from softbody.compiler.jit import jit
@@ -85,35 +83,3 @@ def _is_between(way: Vec, a: Vec, b: Vec, normal: Vec) -> bool:
     """Tell whether a way is between two others, or close to them, as seen along a normal."""
     least = -LEAST * norm(way) * norm(normal)
     return dot(cross(a, way), normal) >= least * norm(a) and dot(cross(way, b), normal) >= least * norm(b)
-
-
-@jit
-def room_of_star(vertices: np.ndarray, triangles: np.ndarray, first: int, least: float) -> float:
-    """Return how far [m] each vertex may move, beside the mean of all, while `is_star_shaped` holds, with some height.
-
-    Corners of `triangles` (t, 3) are numbered from `first` on. The mean stays higher than `least` [m] above the plane
-    of each triangle, seen from inside; < 0: it is not now. Then nothing but neighbours is near: walls that are seen
-    from one point, and from so high, open like a groove.
-    """
-    mean = (0.0, 0.0, 0.0)
-    for i in range(vertices.shape[0]):
-        mean = add(mean, load(vertices, i))
-    mean = scale(1.0 / vertices.shape[0], mean)
-    ahead, room = (0.0, 0.0, 0.0), np.inf
-    for t in range(triangles.shape[0]):
-        i, j, k = triangles[t, 0] - first, triangles[t, 1] - first, triangles[t, 2] - first
-        a, b, c = sub(load(vertices, i), mean), sub(load(vertices, j), mean), sub(load(vertices, k), mean)
-        if t == 0:
-            ahead = add(add(a, b), c)
-        elif _is_within(ahead, a, b) and _is_within(ahead, b, c) and _is_within(ahead, c, a):
-            return -1.0
-        one, two, three = sub(b, a), sub(c, b), sub(a, c)
-        normal = cross(one, two)
-        twice_area, longest = norm(normal), max(norm(one), norm(two), norm(three))
-        height, altitude = dot(a, normal) / twice_area, twice_area / longest
-        if not height > least:
-            return -1.0
-        # A plane turns by twice what a vertex moves over the altitude, about a foot that is no farther than `far`.
-        far = sqrt(max(0.0, max(dot(a, a), dot(b, b), dot(c, c)) - height * height))
-        room = min(room, (height - least) / (1.0 + 4.0 * far / altitude), 0.25 * altitude)
-    return room

@@ -72,12 +72,15 @@ class Memory:
     def motion(self, flag: InterruptFlag) -> Motion:
         """Return what moves soft bodies."""
         store, model = self._store, self._store.model
-        motion = self._motion
-        if motion is None or motion.rings is not store.rings:
-            memory = motion.memory if motion else motion_of(model.soft_particle_start, store.rings, self.threads).memory
+        motion, is_watched = self._motion, model.soft_count == 1 and model.soft_self_contact[0] > 0.0
+        if motion is None or (is_watched and not len(motion.watch.seen)):
+            watched = model.triangle_particles if is_watched else None
+            motion = motion_of(model.soft_particle_start, store.rings, self.threads, watched)
             if store.may_sleep:
-                memory = memory._replace(asleep=self.contents.sleep.rest.asleep[: model.soft_count])
-            motion = self._motion = Motion(store.rings, memory, None if self.threads == 1 else self.threads)
+                asleep = self.contents.sleep.rest.asleep[: model.soft_count]
+                motion = motion._replace(memory=motion.memory._replace(asleep=asleep))
+            self._limits_of = None, b""
+        motion = self._motion = motion._replace(rings=store.rings)
         gas = store.controls.soft_gas.tobytes()
         if not (self._limits_of[0] is model and self._limits_of[1] == gas):
             motion.memory.most_extent[:] = most_extents(model, store.controls)
@@ -107,7 +110,7 @@ class Memory:
         if not (model.soft_self_contact > 0.0).any():
             return None
         if self._skin is None:
-            self._skin = build_skin(model, self._store.state.particle_position)
+            self._skin = build_skin(model, self._store.state.particle_position, self.motion(NEVER_SET).watch.seen)
         self._skin.distance[:] = np.maximum(model.soft_self_contact, 0.0)
         return self._skin
 

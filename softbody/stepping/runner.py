@@ -6,6 +6,7 @@ from contextlib import AbstractContextManager, nullcontext
 from typing import NamedTuple, Protocol
 
 import numba
+import numpy as np
 
 from softbody.bodies.contact_points import ContactPoints, contact_points
 from softbody.bodies.store import HasStore, Store
@@ -36,6 +37,7 @@ from softbody.stepping.memory import Memory
 from softbody.stepping.skins import is_look, next_look
 from softbody.stepping.step import NO_ROOM, NO_ROOM_FOR_PAIRS, PRESSED_THROUGH, UNSEEN, Order, run, run_alone_by_clock
 
+FEW_STEPS = 32  # that a body which may touch itself is moved like one that does, before it is looked at again
 WORTH_LISTENING = 50_000  # particles moved by a sub-step in a call, from which it may take so long that one waits
 
 
@@ -129,7 +131,7 @@ class Runner:
 
     def _first_step(self, call: Call) -> tuple[int, int]:
         """Do the first step after bodies were added, and warn of those that overlap; return (fault, body)."""
-        surfaces = self.memory.surfaces() if self._may_collide() else None
+        surfaces = None if self._is_alone() else self.memory.surfaces()
         if surfaces is not None:
             surfaces.deepest[0] = 0.0
         stopped = self.advance(call, call.begun[0] + 1, is_seen=True)
@@ -157,14 +159,14 @@ class Runner:
         the world goes on however often it is set. With threads it is all of them, or one, as is faster just now.
         """
         store, memory, team = self.store, self.memory, self.memory.team
-        contacts, flag, abort_mid_step = store.contacts, call.flag, True
+        contacts, flag, abort_mid_step, is_alone = store.contacts, call.flag, True, self._is_alone()
         with team_of(self._threads):
             while (left := end - store.steps) > 0:
                 model, controls, state, *_ = store.parts
-                collides, waits = self._may_collide(), bool((model.soft_self_contact < 0.0).any())
+                waits, skin = bool((model.soft_self_contact < 0.0).any()), memory.skin()
                 if store.may_sleep:
                     model = store.contents.sleep.model_of(model)
-                if collides:
+                if skin is not None or not self._is_alone():
                     model = may_lie_flat(model, controls)
                 before, look = store.steps, next_look(store.steps, waits)
                 left = min(left, look - before)
@@ -172,13 +174,18 @@ class Runner:
                     numba.set_num_threads(team.now)
                     left = team.turn(left)
                 flag.clear()
-                order = Order(call.h, left, *call.begun, is_seen, abort_mid_step)
-                how = call.settings, store.clock, order
-                if collides:
-                    fault, body = run(model, controls, state, memory.work(flag), contacts, *how)
+                if is_alone:
+                    order = Order(call.h, left, *call.begun, is_seen, abort_mid_step)
+                    surfaces = memory.surfaces() if skin is not None else None
+                    how = surfaces, skin, call.settings, store.clock, order, store.contents.ground_impulse
+                    fault, body = run_alone_by_clock(model, controls, state, memory.motion(flag), *how)
+                    if skin is not None and store.steps > before:
+                        self._forget_contacts()
                 else:
-                    given = store.contents.ground_impulse
-                    fault, body = run_alone_by_clock(model, controls, state, memory.motion(flag), *how, given)
+                    left = min(left, FEW_STEPS) if self._is_alone() else left
+                    order = Order(call.h, left, *call.begun, is_seen, abort_mid_step)
+                    work = memory.work(flag)
+                    fault, body = run(model, controls, state, work, contacts, call.settings, store.clock, order)
                 if fault == NO_ROOM:
                     contacts = store.contacts = remembering(remembered(contacts), body)
                 elif fault == NO_ROOM_FOR_PAIRS:
@@ -191,32 +198,46 @@ class Runner:
                     team.note(store.steps - before)
                 if store.steps == look and model.soft_count:
                     self._look_at_skins(look)
+                # A body that may touch itself now is not moved as one that does not, for some steps.
+                is_alone = self._is_alone() and not (is_alone and store.steps == before)
                 is_seen, abort_mid_step = True, abort_mid_step and store.steps > before
         return 0, -1
+
+    def _forget_contacts(self) -> None:
+        """Forget the contacts of the step before one that had none."""
+        contacts, pressed = self.store.contacts, self.memory.pressed
+        contacts.number[:], contacts.cache.number[:], contacts.cache.soft[:] = 0, 0, 0
+        pressed.part[NOW], pressed.lasting[0] = 0.0, 0
 
     def _hold_skins(self) -> None:
         """Forget where particles were, and let bodies that meet themselves not hold themselves yet, with a warning."""
         store, memory, model = self.store, self.memory, self.store.model
         memory.forget_skin()
         if (model.soft_self_contact > 0.0).any():
-            held = memory.skins().hold(model.soft_self_contact, store.state.particle_position, store.steps, store.names)
-            store.replace(model=model._replace(soft_self_contact=held))
+            self._let_hold(
+                memory.skins().hold(model.soft_self_contact, store.state.particle_position, store.steps, store.names)
+            )
+
+    def _let_hold(self, distance: np.ndarray) -> None:
+        """Let bodies hold themselves at a distance (b,) [m], or wait; a model that does not change stays the same."""
+        store = self.store
+        if (distance != store.model.soft_self_contact).any():
+            store.replace(model=store.model._replace(soft_self_contact=distance))
 
     def _look_at_skins(self, step: int) -> None:
         """Warn of bodies that go through themselves after a step, and let those that have parted hold themselves."""
         store, skins, model = self.store, self.memory.skins(), self.store.model
         if (model.soft_self_contact < 0.0).any():
-            held = skins.parted(model.soft_self_contact, store.state.particle_position)
-            store.replace(model=model._replace(soft_self_contact=held))
+            self._let_hold(skins.parted(model.soft_self_contact, store.state.particle_position))
             self.memory.forget_skin()
         if is_look(step):
             skins.look(store.state.particle_position, step, store.names)
 
-    def _may_collide(self) -> bool:
-        """Tell whether there is more than one soft body and, perhaps, the ground; or one that holds itself."""
-        model = self.store.model
-        is_more = model.box_count > 0 or model.soft_count > 1 or len(self.store.joints.joint_box) > 0
-        return is_more or self.store.may_sleep or bool((model.soft_self_contact > 0.0).any())
+    def _is_alone(self) -> bool:
+        """Tell whether there is one soft body at most, perhaps the ground, and nobody who may sleep."""
+        store, model = self.store, self.store.model
+        is_only = model.box_count == 0 and model.soft_count <= 1
+        return is_only and not len(store.joints.joint_box) and not store.may_sleep
 
     def stable_time_step(self) -> float:
         """Do what `World.stable_time_step` says."""

@@ -12,7 +12,16 @@ from softbody.collision.boxes.manifold import Manifold
 from softbody.collision.contact import Contacts
 from softbody.collision.paper.paper_response import resolve_in_turn
 from softbody.collision.pressed import NOW, Pressed, goes_through, keep_first, note_boxes
-from softbody.collision.soft.skin import Skin, find_self_contacts, forget, keep_whole
+from softbody.collision.soft.skin import (
+    Skin,
+    find_self_contacts,
+    forget,
+    give_room,
+    keep_whole,
+    note_places,
+    stays_whole,
+    take_room,
+)
 from softbody.collision.soft.soft_contacts import find_soft_contacts
 from softbody.collision.soft.soft_response import (
     Bodies,
@@ -350,6 +359,8 @@ def run_alone_by_clock(
     controls: Controls,
     state: State,
     motion: Motion,
+    surfaces: Surfaces | None,
+    skin: Skin | None,
     settings: Settings,
     clock: Clock,
     order: Order,
@@ -357,23 +368,32 @@ def run_alone_by_clock(
 ) -> tuple[int, int]:
     """Advance a world of one soft body like `run_alone`, and its clock, like `run`; return (fault, body).
 
-    The last step is taken by itself, so that it is known what the ground gave: `ground_impulse` (n, 3) [N s].
+    The last step is taken by itself, so that it is known what the ground gave: `ground_impulse` (n, 3) [N s]. With a
+    `skin` the run ends, without a fault, before a step in which the body may touch itself, or has a fault.
     """
     h, steps, abort_mid_step = order.h, order.steps, order.abort_mid_step
     if not (order.is_seen or _looks_as_left(controls, state, clock)):
         return UNSEEN, -1
+    bodies = soft_bodies_of(model, controls, state)
     done, fault, body = 0, 0, -1
-    if steps > 1:
-        done, fault, body = run_alone(model, controls, state, motion, settings, h, steps - 1, abort_mid_step)
-    if done == steps - 1 and fault == 0:
-        bodies = soft_bodies_of(model, controls, state)
-        last, fault, body = move_soft_bodies(bodies, motion, settings, h, 1, -np.inf, BARE, abort_mid_step)
-        done += last
-        if last == 1:
-            resolve_ground(model, state, ground_impulse, None, True)
+    while done < steps and fault == 0 and give_room(model, state, surfaces, skin, motion.watch):
+        left = max(1, steps - 1 - done)
+        if done < steps - 1:
+            made, fault, body = run_alone(model, controls, state, motion, settings, h, left, abort_mid_step)
+        else:
+            motion.watch.room[:] = inf  # what it does then counts where the ground has acted
+            note_places(skin, state)
+            made, fault, body = move_soft_bodies(bodies, motion, settings, h, 1, -inf, BARE, abort_mid_step)
+            if made == 1:
+                resolve_ground(model, state, ground_impulse, None, True)
+                made = 1 if stays_whole(model, state, surfaces, skin) else 0
+        take_room(skin, motion.watch, made, made < left)
+        done += made
+        if made == 0 or motion.memory.stop[0] != 0:
+            break
     clock.part[0] = h
     _advance_clock(clock, order, done, state)
-    return fault, body
+    return (0, -1) if skin is not None else (fault, body)
 
 
 @jit_lean

@@ -57,6 +57,14 @@ def set_restitution(world: HasStore, start: HasStore, value: float) -> None:
     world.store.replace(model=world.store.model._replace(ground_restitution=value))
 
 
+def set_self_contact(world: HasStore, start: HasStore, value: float) -> None:
+    """Let all soft bodies hold themselves, or none; at the distance they had at the start, if they had one."""
+    if world.store.settings.single_soft_contact:
+        return  # the paper's contacts are those of different bodies
+    for body, was in zip(soft_bodies_of(world), soft_bodies_of(start)):
+        body.self_contact = (was.self_contact or True) if value > 0.0 else False
+
+
 def set_substeps(world: HasStore, start: HasStore, value: float) -> None:
     """Let contacts be found and resolved once for so many steps of springs and gas."""
     world.store.settings = world.store.settings._replace(substeps=round(value))
@@ -72,6 +80,7 @@ SLIDERS = {
     "gravity": Slider("gravity [m/s²]", 0.0, 20.0, 0.01, set_gravity),
     "friction": Slider("friction", 0.0, 1.5, 0.05, set_friction),
     "restitution": Slider("restitution", 0.0, 1.0, 0.05, set_restitution),
+    "self_contact": Slider("bodies go through themselves: 0, or not: 1", 0.0, 1.0, 1.0, set_self_contact),
     "substeps": Slider("steps of springs to one of contacts", 1.0, 8.0, 1.0, set_substeps),
 }
 
@@ -85,6 +94,7 @@ def shown_at_start(world: HasStore) -> dict[str, float]:
         "gravity": float(np.linalg.norm(world.store.controls.gravity)),
         "friction": float(np.mean([body.friction for body in bodies])) if bodies else 0.0,
         "restitution": float(np.mean([body.restitution for body in bodies])) if bodies else 0.0,
+        "self_contact": float(any(body.self_contact for body in soft_bodies_of(world))),
         "substeps": float(world.store.settings.substeps),
     }
 

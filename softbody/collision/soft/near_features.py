@@ -177,6 +177,51 @@ def _add_pairs(
 
 
 @jit_lean
+def least_gap_of_all(solid: Solid, search: Search, vertices: np.ndarray, most: float) -> float:
+    """Return the least distance [m] of features that have no vertex in common, or `most` [m], if it is wider.
+
+    The tree must have been fitted to the vertices (n, 3).
+    """
+    tree, least = solid.tree, most
+    for leaf in range(tree.corners.shape[0]):
+        ask_leaf(search, leaf, tree, vertices, least)
+        for k in range(list_near(tree, search)):
+            u, meets = search.listed[k], search.meets[k]
+            while meets != 0:
+                lane = lowest_bit(meets)
+                meets &= meets - 1
+                t = tree.order[WIDTH * leaf + lane]
+                if t < u:
+                    least = _least_gap_of_two(solid.surface, vertices, t, u, least)
+    return least
+
+
+@jit_lean
+def _least_gap_of_two(surface: Surface, vertices: np.ndarray, t: int, u: int, least: float) -> float:
+    """Return the least distance [m] of the features of two triangles, or `least`, if they are farther apart."""
+    triangles, sides, ridges = surface.triangles, surface.sides, surface.ridges
+    for turn in range(2):
+        one, other = (t, u) if turn == 0 else (u, t)
+        i, j, k = triangles[other, 0], triangles[other, 1], triangles[other, 2]
+        for c in range(3):
+            v = triangles[one, c]
+            if surface.touching[v] == one and v not in (i, j, k) and not _are_far(vertices, v, v, v, i, j, k, least):
+                p, q, r, s = load(vertices, v), load(vertices, i), load(vertices, j), load(vertices, k)
+                least = min(least, gap_of(TRIANGLE, p, q, r, s))
+    for c in range(3):
+        e = sides[t, c]
+        for d in range(3):
+            f = sides[u, d]
+            if e < 0 or f < 0:
+                continue
+            i, j, k, m = ridges[e, 0], ridges[e, 1], ridges[f, 0], ridges[f, 1]
+            if i not in (k, m) and j not in (k, m) and not _are_far(vertices, i, j, j, k, m, m, least):
+                p, q, r, s = load(vertices, i), load(vertices, j), load(vertices, k), load(vertices, m)
+                least = min(least, gap_of(EDGE, p, q, r, s))
+    return least
+
+
+@jit_lean
 def _add(pairs: np.ndarray, count: int, kind: int, a: int, b: int) -> int:
     if count < pairs.shape[0]:
         pairs[count] = pair_of(kind, a, b)

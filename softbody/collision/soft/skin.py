@@ -9,6 +9,7 @@ a step begins and ends, in an order of its own.
 
 from __future__ import annotations
 
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +22,7 @@ from softbody.collision.soft.near_features import (
     gap_at,
     has_new,
     least_gap,
+    least_gap_of_all,
     list_all,
     list_near_features,
     members,
@@ -30,11 +32,13 @@ from softbody.collision.soft.near_features import (
 from softbody.collision.soft.self_rows import add_self_contacts
 from softbody.collision.soft.surface import Solid, Surface, Surfaces, build_surfaces, memory_at, surface_of, tree_at
 from softbody.compiler.jit import jit, jit_lean
-from softbody.geometry.affine_fit import fit_affine, mean_of
+from softbody.dynamics.watch import Watch
+from softbody.geometry.affine_fit import fit_affine
 from softbody.geometry.bvh import refit_bvh
+from softbody.geometry.drift import drift
 from softbody.geometry.self_intersections import self_intersections
-from softbody.geometry.unfolded import room_of_star
-from softbody.linalg.vec import add, dot, load, norm, store, sub
+from softbody.geometry.star import corners_of, room_of_vertices
+from softbody.linalg.vec import load, norm, store, sub
 from softbody.mesh.weld import first_at_place
 from softbody.model.arrays import Model, State
 from softbody.model.material import combined, material_of_soft
@@ -53,6 +57,10 @@ LISTED, OF_ALTITUDE, FEW, ROOM = 4.0, 0.8, 12, 1.0 / 3.0
 OF_SIZE, OF_LOWEST, OF_LEAST = 2e-3, 0.25, 0.5
 SUSPECT = 0.5  # of what the mesh allows, below which it is looked at whether it meets itself
 
+# The part of the least gap that particles may drift, so that no guard would cut such motion. The part of the lowest
+# altitude that it must be to be of use. And for how many steps no gap is searched again, and if it was of no use.
+OF_GAP, OF_ROOM, PAUSE, LONG_PAUSE = 0.35, 0.1, 8, 32
+
 FIRST_PAIRS = 64
 
 AS_LISTED, ANEW, NO_ROOM = 0, 1, 2
@@ -65,8 +73,10 @@ class Skin(NamedTuple):
     altitude: np.ndarray  # (b,) [m] of the lowest triangle as the body was when memory was made
     margin: np.ndarray  # (b,) [m] within which near features are listed
     seen: np.ndarray  # (n, 3) [m] where particles were when a body was last seen whole
-    middle: np.ndarray  # (b, 3) [m] their mean then
-    room: np.ndarray  # (b,) [m] that each of them might move since; < 0: it was not seen whole
+    room: np.ndarray  # (b,) [m] that they might drift from there; < 0: it was not seen whole
+    corners: np.ndarray  # (s,) uint32, of triangles, see star.py; those of body i
+    corner_start: np.ndarray  # (b + 1,) begin there
+    pause: np.ndarray  # (b,) steps for which its near features are not searched for the least gap
     is_listed: np.ndarray  # (b,) of bool: whether there is a list of near features
     is_whole: np.ndarray  # (b,) of bool: whether nothing is near in this step, as far as it is known
     begins_whole: np.ndarray  # (b,) of bool: whether the last step has left it so that nothing is near
@@ -83,17 +93,27 @@ class Skin(NamedTuple):
     speed: np.ndarray  # (n, 3) [m/s] and how fast
 
 
-def build_skin(model: Model, position: np.ndarray) -> Skin:
-    """Return memory for all soft bodies of a model whose particles are at `position` (n, 3) [m]."""
+def build_skin(model: Model, position: np.ndarray, seen: np.ndarray) -> Skin:
+    """Return memory for all soft bodies of a model whose particles are at `position` (n, 3) [m].
+
+    `seen` is that of a watch, which the skin then shares with it; or empty.
+    """
     count, particles = model.soft_count, len(position)
-    lowest = [lowest_altitude(position[model.triangle_particles[slice(*rows)]]) for rows in _triangle_rows(model)]
+    lowest, corners = [], []
+    for body in range(count):
+        triangles = model.triangle_particles[model.soft_triangle_start[body] : model.soft_triangle_start[body + 1]]
+        lowest.append(lowest_altitude(position[triangles]))
+        first, end = model.soft_particle_start[body], model.soft_particle_start[body + 1]
+        corners.append(corners_of(triangles - first, 3 * np.arange(end - first)))
     return Skin(
         np.zeros(count),
         np.array(lowest),
         np.zeros(count),
-        np.zeros_like(position),
-        np.zeros((count, 3)),
+        seen if len(seen) else np.zeros_like(position),
         np.full(count, -1.0),
+        np.concatenate(corners),
+        np.cumsum([0, *(len(each) for each in corners)]),
+        np.zeros(count, np.int64),
         np.zeros(count, bool),
         np.zeros(count, bool),
         np.zeros(count, bool),
@@ -126,11 +146,7 @@ def forget(skin: Skin | None) -> None:
         skin.is_listed[:] = False
         skin.begins_whole[:] = False
         skin.room[:] = -1.0
-
-
-def _triangle_rows(model: Model) -> np.ndarray:
-    """Return first and end of the triangles of each soft body (b, 2)."""
-    return np.stack([model.soft_triangle_start[:-1], model.soft_triangle_start[1:]], axis=1)
+        skin.pause[:] = 0
 
 
 def lowest_altitude(corners: np.ndarray) -> float:
@@ -175,6 +191,15 @@ def near_features_of(
     return count, least_gap(surface, vertices, pairs[: min(count, pairs.shape[0])])
 
 
+@jit_lean
+def least_gap_of_body(model: Model, state: State, surfaces: Surfaces, body: int, most: float) -> float:
+    """Return the least distance [m] of a body's features that have no vertex in common; `most`, if that is wider."""
+    surface = surface_of(model, state, surfaces.shapes, surfaces.scratch, 0, body)
+    tree, vertices = tree_at(surfaces.shapes, surfaces.scratch, 0, body), surface.vertices.position
+    refit_bvh(tree, vertices)
+    return least_gap_of_all(Solid(surface, tree), memory_at(surfaces.scratch, 0).search, vertices, most)
+
+
 @jit
 def find_self_contacts(
     model: Model,
@@ -209,9 +234,10 @@ def _add_contacts_of(
     """Add the contacts of one body with itself; tell whether there was room for its near features."""
     first, end = model.soft_particle_start[body], model.soft_particle_start[body + 1]
     before, after = start.particle_position[first:end], state.particle_position[first:end]
-    begins_whole = skin.begins_whole[body] or _is_seen_whole(model, skin, body, before)
+    skin.pause[body] = max(0, skin.pause[body] - 1)
+    begins_whole = skin.begins_whole[body] or is_seen_whole(model, surfaces, skin, body, start)
     skin.begins_whole[body] = False
-    if begins_whole and _is_seen_whole(model, skin, body, after):
+    if begins_whole and is_seen_whole(model, surfaces, skin, body, state):
         skin.is_whole[body], skin.is_listed[body] = True, False
         return True
     skin.is_whole[body] = False
@@ -345,24 +371,71 @@ def _measure(surface: Surface, skin: Skin, body: int, before: np.ndarray, is_fir
 
 
 @jit_lean
-def _is_seen_whole(model: Model, skin: Skin, body: int, vertices: np.ndarray) -> bool:
-    """Tell whether a body with `vertices` (n, 3) [m] is seen whole from its middle, so that nothing in it is near."""
+def is_seen_whole(model: Model, surfaces: Surfaces, skin: Skin, body: int, state: State) -> bool:
+    """Tell whether nothing of a body is near itself in a state, as is known without a list of what is near.
+
+    It is seen whole from its middle; or the least of all gaps is wide, which takes a search, and so is not asked often.
+    """
     first, end = model.soft_particle_start[body], model.soft_particle_start[body + 1]
-    seen, room, mean = skin.seen[first:end], skin.room[body], mean_of(vertices)
+    vertices, seen, distance = state.particle_position[first:end], skin.seen[first:end], skin.distance[body]
+    if skin.room[body] > 0.0 and drift(vertices, seen) <= skin.room[body]:
+        return True
+    corners = skin.corners[skin.corner_start[body] : skin.corner_start[body + 1]]
+    room = room_of_vertices(vertices, corners, HEIGHTS * distance)
+    if room <= 0.0 and skin.pause[body] == 0:
+        gap = least_gap_of_body(model, state, surfaces, body, skin.altitude[body])
+        room = min(0.5 * (gap - distance), OF_GAP * gap)
+        if room < OF_ROOM * skin.altitude[body]:
+            room = -1.0
+        skin.pause[body] = PAUSE if room > 0.0 else LONG_PAUSE
+    skin.room[body] = room
     if room > 0.0:
-        shift, most = sub(mean, load(skin.middle, body)), 0.0
-        for i in range(end - first):
-            way = sub(load(vertices, i), add(load(seen, i), shift))
-            most = max(most, dot(way, way))
-        if most < room * room:
-            return True
-    rows = model.triangle_particles[model.soft_triangle_start[body] : model.soft_triangle_start[body + 1]]
-    skin.room[body] = room_of_star(vertices, rows, first, HEIGHTS * skin.distance[body])
-    store(skin.middle, body, mean)
-    if skin.room[body] > 0.0:
         for i in range(end - first):
             store(seen, i, load(vertices, i))
-    return bool(skin.room[body] > 0.0)
+    return bool(room > 0.0)
+
+
+@jit
+def give_room(model: Model, state: State, surfaces: Surfaces | None, skin: Skin | None, watch: Watch) -> bool:
+    """Let the only body be watched, and tell whether nothing of it is near itself. Without a skin all may be."""
+    if surfaces is None or skin is None:
+        return True
+    skin.is_listed[0] = skin.begins_whole[0] = False
+    is_whole = is_seen_whole(model, surfaces, skin, 0, state)
+    if is_whole:
+        watch.room[0], watch.height[0] = skin.room[0], HEIGHTS * skin.distance[0]
+    return is_whole
+
+
+@jit_lean
+def take_room(skin: Skin | None, watch: Watch, steps: int, has_left: bool) -> None:
+    """Note what was seen of the only body in so many `steps`, after which it leaves its room or not."""
+    if skin is not None:
+        if watch.room[0] < inf:
+            skin.room[0], watch.room[0] = watch.room[0], inf
+        if has_left:
+            skin.room[0] = -1.0
+        skin.pause[0] = max(0, skin.pause[0] - steps)
+
+
+@jit
+def note_places(skin: Skin | None, state: State) -> None:
+    """Note where particles are, and how fast, so that a step can be undone."""
+    if skin is not None:
+        for i in range(skin.place.shape[0]):
+            store(skin.place, i, load(state.particle_position, i))
+            store(skin.speed, i, load(state.particle_velocity, i))
+
+
+@jit
+def stays_whole(model: Model, state: State, surfaces: Surfaces | None, skin: Skin | None) -> bool:
+    """Tell whether a step has left the only body so that nothing of it is near itself; if not, undo the step."""
+    if surfaces is None or skin is None or is_seen_whole(model, surfaces, skin, 0, state):
+        return True
+    for i in range(skin.place.shape[0]):
+        store(state.particle_position, i, load(skin.place, i))
+        store(state.particle_velocity, i, load(skin.speed, i))
+    return False
 
 
 @jit
@@ -383,7 +456,7 @@ def keep_whole(
             continue
         first, end = model.soft_particle_start[body], model.soft_particle_start[body + 1]
         before, after = start.particle_position[first:end], state.particle_position[first:end]
-        skin.begins_whole[body] = skin.is_whole[body] and _is_seen_whole(model, skin, body, after)
+        skin.begins_whole[body] = skin.is_whole[body] and is_seen_whole(model, surfaces, skin, body, state)
         if skin.begins_whole[body]:
             continue
         if skin.is_whole[body]:

@@ -115,6 +115,7 @@ EDITS = {
     "an array": ("2.0, 4.0", "2.5, 4.0", "middle"),
     "the fields": ("first: float\n    second", "second: float\n    first", "middle"),
     "what is pasted": ("3.0 * x", "x / 3.0", "middle"),
+    "whether anything is pasted": ("return x + more", "return pasted(x) + more", "leaf middle"),
     "a loop of threads": ("middle(x) * i", "middle(x) * i * i", "shared_out"),
     "how it is compiled": ("@jit\ndef leaf", "@jit_inlined\ndef leaf", "middle"),
 }

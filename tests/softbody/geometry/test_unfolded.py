@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 import softbody
 from references import igl
-from softbody.geometry.unfolded import find_unfolded, is_star_shaped, room_of_star
+from softbody.geometry.unfolded import find_unfolded, is_star_shaped
 
 pytestmark = pytest.mark.interpreted
 
@@ -50,26 +50,3 @@ def test_what_is_inside_out_flat_or_no_number_is_not_seen_whole():
         broken = BALL.vertices * [1.0, 1.0, scale]
         assert not is_star_shaped(broken, BALL.triangles)
     assert not unfolded(broken, BALL.triangles).any()
-
-
-@pytest.mark.parametrize("seed", range(20))
-def test_within_its_room_a_star_stays_one_with_its_height(seed):
-    rng = np.random.default_rng(seed)
-    ball = softbody.icosphere(2)
-    vertices = ball.vertices * rng.uniform(0.3, 1.0, 3) * rng.uniform(0.9, 1.1, (len(ball.vertices), 1))
-    least = 0.05
-    room = room_of_star(vertices, ball.triangles + 7, 7, least)
-    assert room > 0.0
-    way = rng.normal(size=vertices.shape)
-    way *= 0.999 * room / np.linalg.norm(way, axis=1, keepdims=True)
-    moved = vertices + way - way.mean(axis=0)  # the mean's own motion is beside it
-    moved = vertices + (moved - vertices) * min(1.0, 0.999 * room / np.linalg.norm(moved - vertices, axis=1).max())
-    assert is_star_shaped(moved, ball.triangles)
-    assert room_of_star(moved, ball.triangles, 0, 0.99 * least) > 0.0
-
-
-def test_what_is_lower_or_hidden_has_no_room():
-    ball = softbody.icosphere(2)
-    assert room_of_star(ball.vertices * [1.0, 1.0, 0.1], ball.triangles, 0, 0.2) < 0.0
-    ring = softbody.torus(1.0, 0.4, 12, 8)
-    assert room_of_star(ring.vertices, ring.triangles, 0, 0.0) < 0.0

@@ -67,7 +67,7 @@ def test_a_slider_shows_what_is(both):
     both[0].substeps = 3
     shown = shown_at_start(both[0])
     as_set = {"stiffness": 0.0, "gas": 0.0, "gravity": 5.0, "friction": 0.3, "restitution": 0.2, "substeps": 3.0}
-    assert shown == pytest.approx(as_set)
+    assert shown == pytest.approx(as_set | {"self_contact": 0.0})
     assert shown.keys() == SLIDERS.keys()
     assert shown_at_start(softbody.World())["friction"] == 0.0
 
@@ -96,3 +96,24 @@ def test_there_is_no_other_slider_and_no_other_integrator(both):
         Adjustments(*both).set_slider("colour", 1.0)
     with pytest.raises(ParameterError, match="integrator is 'euler'"):
         Adjustments(*both).set_integrator("euler")
+
+
+def test_bodies_hold_themselves_or_not_at_the_distance_they_began_with(both):
+    adjustments = Adjustments(*both)
+    body = both[0].soft_bodies[0]
+    adjustments.set_slider("self_contact", 1.0)
+    most = body.self_contact
+    assert most > 0.0
+    both[1].soft_bodies[0].self_contact = 0.5 * most
+    adjustments.set_slider("self_contact", 1.0)
+    assert body.self_contact == 0.5 * most
+    adjustments.set_slider("self_contact", 0.0)
+    assert body.self_contact == 0.0
+
+
+def test_in_the_papers_world_bodies_go_on_to_go_through_themselves():
+    worlds = [softbody.World(soft_contact="single") for _ in range(2)]
+    for world in worlds:
+        world.add_soft_body(softbody.octahedron(), 1.0, 10.0, 2.0)
+    Adjustments(*worlds).set_slider("self_contact", 1.0)
+    assert worlds[0].soft_bodies[0].self_contact == 0.0

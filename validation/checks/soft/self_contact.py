@@ -10,7 +10,8 @@ import numpy as np
 import softbody
 from softbody import Mesh, SoftBody, World
 from softbody.collision.soft import guard, near_features, self_rows, skin
-from softbody.geometry import unfolded
+from softbody.dynamics import watch
+from softbody.geometry import star
 from validation.answers import Answers
 from validation.cases import MESH_KINDS, random_mesh
 from validation.check import Comparison, Run, check
@@ -283,13 +284,14 @@ def nothing_goes_through_itself(run: Run) -> Comparison:
     faults=(
         Fault("motion is not cut", guard.cut_motion, "not never_meet(a_, b_, c_, d_, e_, f_) → False"),
         Fault("what is cut is lost", guard.give_back, "accumulate(velocity, i, z_) → pass"),
+        Fault("a last step that is not looked at", skin.stays_whole, "is_seen_whole(a_, b_, c_, d_, e_) → True"),
     ),
 )
 def folds_at_speed(run: Run) -> Comparison:
     """Sides that are thrown at each other do not cross.
 
     Balls and rings, without weight, whose caps fly at each other at 1 to 300 m/s while all turns, in each of thirty
-    steps; and momenta stay.
+    steps; rings whose halves would be past each other after one step; and momenta stay.
     """
     from references import igl
 
@@ -306,7 +308,21 @@ def folds_at_speed(run: Run) -> Comparison:
         answers.add(np.abs(world.linear_momentum() - momentum).max() / mass, 0.0, kind=f"{kind}: momentum")
         change = np.abs(world.angular_momentum() - moment).max() / mass
         answers.add(change, 0.0, scale=1e6, kind=f"{kind}: angular momentum")
+        body = _thrown_across(rng)
+        crossed = len(igl.self_intersections(body.positions, body.triangles)) > 0
+        answers.add(crossed, 0.0, kind="past each other in one step")
     return answers.comparison()
+
+
+def _thrown_across(rng: np.random.Generator) -> SoftBody:
+    """Return a limp ring after a step in which its halves would go through each other, from where nothing is near."""
+    world = World(gravity=(0.0, 0.0, 0.0))
+    body = world.add_soft_body(softbody.torus(0.5, 0.2, 20, 10), 1.0, 1e-3, 0.0, damping=0.0, self_contact=True)
+    x = body.positions[:, 0]
+    inwards = -np.sign(x) * np.minimum(np.abs(x) / 0.3, 1.0)
+    body.velocities = np.outer(inwards, rng.uniform(0.32, 0.4) * np.array([1.0, 0.0, 0.0]))
+    world.step(1.0, allow_unstable=True)
+    return body
 
 
 def _thrown(rng: np.random.Generator) -> tuple[World, SoftBody]:
@@ -337,6 +353,8 @@ def _thrown(rng: np.random.Generator) -> tuple[World, SoftBody]:
         Fault("edges are left out", near_features._add_pairs, "e < 0 → True"),
         Fault("particles are left out", near_features._add_pairs, "surface.touching[v] != one → True"),
         Fault("far too soon", near_features._are_far, "other_high + margin → other_high"),
+        Fault("the least gap is that of particles", near_features._least_gap_of_two, "e < 0 or f < 0 → True"),
+        Fault("the least gap is that of edges", near_features._least_gap_of_two, "surface.touching[v] == one → False"),
     ),
 )
 def near_features_are_found(run: Run) -> Comparison:
@@ -352,17 +370,18 @@ def near_features_are_found(run: Run) -> Comparison:
         size = np.ptp(mesh.vertices, axis=0).max()
         vertices = mesh.vertices + size * 10.0 ** rng.uniform(-3.0, -1.0) * rng.normal(size=mesh.vertices.shape)
         margin = size * 10.0 ** rng.uniform(-3.0, -1.0)
-        ours, gaps = listed(mesh, vertices, margin)
+        ours, gaps, least = listed(mesh, vertices, margin)
         judged, distances = ipctk.near_features(vertices, mesh.edges, mesh.triangles, margin)
         same = np.array_equal(ours, judged)
         answers.add(float(not same), 0.0, kind="which")
         if same and len(gaps):
             answers.add(np.abs(gaps - distances).max() / size, 0.0, kind="how far")
+        answers.add((least - min(distances, default=margin)) / size, 0.0, kind="the least")
     return answers.comparison()
 
 
-def listed(mesh: Mesh, vertices: np.ndarray, margin: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return (pairs (p, 3), gaps (p,) [m]) of a mesh whose vertices are elsewhere, in order."""
+def listed(mesh: Mesh, vertices: np.ndarray, margin: float) -> tuple[np.ndarray, np.ndarray, float]:
+    """Return (pairs (p, 3), gaps (p,) [m], least gap [m]) of a mesh whose vertices are elsewhere, in order."""
     world = World()
     world.add_soft_body(mesh, 1.0, 1.0, 0.0)
     world.state.particle_position[:] = vertices
@@ -377,16 +396,17 @@ def listed(mesh: Mesh, vertices: np.ndarray, margin: float) -> tuple[np.ndarray,
         corners = [a, *mesh.triangles[b]] if kind == near_features.TRIANGLE else [*mesh.edges[a], *mesh.edges[b]]
         found.append((kind, a, b))
         gaps.append(near_features.gap_of(kind, *map(tuple, vertices[corners].tolist())))
-    return np.array(found, np.int64).reshape(-1, 3), np.array(gaps)
+    least = skin.least_gap_of_body(world.model, world.state, surfaces, 0, margin)
+    return np.array(found, np.int64).reshape(-1, 3), np.array(gaps), least
 
 
 @check(
     section="7",
-    piece="softbody.geometry.unfolded.room_of_star",
+    piece="softbody.geometry.star.room_of_star",
     reference="the IPC Toolkit: the least distance of two features without a common vertex",
     engines=("ipctk",),
     unit="disagreements",
-    faults=(Fault("room up to the mean", unfolded.room_of_star, "min(room, a_, b_) → min(room, height)"),),
+    faults=(Fault("room to the altitude", star.room_of_star, "min(least_lane(room), a_) → 3.0 * altitude"),),
 )
 def what_is_seen_from_high_has_nothing_near(run: Run) -> Comparison:
     """What is seen whole from high above has nothing near itself.
@@ -404,7 +424,7 @@ def what_is_seen_from_high_has_nothing_near(run: Run) -> Comparison:
         size = np.ptp(vertices, axis=0).max()
         corners = vertices[mesh.triangles]
         distance = min(skin.OF_SIZE * size, skin.OF_LOWEST * skin.lowest_altitude(corners))
-        room = unfolded.room_of_star(vertices, mesh.triangles, 0, skin.HEIGHTS * distance)
+        room = star.room_of_mesh(vertices, mesh.triangles, skin.HEIGHTS * distance)
         if not room > 0.0:
             continue
         way = rng.normal(size=vertices.shape)
@@ -418,16 +438,20 @@ def what_is_seen_from_high_has_nothing_near(run: Run) -> Comparison:
 @check(
     section="7",
     piece="softbody.World.step",
-    reference="the same world without self-contact; on two threads; restored in mid-fold",
+    reference="the same world without self-contact; with another body; on two threads; restored in mid-fold",
     kind="the core in another form",
     unit="bits that differ",
-    faults=(Fault("lists are not in order", skin._list_anew, "sort_pairs(a_, b_, c_) → pass"),),
+    faults=(
+        Fault("lists are not in order", skin._list_anew, "sort_pairs(a_, b_, c_) → pass"),
+        Fault("whoever is watched may go anywhere", watch.stays_in_room, "return False → return True"),
+        Fault("nobody looks before", skin.give_room, "return is_whole → return True"),
+    ),
 )
 def nothing_shows_but_contacts(run: Run) -> Comparison:
     """Self-contact changes no bit of a body that does not touch itself.
 
-    And none depends on threads, on a snapshot in mid-fold, or on whether steps are asked for one by one: a ball and a
-    ring that fall, and two limp balls that fold.
+    And none depends on threads, on a snapshot in mid-fold, on whether steps are asked for one by one, or on whether
+    there is another body far away: a ball and a ring that fall, and limp balls that fold.
     """
     answers = Answers()
     for mesh, gas in (softbody.icosphere(2, 0.4), 60.0), (softbody.torus(0.4, 0.15, 18, 10), 60.0):
@@ -448,10 +472,27 @@ def nothing_shows_but_contacts(run: Run) -> Comparison:
     if run.count(0, 1, 1):  # what moves bodies on threads is compiled for half a minute
         others.append(("threads", _limp_pair(2)))
         others[-1][1].step(1e-3, before + after)
-    for kind, other in others:
-        same = (one.state.particle_position == other.state.particle_position).all(axis=1)
+    pairs = [(kind, one, other) for kind, other in others]
+    # A body alone is moved by many steps at once, while it is watched, until it may touch itself.
+    alone, beside = _limp(softbody.icosphere(2, 0.4), False), _limp(softbody.icosphere(2, 0.4), True)
+    for steps in 1, 200, 7, run.count(292, 492, 1_000):
+        alone.step(1e-3, steps)
+        beside.step(1e-3, steps)
+    for kind, first, second in [*pairs, ("beside another", alone, beside)]:
+        position, other = first.state.particle_position, second.state.particle_position
+        same = (position == other[: len(position)]).all(axis=1)
         answers.extend(same, np.ones(len(same), bool), kind=kind)
     return answers.comparison()
+
+
+def _limp(mesh: Mesh, has_neighbour: bool) -> World:
+    """Return a limp body above the ground, alone or far from another."""
+    world = World()
+    world.add_ground()
+    world.add_soft_body(mesh, 1.0, 20.0, 0.05, (0.0, 0.0, 0.5), self_contact=True)
+    if has_neighbour:
+        world.add_soft_body(softbody.icosphere(1, 0.4), 1.0, 400.0, 60.0, (100.0, 0.0, 0.5))
+    return world
 
 
 def _fallen(mesh: Mesh, gas: float, holds_itself: bool, steps: int) -> np.ndarray:

@@ -187,3 +187,66 @@ def test_what_is_thrown_flat_within_a_step_has_not_collapsed():
         world.step(2e-3, allow_unstable=True)
         assert not meets_itself(body)
     assert np.allclose(world.linear_momentum(), momentum, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("mesh", "gas", "how"),
+    [
+        (softbody.icosphere(2, 0.4), 60.0, {}),
+        (softbody.icosphere(2, 0.4), 60.0, {"substeps": 3}),
+        (softbody.icosphere(2, 0.4), 60.0, {"integrator": "rk4"}),
+        (softbody.icosphere(2, 0.4), 0.05, {}),
+        (softbody.icosphere(2, 0.4), 0.05, {"substeps": 2}),
+        (softbody.torus(0.4, 0.15, 18, 10), 60.0, {}),
+        (softbody.torus(0.4, 0.15, 18, 10), 5.0, {}),
+    ],
+)
+def test_a_body_alone_moves_as_it_does_beside_another(mesh, gas, how):
+    """Alone it is moved by many steps at once while it is watched, up to where it might touch itself."""
+    ends = []
+    for is_alone in (True, False):
+        world = World(**how)
+        world.add_ground()
+        world.add_soft_body(
+            mesh, 1.0, 400.0 if gas > 1.0 else 20.0, gas, (0.0, 0.0, 0.6), (1.0, 0.0, 0.0), self_contact=True
+        )
+        if not is_alone:
+            world.add_soft_body(softbody.icosphere(1, 0.4), 1.0, 400.0, 60.0, (100.0, 0.0, 0.6))
+        for steps in (1, 300, 7, 200, 1):
+            world.step(5e-4, steps)
+        count = len(mesh.vertices)
+        ends.append((world.state.particle_position[:count], world.state.particle_velocity[:count]))
+    assert np.array_equal(ends[0][0], ends[1][0])
+    assert np.array_equal(ends[0][1], ends[1][1])
+
+
+def test_what_has_parted_has_no_contacts_any_more():
+    world, body = limp_ball()
+    world.step(1e-3, 500)
+    assert len(world.contact_points().of(body, body))
+    body.gas = 20.0
+    world.step(1e-3, 700)
+    assert not len(world.contact_points().of(body, body))
+    assert not meets_itself(body)
+
+
+def test_the_model_is_the_same_after_a_call():
+    """Else what is known of it, as its stable step, would be found anew in each call."""
+    world, _ = limp_ball()
+    world.step(1e-3, 2)
+    model = world.model
+    for _ in range(3):
+        world.step(1e-3)
+    assert world.model is model
+
+
+@pytest.mark.parametrize("far", [0.2, 0.3, 0.4])
+def test_halves_do_not_go_through_each_other_in_one_step(far):
+    """The body begins each step with nothing near itself."""
+    world = World(gravity=(0.0, 0.0, 0.0))
+    body = world.add_soft_body(softbody.torus(0.5, 0.2, 20, 10), 1.0, 1e-3, 0.0, damping=0.0, self_contact=True)
+    x = body.positions[:, 0]
+    body.velocities = np.outer(-np.sign(x) * np.minimum(np.abs(x) / 0.3, 1.0), (far, 0.0, 0.0))
+    for _ in range(2):
+        world.step(1.0, allow_unstable=True)
+        assert not meets_itself(body)
