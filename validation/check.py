@@ -149,8 +149,8 @@ def check(
     of judge, one of KINDS: with engines and without one it is ENGINE or LIBRARY.
 
     Raises ValueError for a function without a docstring or a family, for an engine that no reference declares, for a
-    tolerance without a reason or that is no finite number from 0 on, for fewer than one case, and for a check without a
-    fault that it sees.
+    tolerance without a reason or that is no finite number from 0 on, for a count of disagreements that has one, for
+    fewer than one case, and for a check without a fault that it sees.
     """
 
     def register(compare: Callable[[Run], Comparison]) -> Callable[[Run], Comparison]:
@@ -179,6 +179,8 @@ def check(
             raise ValueError(f"{name} has a tolerance of {tolerance}: it must be finite and not below 0")
         if tolerance is not None and not because:
             raise ValueError(f"{name} does not say why its tolerance is {tolerance}: say `because`")
+        if tolerance is not None and unit == DISAGREEMENTS:
+            raise ValueError(f"{name} counts disagreements, and allows {tolerance}: none is allowed; leave it out")
         if least < 1:
             raise ValueError(f"{name} may compare {least} cases: a claim compares one at least")
         if not faults:

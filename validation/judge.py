@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import time
 import traceback
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,7 @@ BINS = 40  # of the histogram of a claim's errors
 MOST_KINDS = 1_000  # of cases that a claim may name
 MOST_NOTES = 100
 MOST_WHOLE = 2**53  # up to which whole numbers are doubles
+LEAST_SCALE, MOST_SCALE = 1e-18, 1e12  # what errors may be divided by: no answer is of another size
 
 
 def judge(check: Check, run: Run) -> ClaimRecord:
@@ -27,13 +29,16 @@ def judge(check: Check, run: Run) -> ClaimRecord:
 
     That holds for what an engine raises to end the process, too: it ends the claim.
     """
-    record = blank_record(check, run.seed)
+    record, declared = blank_record(check, run.seed), replace(check)
     start = time.perf_counter()
     run.seed_engines()
     try:
-        weigh(check, check.compare(run), record)
+        comparison = check.compare(run)
+        if check != declared:
+            raise RuntimeError("the claim has changed what it was declared as")
+        weigh(declared, comparison, record)
     except BaseException as error:
-        record.verdict, record.why = verdict_on(error, check.engines)
+        record.verdict, record.why = verdict_on(error, declared.engines)
     record.seconds = time.perf_counter() - start
     return record
 
@@ -42,7 +47,7 @@ def verdict_on(error: BaseException, engines: tuple[str, ...]) -> tuple[str, str
     """Return the verdict on a check that raised, and why: only an engine of its own excuses it.
 
     One that is not installed, that cannot be imported, or that raised: called by a reference or by the check itself,
-    and not by way of the core.
+    and not by way of the core; and that was not given numbers which are none.
     """
     if isinstance(error, NotHereError):
         return NOT_RUN, plain(error)
@@ -54,9 +59,25 @@ def verdict_on(error: BaseException, engines: tuple[str, ...]) -> tuple[str, str
     core, judges = _folders("softbody"), [one.path for one in [*DECLARED, *subjects().values()]]
     theirs = judges + [folder for engine in engines for folder in _folders(engine)]
     through_core = any(_is_in(frame.filename, core) for frame in where)
+    if given := _no_numbers(error, theirs):
+        return FAILS, f"{', '.join(engines)} was given {given} that is not finite, and {why}"
     if engines and not through_core and (isinstance(error, ImportError) or _is_in(where[-1].filename, theirs)):
         return BROKEN, f"{', '.join(engines)} {why}"
     return FAILS, why
+
+
+def _no_numbers(error: BaseException, files: list[Path]) -> str:
+    """Return what is not finite of the arguments that functions in some files were called with, or ""."""
+    for frame, _ in traceback.walk_tb(error.__traceback__):
+        code = frame.f_code
+        if _is_in(code.co_filename, files):
+            for name in code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]:
+                value = frame.f_locals.get(name)
+                if isinstance(value, (float, np.ndarray)):
+                    numbers = np.asarray(value)
+                    if numbers.dtype.kind == "f" and not np.isfinite(numbers).all():
+                        return plain(name)
+    return ""
 
 
 def _folders(package: str) -> list[Path]:
@@ -101,15 +122,15 @@ def blank_record(check: Check, seed: int) -> ClaimRecord:
 
 def weigh(check: Check, comparison: Comparison, record: ClaimRecord) -> None:
     """Fill in value, distribution and verdict. Comparing nothing fails, and so does anything not finite."""
-    errors = errors_of(comparison.measured, comparison.expected, comparison.scale)
-    record.n = len(errors)
+    counts = check.unit == DISAGREEMENTS
+    errors = errors_of(comparison.measured, comparison.expected, comparison.scale, counts)
+    record.n = different_cases(comparison, errors)
     record.notes = notes_of(comparison.notes)
     record.arbitrations = list(comparison.arbitrations)
-    if len(errors) < check.least:
-        few = f"compared {len(errors)} cases, and is to compare {check.least} at least"
+    if record.n < check.least:
+        few = f"compared {record.n} different cases, and is to compare {check.least} at least"
         record.verdict, record.why = FAILS, few if len(errors) else "compared nothing"
         return
-    counts = check.unit == DISAGREEMENTS
     record.value = float(errors.sum() if counts else errors.max())
     record.errors = distribution(errors)
     record.groups = groups(errors, comparison.groups, counts)
@@ -130,11 +151,11 @@ def weigh(check: Check, comparison: Comparison, record: ClaimRecord) -> None:
 def weigh_printed(check: Check, comparison: Comparison, record: ClaimRecord) -> None:
     """Measure the paper's printed form on the same cases. An erratum holds only if that form is really wrong."""
     assert record.erratum is not None
-    errors = errors_of(comparison.printed, comparison.expected, comparison.scale)
+    counts = check.unit == DISAGREEMENTS
+    errors = errors_of(comparison.printed, comparison.expected, comparison.scale, counts)
     if not np.isfinite(errors).all():
         record.verdict, record.why = FAILS, "the printed form gives no number in some cases: choose others"
         return
-    counts = check.unit == DISAGREEMENTS
     value = float(errors.sum() if counts else errors.max())
     record.erratum.printed_value = value
     record.erratum.printed_median = float(np.median(errors))
@@ -143,17 +164,38 @@ def weigh_printed(check: Check, comparison: Comparison, record: ClaimRecord) -> 
         record.verdict, record.why = FAILS, "the printed form is as good as the right one on these cases"
 
 
-def errors_of(measured: object, expected: object, scale: object) -> np.ndarray:
-    """Return the error (n,) of each case.
+def different_cases(comparison: Comparison, errors: np.ndarray) -> int:
+    """Return how many cases were compared: those with the same answers, inputs and kind are one.
 
-    Raises ValueError for answers that are no yes-or-no, real or exact whole numbers, in shapes (n,) or (n, k) that are
-    the same on both sides; for sides that share memory; and for a scale that is not finite and above 0.
+    But for yes-or-no and whole numbers, which are often the same, and for two answers that are exactly 0.
+    """
+    measured, expected = np.asarray(comparison.measured), np.asarray(comparison.expected)
+    if len(errors) == 0 or (measured.dtype.kind != "f" and expected.dtype.kind != "f"):
+        return len(errors)
+    inputs = [np.asarray(rows) for rows in comparison.inputs.values()]
+    asked = [rows for rows in inputs if rows.dtype.kind in "biuf" and len(rows) == len(errors)]
+    sides = [rows.reshape(len(errors), -1).astype(float) for rows in (measured, expected, *asked)]
+    if comparison.groups is not None and len(comparison.groups) == len(errors):
+        sides.append(np.unique(np.asarray(comparison.groups), return_inverse=True)[1][:, None].astype(float))
+    is_zero = (measured == 0.0).reshape(len(errors), -1).all(axis=1) & (expected == 0.0).reshape(len(errors), -1).all(1)
+    return int(is_zero.sum()) + len(np.unique(np.concatenate(sides, axis=1)[~is_zero], axis=0))
+
+
+def errors_of(measured: object, expected: object, scale: object, counts: bool = False) -> np.ndarray:
+    """Return the error (n,) of each case; where it `counts` disagreements, each is 0 or 1, or no number.
+
+    Raises ValueError for answers that are no yes-or-no, double or exact whole numbers, in shapes (n,) or (n, k) that
+    are the same on both sides; for sides that share memory, or that are no arrays and cannot be told from such; and for
+    a scale that is not finite and above 0, or of a size that no answer has.
     """
     a, b = _answers(measured, "measured"), _answers(expected, "expected")
     if a.shape != b.shape:
         raise ValueError(f"measured has shape {a.shape} and expected {b.shape}: they must be the same")
     if measured is expected or np.shares_memory(a, b):
         raise ValueError("measured and expected share memory: what is compared with itself agrees")
+    is_plain = type(measured) is np.ndarray and type(expected) is np.ndarray
+    if not is_plain and a.dtype.kind == b.dtype.kind == "f" and np.array_equal(a, b) and (a != np.rint(a)).any():
+        raise ValueError("measured and expected are the same to the last bit: give arrays, of which it can be seen why")
     if a.dtype == bool or b.dtype == bool:
         if a.dtype != b.dtype:
             raise ValueError(f"measured is {a.dtype} and expected {b.dtype}: compare yes-or-no with yes-or-no")
@@ -164,19 +206,22 @@ def errors_of(measured: object, expected: object, scale: object) -> np.ndarray:
     unit = np.asarray(scale, float)
     if unit.shape not in ((), a.shape[:1]) or not ((unit > 0.0) & np.isfinite(unit)).all():
         raise ValueError(f"scale is {scale}: it must be a number, or ({len(a)},) of them, finite and above 0")
+    if unit.size and not (LEAST_SCALE <= unit.min() <= unit.max() <= MOST_SCALE):
+        raise ValueError(f"scale is from {unit.min():g} to {unit.max():g}: no answer is of that size")
     with np.errstate(all="ignore"):  # what is not finite fails the claim; it needs no warning
         difference = a.astype(float) - b.astype(float)
         difference[(difference == 0.0) & (a != b)] = 1.0  # of whole numbers that are one double
         if difference.ndim == 2:
             difference = np.linalg.norm(difference, axis=1)
-        return np.abs(difference) / unit
+        errors = np.abs(difference) / unit
+    return np.where(np.isfinite(errors), np.sign(errors), errors) if counts else errors
 
 
 def _answers(side: object, name: str) -> np.ndarray:
     """Return the answers of one side, as they are, if they can be compared; raises ValueError."""
     answers = np.asarray(side)
-    if answers.dtype.kind not in "biuf":
-        raise ValueError(f"{name} is {answers.dtype}: give yes-or-no, real or whole numbers")
+    if answers.dtype.kind not in "biuf" or (answers.dtype.kind == "f" and answers.dtype != np.float64):
+        raise ValueError(f"{name} is {answers.dtype}: give yes-or-no, whole numbers or doubles")
     if answers.ndim not in (1, 2) or (answers.ndim == 2 and answers.shape[1] == 0):
         raise ValueError(f"{name} has shape {answers.shape}: give (n,), or (n, k) with k ≥ 1")
     return answers

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections import deque
 from collections.abc import Callable, Generator, Iterable
 from dataclasses import asdict, dataclass
@@ -13,15 +14,20 @@ import numpy as np
 
 from validation.check import Check, Run
 from validation.judge import blank_record, judge
-from validation.record import FAILS, ClaimRecord, finite, from_json
+from validation.leftovers import changed, children_now, core_now, end_children
+from validation.plain_text import plain
+from validation.record import FAILS, HOLDS, ClaimRecord, finite, from_json
 from validation.subject import find_check
-from validation.worker import RAISED, Ended, Task, Worker, memory_each
+from validation.worker import RAISED, Ended, Task, Worker, leave_after_answer, memory_each
 
 if TYPE_CHECKING:
     from validation.cluster import Cluster
 
 # Seconds that one claim may take, the compilation of its kernels included, on a machine that does something else too.
 LIMITS = {"quick": 900.0, "standard": 1_200.0, "full": 7_200.0}
+MOST_NAMED = 3  # of the names that a claim has changed
+# What a claim is declared as, and nobody who judges it changes.
+FRAME = ("id", "claim", "piece", "engines", "unit", "tolerance", "because", "seed", "kind", "faults")
 GLANCE = 0.1  # [s] between two looks at time and memory
 
 
@@ -75,10 +81,27 @@ def run_checks(
 
 def judged(check_id: str, level: str, seed: int) -> dict[str, Any]:
     """Return the record of a check, as JSON would hold it."""
+    check, core, children = find_check(check_id), core_now(), children_now()
     with np.errstate():  # what an engine makes of NumPy's warnings is gone with it
-        record = judge(find_check(check_id), Run(level, seed, check_id))
+        record = judge(check, Run(level, seed, check_id))
+    if left := end_children(children):
+        _blame(record, f"left processes that went on: {', '.join(left)}")
+    if names := changed(core):
+        leave_after_answer()
+        _blame(record, f"left the core changed: {', '.join(names[:MOST_NAMED])}")
     data: dict[str, Any] = finite(asdict(record))
+    try:
+        json.dumps(data)
+    except (TypeError, ValueError) as error:
+        blank = blank_record(check, seed)
+        _blame(blank, f"its record cannot be kept: {plain(error)}")
+        return asdict(blank)
     return data
+
+
+def _blame(record: ClaimRecord, why: str) -> None:
+    """Let a claim fail for what it has done, besides what it has compared."""
+    record.verdict, record.why = FAILS, plain("; ".join(filter(None, [why, record.why])))
 
 
 def record_of(ended: Ended) -> ClaimRecord:
@@ -88,13 +111,25 @@ def record_of(ended: Ended) -> ClaimRecord:
     why = ended.why
     if ended.how is None:
         try:
-            return from_json(ClaimRecord, ended.answer)
-        except ValueError as error:
+            return _framed(record, from_json(ClaimRecord, ended.answer), find_check(check_id))
+        except (TypeError, ValueError) as error:
             why = f"its record cannot be kept: {error}"
     record.verdict, record.why, record.seconds = FAILS, why, ended.seconds
     if ended.last_words and ended.how != RAISED:
         record.notes = [f"the process’s last words: {ended.last_words}"]
     return record
+
+
+def _framed(declared: ClaimRecord, told: ClaimRecord, check: Check) -> ClaimRecord:
+    """Return what was found about a claim, in the frame of what it was declared as; raises ValueError."""
+    for name in FRAME:
+        if getattr(told, name) != getattr(declared, name):
+            raise ValueError(f"it says that its {name} is {getattr(told, name)!r}, not {getattr(declared, name)!r}")
+    if told.verdict == HOLDS and not (
+        told.value is not None and told.value <= check.tolerance and told.n >= check.least
+    ):
+        raise ValueError(f"it says that it holds, with an error of {told.value} in {told.n} cases")
+    return told
 
 
 @dataclass

@@ -12,16 +12,7 @@ from softbody.collision.boxes.manifold import Manifold
 from softbody.collision.contact import Contacts
 from softbody.collision.paper.paper_response import resolve_in_turn
 from softbody.collision.pressed import NOW, Pressed, goes_through, keep_first, note_boxes
-from softbody.collision.soft.skin import (
-    Skin,
-    find_self_contacts,
-    forget,
-    give_room,
-    keep_whole,
-    note_places,
-    stays_whole,
-    take_room,
-)
+from softbody.collision.soft.skin import Skin, find_self_contacts, forget, keep_whole
 from softbody.collision.soft.soft_contacts import find_soft_contacts
 from softbody.collision.soft.soft_response import (
     Bodies,
@@ -57,6 +48,7 @@ from softbody.model.sleep_state import SleepState
 from softbody.stepping.finite_check import begins_finite, checksum
 from softbody.stepping.move_boxes import hold_boxes, move_boxes, move_boxes_singly
 from softbody.stepping.sleep import begin_step, let_sleep, mark_sleepers, note_rest, wake_changed
+from softbody.stepping.watched import give_room, note_places, stays_whole, take_room
 
 # Faults beside DIVERGED and COLLAPSED, of runs that begin or end before a step is taken.
 NO_ROOM = 3  # there are more contacts than rows for them

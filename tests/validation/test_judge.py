@@ -12,6 +12,8 @@ import softbody
 from validation.check import DISAGREEMENTS, Check, Comparison, Misprint, NotHereError, Run
 from validation.judge import errors_of, judge
 
+RUN = Run("quick", 0, "family.claim")
+
 
 def make_check(compare, unit="relative", tolerance=1e-9, engines=(), erratum=None) -> Check:
     return Check(
@@ -21,7 +23,7 @@ def make_check(compare, unit="relative", tolerance=1e-9, engines=(), erratum=Non
 
 
 def verdict_of(compare, **options):
-    record = judge(make_check(compare, **options), Run("quick", 0, "family.claim"))
+    record = judge(make_check(compare, **options), RUN)
     return record.verdict, record
 
 
@@ -127,7 +129,7 @@ def test_fewer_cases_than_the_claim_asks_for_fail():
     few = dataclasses.replace(make_check(lambda run: Comparison([1.0, 2.0], [1.0, 2.0])), least=3)
     record = judge(few, Run("quick", 0, "family.claim"))
     assert record.verdict == "fails"
-    assert "compared 2 cases" in record.why
+    assert "compared 2 different cases" in record.why
 
 
 @pytest.mark.parametrize("scale", [0.0, -1.0, np.inf, np.nan, [1.0, -1.0], [1.0, np.inf], [[1.0], [1.0]]])
@@ -209,6 +211,21 @@ def test_an_engine_that_is_installed_and_breaks_is_no_fault_of_the_core(engine, 
     assert "some_engine" in record.why
 
 
+@pytest.mark.parametrize("nonsense", [np.nan, -np.inf, np.array([1.0, np.nan])])
+def test_an_engine_that_breaks_on_what_is_no_number_is_not_to_blame(engine, nonsense):
+    def compare(run):
+        import some_engine
+
+        some_engine.ask_about(nonsense)
+
+    text = "def ask_about(points):\n    raise ValueError('no hull')"
+    verdict, record = verdict_of(compare, engines=engine(text))
+    assert verdict == "fails"
+    assert "some_engine was given points that is not finite" in record.why
+    nonsense = 1.0
+    assert verdict_of(compare, engines=engine(text))[0] == "engine broken"
+
+
 def test_a_core_that_raises_is_a_fault_of_the_core_whoever_judges(engine):
     def compare(run):
         softbody.World().add_box((0.0, 0.0, 0.0), 1.0)
@@ -254,3 +271,71 @@ def test_an_engine_s_own_random_numbers_are_the_same_every_time():
         return Comparison(np.random.random(5), np.zeros(5), 1e9)
 
     assert verdict_of(compare)[1].value == verdict_of(compare)[1].value
+
+
+@pytest.mark.parametrize("scale", [1e300, 1e13, 1e-19, [1.0, 1e99]])
+def test_a_scale_of_a_size_that_no_answer_has_fails(scale):
+    verdict, record = verdict_of(lambda run: Comparison([1.0, 2.0], [5.0, 6.0], scale=scale))
+    assert verdict == "fails"
+    assert "no answer is of that size" in record.why
+
+
+class _Handed:
+    """Hands over an array as something else."""
+
+    def __init__(self, array: np.ndarray) -> None:
+        self._array = array
+
+    def __array__(self, *_: object, **__: object) -> np.ndarray:
+        return self._array.copy()
+
+
+@pytest.mark.parametrize("how", [list, np.ndarray.tolist, _Handed])
+def test_what_is_compared_with_itself_by_way_of_no_array_fails(how):
+    answers = np.array([0.1, 0.7, 3.3])
+    verdict, record = verdict_of(lambda run: Comparison(answers, how(answers)))
+    assert verdict == "fails"
+    assert "the same to the last bit" in record.why
+    assert verdict_of(lambda run: Comparison(how(answers), answers + 1e-17 * np.arange(3)))[0] == "fails"
+    assert verdict_of(lambda run: Comparison(answers, answers.copy()))[0] == "holds"
+
+
+@pytest.mark.parametrize("real", [np.float16, np.float32, np.longdouble])
+def test_answers_are_doubles(real):
+    """Half of their digits would agree by themselves, and more of them JSON does not hold."""
+    verdict, record = verdict_of(lambda run: Comparison(np.ones(3, real), np.ones(3, real)))
+    assert verdict == "fails"
+    assert "doubles" in record.why
+
+
+def test_a_case_that_is_told_many_times_is_one():
+    tiled = Comparison(np.tile([0.3, 0.7], 50), np.tile([0.3, 0.7], 50) + 1e-17)
+    several = dataclasses.replace(make_check(lambda run: tiled), least=3)
+    record = judge(several, RUN)
+    assert (record.verdict, record.n) == ("fails", 2)
+    asked = dataclasses.replace(tiled, inputs={"at": np.arange(100.0)})
+    assert judge(dataclasses.replace(make_check(lambda run: asked), least=3), RUN).n == 100
+    kinds = dataclasses.replace(tiled, groups=["one", "one", "two", "two"] * 25)
+    assert judge(make_check(lambda run: kinds), RUN).n == 4
+    zeros = Comparison(np.zeros(100), np.zeros(100))
+    assert judge(make_check(lambda run: zeros), RUN).n == 100
+
+
+def test_disagreements_are_whole():
+    answers = np.array([0.0, 1.0, 1.0])
+    verdict, record = verdict_of(
+        lambda run: Comparison(answers, np.array([0.0, 1.0, 0.6])), unit="disagreements", tolerance=0.0
+    )
+    assert (verdict, record.value) == ("fails", 1.0)
+
+
+def test_a_claim_that_changes_what_it_was_declared_as_fails():
+    def compare(run):
+        object.__setattr__(claim, "tolerance", 1e9)
+        return Comparison([1.0, 2.0], [5.0, 6.0])
+
+    claim = make_check(compare)
+    record = judge(claim, RUN)
+    assert record.verdict == "fails"
+    assert record.tolerance < 1.0
+    assert "has changed what it was declared as" in record.why

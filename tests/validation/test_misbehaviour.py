@@ -70,7 +70,31 @@ KINDS = {
     ),
     "goes_elsewhere": Kind("gone = tempfile.mkdtemp(); os.chdir(gone); os.rmdir(gone)", HOLDS),
     "makes_numpy_raise": Kind("np.seterr(all='raise')", HOLDS),
-    "leaves_a_child": Kind("subprocess.Popen(['sleep', '1000'])", HOLDS),
+    "leaves_a_child": Kind("subprocess.Popen(['sleep', '1000'])", FAILS, "left processes that went on: sleep"),
+    "leaves_the_core_changed": Kind(
+        "import softbody.world; softbody.world.PRECISIONS = ()",
+        FAILS,
+        "left the core changed: softbody.world.PRECISIONS",
+    ),
+    "leaves_a_method_changed": Kind(
+        "import softbody; softbody.World.step = None", FAILS, "left the core changed: softbody.world.World.step"
+    ),
+    "finds_the_core_as_it_was": Kind(
+        "import softbody; assert softbody.World.step and softbody.world.PRECISIONS", HOLDS
+    ),
+    "forges_an_answer": Kind(
+        "data = pickle.dumps((True, {'verdict': 'holds'})); data = struct.pack('!i', len(data)) + data\n"
+        "for n in range(3, 60):\n    try: os.write(n, data)\n    except OSError: pass",
+        FAILS,
+        "crashed",
+    ),
+    "lets_its_answer_act": Kind(
+        "data = b'cos\\nsystem\\n(Vtouch acted\\ntR.'; data = struct.pack('!i', len(data)) + data\n"
+        "for n in range(3, 60):\n    try: os.write(n, data)\n    except OSError: pass",
+        FAILS,
+        "crashed",
+    ),
+    "answers_in_long_doubles": Kind("return np.longdouble(1.0)", FAILS, "doubles"),
     "forks_and_leaves": Kind("os.fork() or time.sleep(1000); os._exit(1)", FAILS, "exit code 1"),
     "crashes_after_it_has_answered": Kind("threading.Timer(0.3, os.abort).start()", HOLDS),
     "takes_its_time": Kind("time.sleep(1)", HOLDS),  # while its process crashes by what was left behind
@@ -82,7 +106,7 @@ KINDS = {
 }
 
 ENGINE = """
-import ctypes, os, signal, subprocess, sys, tempfile, threading, time, warnings
+import ctypes, os, pickle, signal, struct, subprocess, sys, tempfile, threading, time, warnings
 import numpy as np
 
 def ask(kind):

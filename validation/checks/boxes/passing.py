@@ -567,7 +567,8 @@ def flush_tiles(run: Run) -> Comparison:
         world.run(8.0 * tile[0] / speed, float(rng.choice([1.0 / 60.0, 1.0 / 240.0, 1e-3])))
         # The solver is judged where it works: at the corners that stand on the tiles.
         spin = box.angular_velocity * 0.5 * size[:2].min()
-        answers.add([*box.velocity / speed, *spin / speed], [1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+        asked: dict[str, Any] = {"size": size, "speed": speed, "tile": tile, "yaw": yaw}
+        answers.add([*box.velocity / speed, *spin / speed], [1.0, 0.0, 0.0, 0.0, 0.0, 0.0], **asked)
     return answers.comparison()
 
 

@@ -77,7 +77,7 @@ SHAPES = {
             "rings_.particle[load_.first + i_] → rings_.particle[load_.first + max(0, i_ - 1)]",
         ),
         Fault("masses of the first body, whichever moves", soft_bodies._load_body, "first + i_ → i_"),
-        Fault("speeds that are not brought back from a step", _store_rows, "scatter_vec(speeds, n_, v_, i_) → "),
+        Fault("speeds that are not brought back from a step", _store_rows, "_store_points(w_, n_, memory.velocity) → "),
         Fault(
             "forces of the first body, whichever is asked",
             SoftBody,
@@ -285,7 +285,8 @@ def collapses_when_scipy_says(run: Run) -> Comparison:
         when = float(np.interp(-(limit ** (1.0 / 3.0)), -pull * scale, times))
         step = when / 2_000.5
         error = error_of(SimulationError, world.step, step, 4_000)
-        answers.add((error.step + 0.5) * step / when if error else np.inf, 1.0)
+        asked: dict[str, Any] = {"edge": lengths[0], "stiffness": stiffness, "pull": pull, "deflated_below": limit}
+        answers.add((error.step + 0.5) * step / when if error else np.inf, 1.0, **asked)
     return answers.comparison()
 
 

@@ -90,7 +90,7 @@ def thrown_by_a_wall(run: Run) -> Comparison:
     because="the same bits",
     faults=(
         Fault("impulses of the step before", runner.Runner.step, "store.contents.ground_impulse[:] = 0.0 → "),
-        Fault("a clock that goes on", step.run_alone_by_clock, "done += last → done += 1"),
+        Fault("a clock that goes on", step.run_alone_by_clock, "done += made → done += left"),
     ),
 )
 def nothing_touches_after_a_fault(run: Run) -> Comparison:

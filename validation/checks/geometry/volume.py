@@ -277,4 +277,4 @@ def tetrahedra(run: Run) -> Comparison:
     edges = (corners[:, 1:] - corners[:, :1]).astype(object)
     (a, b, c), (d, e, f), (g, h, i) = edges.transpose(1, 2, 0)
     six = a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g)  # Python's integers
-    return Comparison(measured, [float(Fraction(each, 6)) for each in six])
+    return Comparison(np.array(measured), np.array([float(Fraction(each, 6)) for each in six]))

@@ -111,5 +111,5 @@ def planks_tip_as_they_must(run: Run) -> Comparison:
         world.equilibrium()
         world.run(0.6, STEP * world.stable_time_step())
         lean = 2.0 * np.arcsin(min(1.0, float(np.linalg.norm(planks[0].orientation[1:]))))
-        answers.add(float(lean > 0.03), float(tips), kind="must tip" if tips else "must not")
+        answers.add(lean > 0.03, tips, kind="must tip" if tips else "must not")
     return answers.comparison()

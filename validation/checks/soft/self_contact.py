@@ -12,6 +12,7 @@ from softbody import Mesh, SoftBody, World
 from softbody.collision.soft import guard, near_features, self_rows, skin
 from softbody.dynamics import watch
 from softbody.geometry import star
+from softbody.stepping import watched
 from validation.answers import Answers
 from validation.cases import MESH_KINDS, random_mesh
 from validation.check import Comparison, Run, check
@@ -284,7 +285,7 @@ def nothing_goes_through_itself(run: Run) -> Comparison:
     faults=(
         Fault("motion is not cut", guard.cut_motion, "not never_meet(a_, b_, c_, d_, e_, f_) → False"),
         Fault("what is cut is lost", guard.give_back, "accumulate(velocity, i, z_) → pass"),
-        Fault("a last step that is not looked at", skin.stays_whole, "is_seen_whole(a_, b_, c_, d_, e_) → True"),
+        Fault("a last step that is not looked at", watched.stays_whole, "is_seen_whole(a_, b_, c_, d_, e_) → True"),
     ),
 )
 def folds_at_speed(run: Run) -> Comparison:
@@ -444,7 +445,7 @@ def what_is_seen_from_high_has_nothing_near(run: Run) -> Comparison:
     faults=(
         Fault("lists are not in order", skin._list_anew, "sort_pairs(a_, b_, c_) → pass"),
         Fault("whoever is watched may go anywhere", watch.stays_in_room, "return False → return True"),
-        Fault("nobody looks before", skin.give_room, "return is_whole → return True"),
+        Fault("nobody looks before", watched.give_room, "return is_whole → return True"),
     ),
 )
 def nothing_shows_but_contacts(run: Run) -> Comparison:

@@ -645,7 +645,8 @@ def early_outs_change_nothing(run: Run) -> Comparison:
     """
     first = int(run.fresh_rng().integers(1 << 30))
     seeds = range(first, first + run.count(2, 8, 40))
-    return Comparison([_heap(seed, "exhaustive") for seed in seeds], [_heap(seed, "grid") for seed in seeds])
+    tried, found = (np.array([_heap(seed, pairs) for seed in seeds]) for pairs in ("exhaustive", "grid"))
+    return Comparison(tried, found)
 
 
 def _heap(seed: int, pairs: str) -> np.ndarray:
@@ -735,7 +736,13 @@ def unseen_by_the_paper(run: Run) -> Comparison:
         bar = _bar((long[0], thin[0], thin[0]), (COS, SIN, 0.0, 0.0))
         body = world.add_soft_body(bar, 1.0, 0.0, 0.0, (0.0, 0.0, height), (0.0, 0.0, -speed))
         world.step(1e-2 if kind == "leap over a plate" else STEP)
-        answers.extend(body.velocities / speed, [(0.0, 0.0, -1.0)] * len(body.velocities), kind=kind)
+        count = len(body.velocities)
+        asked: dict[str, Any] = {
+            "speed": np.full(count, speed),
+            "height": np.full(count, height),
+            "particle": np.arange(count),
+        }
+        answers.extend(body.velocities / speed, np.tile((0.0, 0.0, -1.0), (count, 1)), kind=kind, **asked)
     return answers.comparison()
 
 
