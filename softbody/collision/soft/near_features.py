@@ -28,9 +28,9 @@ Members = tuple[int, int, int, int]
 
 
 @jit_lean
-def pair_of(kind: int, a: int, b: int) -> int:
+def pair_of(kind: int, a: int, b: int) -> np.int64:
     """Return the pair of a kind and two features."""
-    return kind << 2 * BITS | a << BITS | b
+    return np.int64(kind) << 2 * BITS | np.int64(a) << BITS | np.int64(b)
 
 
 @jit_lean
