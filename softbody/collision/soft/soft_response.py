@@ -111,6 +111,7 @@ class SubstepContact(NamedTuple):
     left: np.ndarray  # (c,) [m] by how much the sides are inside each other where they are to be brought
     acted: np.ndarray  # (c,) bool
     bounces: np.ndarray  # (c,) bool
+    is_own: np.ndarray  # (c,) bool: of a body with itself
     room: np.ndarray  # (c,) [m] by how much a may end below where a box was to bring it
     time_since: np.ndarray  # (c,) [s] before the end of the step at which they touched, as far as each alone tells
 
@@ -188,6 +189,7 @@ def resolve_contacts(
     rows = rows_of(contacts, contacts.number, contacts.number[1], contacts.number[0])
     substep = SubstepContact(
         np.empty(count),
+        np.zeros(count, np.bool_),
         np.zeros(count, np.bool_),
         np.zeros(count, np.bool_),
         np.zeros(count),
@@ -393,14 +395,21 @@ def _add_no_energy(
     shifts: Problem,
     rows: np.ndarray,
 ) -> None:
-    """Let bounces that would add energy, as several at once or with friction may, act by the part that adds none."""
-    bounces = False
+    """Let impulses that would add energy, as several at once or with friction may, act by the part that adds none.
+
+    That is, where some are of bounces, or of a body with itself: those may be at odds with each other, where a skin
+    folds fast. What sides are to part by does not count there.
+    """
+    bounces, is_own = False, False
     for k in rows:
-        bounces = bounces or substep.bounces[k]
-    if not bounces:
+        bounces, is_own = bounces or substep.bounces[k], is_own or substep.is_own[k]
+    if not (bounces or is_own):
         return
     none = (0.0, 0.0, 0.0)
     after, before = 0.0, 0.0
+    if is_own:
+        for k in rows:
+            after -= max(0.0, impulses.goal[k]) * dot(load(impulses.given, k), load(contacts.normal, k))
     for k in rows:
         after += dot(load(impulses.given, k), seen(contacts, k, velocities, load(impulses.acts_at, k)))
     for k in rows:
@@ -568,6 +577,8 @@ def look_back(
                 body = response.body[contacts.particles[k, side, 0]]
                 response.load[body] = max(response.load[body], -speed)
                 slow = max(slow, left / response.parting_time[body])
+        i, j = contacts.particles[k, 0, 0], contacts.particles[k, 1, 0]
+        substep.is_own[k] = i != NOBODY and j != NOBODY and response.body[i] == response.body[j]
         parting = max(slow, min(left / (PARTING_STEPS * h), -OF_LOAD * speed))
         way = min(contacts.depth[k], closed + h * parting)
         if contacts.depth[k] < 0.0:  # a gap, which other contacts may close, but no further
