@@ -37,7 +37,8 @@ class Comparison:
     """What the core answered and what the judge answered, case by case.
 
     `measured` and `expected` are (n,) or (n, k); the error of a case is the length of the difference of its
-    rows, divided by `scale` (a number or (n,), finite and above 0). Yes-or-no answers are compared as such. `groups`
+    rows, divided by `scale` (a number or (n,), from 1e-18 to 1e12). Yes-or-no answers are compared as such; others are
+    doubles or whole numbers. Cases with the same answers, inputs and kind count once, if these are doubles. `groups`
     (n,) names the kind of each case. `printed` holds what the paper's printed form answers, for an erratum: finite.
     No two of them may share memory: what is compared with itself agrees. `inputs` (name → (n, …)) say what each case
     asks, as far as that is a few numbers: those of the worst case are kept, and `replay` shows those of any.

@@ -283,8 +283,8 @@ def nothing_goes_through_itself(run: Run) -> Comparison:
     engines=("igl",),
     unit="wrong, or relative change",
     tolerance=1e-9,
-    because="sums of some hundred terms; angular momentum counts a millionth, as edges that meet head-on leave no "
-    "place for a reaction without a moment",
+    because="sums of some hundred terms; angular momentum counts a millionth, as friction acts at two places that are "
+    "as far apart as the sides are when a step begins",
     faults=(
         Fault("motion is not cut", guard.cut_motion, "not never_meet(a_, b_, c_, d_, e_, f_) → False"),
         Fault("what is cut is lost", guard.give_back, "accumulate(velocity, i, z_) → pass"),
