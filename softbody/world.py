@@ -80,6 +80,7 @@ class World(Inventory):
     - `angular_speed_floor` [rad/s]: a box on the ground that turns more slowly stops turning, and snaps to the nearest
       multiples of 90°.
     - `frictionless`: whatever is added has friction 0.
+    - `self_contact`: soft bodies that are added have `self_contact`, unless they are told otherwise.
     - `sleep_speed` [m/s] and `sleep_after` [s]: bodies fall asleep, so that steps cost nothing for them, that have been
       slower for so long with all that they touch or are joined to; 0: none does. They wake when something comes near,
       or something of them or that acts on them changes. Speed is the root mean square over their mass.
@@ -107,6 +108,7 @@ class World(Inventory):
         angular_speed_ceiling: float = inf,
         angular_speed_floor: float = 0.0,
         frictionless: bool = False,
+        self_contact: bool = False,
         sleep_speed: float = 0.0,
         sleep_after: float = 0.5,
     ) -> None:
@@ -116,6 +118,7 @@ class World(Inventory):
             "soft_contact": soft_contact,
             "pairs": pairs,
             "frictionless": frictionless,
+            "self_contact": self_contact,
         }
         choices |= {"edge_contacts": edge_contacts, "split_steps": split_steps, "gyroscopic": gyroscopic}
         choices |= {"speed_ceiling": speed_ceiling, "angular_speed_ceiling": angular_speed_ceiling}

@@ -38,6 +38,7 @@ def add_soft_body(
     damping = properties["damping"]
     if damping is None and store.settings.integrator == RK4_VELOCITY:
         properties = {**properties, "damping": 0.0}
+    properties = {"self_contact": store.settings.self_contact, **properties}
     checked = _properties(store, "soft", properties)
     check_self_contact(store.settings, checked["soft_self_contact"])
     with store.exclusive():

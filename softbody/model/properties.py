@@ -9,7 +9,7 @@ import numpy as np
 
 from softbody.errors import ParameterError
 from softbody.model.arrays import Model, Property
-from softbody.model.settings import Settings
+from softbody.model.settings import Settings, check_holds_itself
 from softbody.model.validation import check_range
 
 
@@ -43,8 +43,7 @@ def check_self_contact(settings: Settings, distance: float | None) -> None:
     """Raise ParameterError unless bodies may keep a `distance` [m] from themselves, with these settings; None: any."""
     if distance is not None and distance < 0.0:
         raise ParameterError(f"self_contact is {distance}; give True, False, or a distance ≥ 0 [m]")
-    if settings.single_soft_contact and distance != 0.0:
-        raise ParameterError('self_contact needs a world whose soft_contact is "together"; the paper has none')
+    check_holds_itself(settings, distance != 0.0)
 
 
 @cache

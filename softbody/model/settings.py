@@ -34,6 +34,7 @@ class Settings(NamedTuple):
     angular_speed_ceiling: float = inf  # [rad/s] of boxes; paper §6
     angular_speed_floor: float = 0.0  # [rad/s] below which a box on the ground stops turning and snaps to 90°; paper §6
     frictionless: bool = False  # whatever is added has friction 0, as everything in the paper
+    self_contact: bool = False  # soft bodies that are added keep a distance from themselves, unless told otherwise
     sleep_speed: float = 0.0  # [m/s] at which bodies are slow enough to fall asleep; 0: none ever does
     sleep_after: float = 0.5  # [s] for which they must have been so slow
 
@@ -55,6 +56,7 @@ class Choices(TypedDict, total=False):
     angular_speed_ceiling: float
     angular_speed_floor: float
     frictionless: bool
+    self_contact: bool
     sleep_speed: float
     sleep_after: float
 
@@ -105,7 +107,9 @@ def settings_of(choices: Choices) -> Settings:
         else:
             unlimited = isinstance(value, (float, np.floating)) and value == inf
             values[name] = inf if unlimited else check_range(value, name, least=0.0)  # type: ignore[arg-type]
-    return Settings(**values)
+    settings = Settings(**values)
+    check_holds_itself(settings, settings.self_contact)
+    return settings
 
 
 def check_settings(settings: Settings, name: str) -> None:
@@ -118,6 +122,13 @@ def check_settings(settings: Settings, name: str) -> None:
     for field, value in settings._asdict().items():
         if isinstance(value, float) and (isnan(value) or value < 0.0):
             raise ParameterError(f"{name}.{field} is {value}; give a number ≥ 0, or inf")
+    check_holds_itself(settings, settings.self_contact)
+
+
+def check_holds_itself(settings: Settings, holds_itself: bool) -> None:
+    """Raise ParameterError for a soft body that `holds_itself`, where contacts are resolved as in the paper."""
+    if holds_itself and settings.single_soft_contact:
+        raise ParameterError('self_contact needs a world whose soft_contact is "together"; the paper has none')
 
 
 def check_name(value: object, name: str, choices: tuple[str, ...]) -> None:

@@ -28,7 +28,8 @@ from softbody.storage.snapshot_entries import Entries, Snapshot
 # Of snapshots and files. Format 1 has no number, and holds the vertex rings, too; before 3 there are no joints,
 # before 4 no times left, before 5 no names, before 6 nobody sleeps, before 7 soft contacts remember nothing, and before
 # 8 nobody holds itself. A property of bodies may begin a new one.
-FORMAT = max(7, *(note.since for note in known_properties().values()))
+SETTINGS_SINCE = {"sleep_speed": 6, "sleep_after": 6, "self_contact": 8}  # formats; worlds before did as by default
+FORMAT = max(7, *SETTINGS_SINCE.values(), *(note.since for note in known_properties().values()))
 
 GROUND = {  # limits of each of its numbers
     "ground_height": Rows(),
@@ -301,11 +302,12 @@ def _rested(entries: Entries, model: Model, number: int) -> Rested:
 
 
 def _settings(entries: Entries, number: int) -> Settings:
-    if number < 6:
-        entries.put("settings.sleep_speed", np.array(0.0))
-        entries.put("settings.sleep_after", np.array(0.5))
     take: dict[type, Callable[[str], Any]] = {int: entries.whole, bool: entries.truth, float: entries.any_real}
-    values = {field: take[type(value)](f"settings.{field}") for field, value in Settings()._asdict().items()}
+    values = {}
+    for field, default in Settings()._asdict().items():
+        if number < SETTINGS_SINCE.get(field, 0):
+            entries.put(f"settings.{field}", np.array(default))
+        values[field] = take[type(default)](f"settings.{field}")
     settings = Settings(**values)
     check_settings(settings, "settings")
     return settings

@@ -134,6 +134,7 @@ class Caller:
             "split_steps": self.yes(),
             "gyroscopic": self.yes(),
             "frictionless": self.yes(),
+            "self_contact": self.yes(),
             "substeps": self.one([1, 2, 0, -1, 10**400, None, 1.0, "1", np.uint64(2)]),
             "threads": self.one([1, 0, -1, 10**6, 10**400, None, 1.0, "1", np.uint64(1)]),
             "colour": 1,

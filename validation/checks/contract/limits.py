@@ -191,6 +191,7 @@ def of_worlds(folder: Path) -> Iterator[Case]:
         "edge_contacts": YES_OR_NO,
         "split_steps": YES_OR_NO,
         "frictionless": YES_OR_NO,
+        "self_contact": YES_OR_NO,
         "gyroscopic": YES_OR_NO,
         "speed_ceiling": ceiling,
         "angular_speed_ceiling": ceiling,

@@ -31,6 +31,7 @@ NONE_THEN: dict[str, Any] = {
     "rest.": 0,
     "settings.sleep_speed": 0.0,
     "settings.sleep_after": 0.5,
+    "settings.self_contact": False,
     "cache.soft": 0,
     "model.soft_self_contact": 0.0,
 }
@@ -108,9 +109,11 @@ def said_since(read: Callable[[Path], World], path: Path, said: dict[str, Any]) 
         Fault("a property that format 7 must have", snapshot._model, "number < note.since → False"),
         Fault("soft contacts that format 6 must remember", snapshot._impulses, "number_ < 7 → number_ < 6"),
         Fault(
-            "a setting without a value for old files", snapshot._settings, "entries.put('settings.sleep_after', x_) → "
+            "settings without a value for old files",
+            snapshot._settings,
+            "number < SETTINGS_SINCE.get(field, 0) → False",
         ),
-        Fault("sleep in worlds that knew none", snapshot._settings, "np.array(0.0) → np.array(0.03)"),
+        Fault("sleep in worlds that knew none", snapshot._settings, "np.array(default) → np.array(0.03)"),
         Fault("a setting of another name", snapshot._settings, "take[t_](f_) → take[t_](f_.replace('axes', 'tests'))"),
         Fault("a part of another name", snapshot._part, "f'{name}.{field}' → f'{kind.__name__}.{field}'"),
         Fault("pickles that forget", World.__setstate__, "self.restore(snapshot) → "),

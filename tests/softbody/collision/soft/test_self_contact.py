@@ -60,6 +60,19 @@ def test_the_papers_world_has_none():
     body = World.paper().add_soft_body(softbody.icosphere(1, 0.4), 1.0, 20.0, 1.0)
     with pytest.raises(ParameterError, match="the paper has none"):
         body.self_contact = True
+    with pytest.raises(ParameterError, match="the paper has none"):
+        World.paper(self_contact=True)
+
+
+def test_a_world_says_it_for_all_that_are_added(tmp_path):
+    world = World(self_contact=True)
+    given = {"mesh": softbody.icosphere(2, 0.4), "mass": 1.0, "stiffness": 20.0, "gas": 1.0}
+    bodies = [world.add_soft_body(**given), world.add_soft_body(**given, self_contact=False)]
+    bodies += [world.add_soft_body(**given, self_contact=1e-4)]
+    world.save(tmp_path / "world.npz")
+    other = World.load(tmp_path / "world.npz")
+    bodies += [other.add_soft_body(**given)]
+    assert [body.self_contact for body in bodies] == pytest.approx([1.6e-3, 0.0, 1e-4, 1.6e-3], rel=1e-2)
 
 
 def test_the_distance_is_small_beside_the_mesh_and_between_its_features():
@@ -159,7 +172,8 @@ def test_a_snapshot_says_it_and_files_of_before_say_that_nobody_holds_itself():
     other = World()
     other.restore(kept)
     assert other.soft_bodies[0].self_contact == body.self_contact
-    old = {name: value for name, value in kept.items() if name != "model.soft_self_contact"} | {"format": np.array(7)}
+    since = ("model.soft_self_contact", "settings.self_contact")
+    old = {name: value for name, value in kept.items() if name not in since} | {"format": np.array(7)}
     other.restore(old)
     assert other.soft_bodies[0].self_contact == 0.0
 
