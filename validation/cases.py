@@ -116,6 +116,29 @@ def scanned_sphere(rng: np.random.Generator, subdivisions: int = 3, noise: float
     return Mesh(np.round(mesh.vertices + noise * rng.normal(size=mesh.vertices.shape), 3), mesh.triangles)
 
 
+def uneven_sphere(rng: np.random.Generator) -> Mesh:
+    """Return a random closed mesh whose vertices have 3 to some 20 neighbours, as those of scans and cuts have."""
+    from scipy.spatial import ConvexHull
+
+    around = int(rng.integers(12, 16))
+    angle = 2.0 * np.pi * (np.arange(around) + rng.uniform(-0.2, 0.2, around)) / around
+    ring = np.stack([0.4 * np.cos(angle), 0.4 * np.sin(angle), np.full(around, 0.9)], axis=1)
+    others = rng.normal(size=(int(rng.integers(30, 250)), 3))
+    others = others[others[:, 2] < 0.8 * np.linalg.norm(others, axis=1)]
+    points = np.concatenate([[[0.0, 0.0, 1.0]], ring, others])
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    faces = ConvexHull(points).simplices
+    normals = np.cross(points[faces[:, 1]] - points[faces[:, 0]], points[faces[:, 2]] - points[faces[:, 0]])
+    inward = (normals * points[faces[:, 0]]).sum(axis=1) < 0.0
+    faces[inward] = faces[inward, ::-1]
+    # A vertex in the middle of every third triangle: it has three neighbours, and each of these has one more.
+    split = rng.random(len(faces)) < 0.3
+    middles = len(points) + np.arange(split.sum())
+    fans = [np.stack([faces[split, k], faces[split, (k + 1) % 3], middles], axis=1) for k in range(3)]
+    points = np.concatenate([points, points[faces[split]].mean(axis=1) * 1.02])
+    return Mesh(rng.uniform(0.3, 2.0) * points * rng.uniform(0.7, 1.3, 3), np.concatenate([faces[~split], *fans]))
+
+
 def random_mesh(kind: str, rng: np.random.Generator) -> Mesh:
     """Return a mesh of one of MESH_KINDS, of random proportions and orientation, about the origin."""
     if kind == "sphere":
@@ -126,12 +149,14 @@ def random_mesh(kind: str, rng: np.random.Generator) -> Mesh:
         mesh = softbody.box(rng.uniform(0.3, 2.0, 3), int(rng.integers(1, 5)))
     elif kind == "dented sphere":
         mesh = dented_sphere(3, rng.uniform(0.3, 0.8))
+    elif kind == "uneven sphere":
+        mesh = uneven_sphere(rng)
     else:
         mesh = lumpy_sphere(rng)
     return rotated(mesh, rng)
 
 
-MESH_KINDS = ("sphere", "torus", "box", "dented sphere", "lumpy sphere")
+MESH_KINDS = ("sphere", "torus", "box", "dented sphere", "lumpy sphere", "uneven sphere")
 
 
 def points_around(mesh: Mesh, count: int, rng: np.random.Generator) -> np.ndarray:

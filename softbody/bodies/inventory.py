@@ -16,7 +16,7 @@ from softbody.bodies.store import Store
 from softbody.bodies.strict_names import StrictNames, check_options
 from softbody.dynamics.energy import Energies, angular_momentum, linear_momentum
 from softbody.model.arrays import Controls, Model, State
-from softbody.model.validation import vector
+from softbody.model.validation import check_range, vector
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -97,12 +97,12 @@ class Inventory(StrictNames):
 
     @property
     def time(self) -> float:
-        """Time since the world was made [s]; may be assigned."""
+        """Time since the world was made [s]; may be assigned, ≥ 0."""
         return self.store.time
 
     @time.setter
     def time(self, value: float) -> None:
-        self.store.clock.time[0] = value
+        self.store.clock.time[0] = check_range(value, "time", "s", least=0.0)
 
     def energy(self) -> float:
         """Return kinetic + spring + gas + gravity energy [J] of every body that can move, less the work of forces.

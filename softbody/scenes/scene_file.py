@@ -20,7 +20,7 @@ from softbody.extras import library
 from softbody.linalg.quaternion import rotation_matrix
 from softbody.mesh import mesh as meshes
 from softbody.mesh.mesh import Mesh
-from softbody.model.validation import check_range, shown, vector
+from softbody.model.validation import check_range, shown
 from softbody.scenes.scene_keys import (
     BOX,
     END,
@@ -145,7 +145,7 @@ class _Reading:
     def scene(self, found: dict[str, Any], world: World | None, choices: dict[str, Any], content: bytes) -> SceneFile:
         """Return the scene; it is good if there is nothing wrong."""
         self._names(found, (*TABLES, *LISTS), ())
-        if not any(name in found for name in BODIES):
+        if not any(found.get(name) for name in BODIES):
             self.wrong.append(((), "there are no bodies; add [[soft_body]] or [[box]]"))
         world = self._world(found, world, choices)
         ground = self._table(found, "ground", GROUND)
@@ -183,10 +183,10 @@ class _Reading:
             z = mesh.vertices[:, 2] + given.get("position", np.zeros(3))[2]
             held = np.flatnonzero((z > above) | (z < below)).tolist()
             if not held and not (above == np.inf and below == -np.inf):
-                raise ParameterError(
-                    f"no vertex is above {above} m or below {below} m: this one is from {z.min():.4g} to "
-                    f"{z.max():.4g} m; fix it where it is"
-                )
+                where = {"fixed_above": above, "fixed_below": below}
+                none = " and ".join(f"{key} is {z} m" for key, z in where.items() if abs(z) < np.inf)
+                there = f"no vertex is there: this one is from {z.min():.4g} to {z.max():.4g} m"
+                raise ParameterError(f"{none}, and {there}; fix it where it is")
             self._bodies[at] = world.add_soft_body(mesh, **{**given, "fixed": [*given.get("fixed", []), *held]})
 
     def _shape(self, found: Any, at: Path) -> Mesh | None:
@@ -218,7 +218,7 @@ class _Reading:
                 return Mesh.from_file(path, **given).scaled(scale)
         except OSError as error:
             self.wrong.append(
-                ((*at, "file"), f"{path} cannot be read: {error.strerror or error}; see that it is there")
+                ((*at, "file"), f"{_name(at)}: {path} cannot be read: {error.strerror or error}; see that it is there")
             )
         return None
 
@@ -232,8 +232,9 @@ class _Reading:
             is_static, is_kinematic = given.pop("static", False), given.pop("kinematic", False)
             if is_static + is_kinematic + ("mass" in given) != 1:
                 raise ParameterError("a box has a mass [kg], or static = true, or kinematic = true; give one of them")
-            if is_static and any(np.any(given.get(name, 0.0)) for name in ("velocity", "angular_velocity")):
-                raise ParameterError("a static box has no velocity; say kinematic = true for it to move by it")
+            for name in ("velocity", "angular_velocity") if is_static else ():
+                if np.any(given.get(name, 0.0)):
+                    raise ParameterError(f"{name} is not for a static box; say kinematic = true for it to move by it")
             self._bodies[at] = world.add_box(given.pop("size"), given.pop("mass", None), **given)
 
     def _joint(self, world: World, at: Path, table: Any) -> None:
@@ -260,7 +261,7 @@ class _Reading:
         """Return the end of a joint as `World.add_joint` takes it; None if it, or the body that it is on, is wrong."""
         if isinstance(found, list):
             with self._telling(at, at[:-1]):
-                return vector(found, at[-1])
+                return END["at"](found, at[-1])
             return None
         kinds = [kind for kind in BODIES if isinstance(found, dict) and kind in found]
         if len(kinds) != 1 or ("at" in found) == ("particle" in found) or ("particle" in found and "box" in found):
@@ -309,7 +310,7 @@ class _Reading:
         film, run = Film(**given), found.get("run")
         if film.colour == "speed" and isinstance(run, dict) and run.get("velocities") is False:
             self.wrong.append((("film", "colour"), "film: colour speed needs velocities = true in [run]"))
-        if film.colour in ("pressure", "strain", "speed") and film.colour_range is None:
+        if film.colour in ("pressure", "strain", "speed") and "colour_range" not in found["film"]:
             self.wrong.append((("film", "colour"), f"film: colour {film.colour} needs a colour_range = [least, most]"))
         return film
 
@@ -358,8 +359,9 @@ class _Reading:
         except MissingPackageError as error:
             self.missing = error
         except SoftbodyError as error:
-            argument = str(error).partition(" ")[0]
-            place = at if inside is not None else (*at, argument)
+            argument, *more = str(error).split(" ", 3)
+            key = (more[1], argument) if more[:1] == ["of"] else (argument,)  # "particle of b is 99"
+            place = at if inside is not None else (*at, *key)
             self.wrong.append((place, f"{_name(at if inside is None else inside)}: {error}"))
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from softbody.bodies.names import checked_name
 from softbody.errors import ParameterError
 from softbody.model.properties import checked_property, known_properties
-from softbody.model.settings import PRECISIONS, Choices, check_name, settings_of
+from softbody.model.settings import PRECISIONS, Choices, Settings, check_name, settings_of
 from softbody.model.validation import (
     NO_NUMBERS,
     check_range,
@@ -44,9 +44,15 @@ def _one_of(*choices: str) -> Check:
 
 
 def _no_truth(value: Any, name: str) -> Any:
-    if isinstance(value, bool):
-        raise ParameterError(f"{name} is {str(value).lower()}; give a number")
+    """Return a number, or a list of some, in which nothing is true or false: to Python these are numbers."""
+    for each in value if isinstance(value, list) else [value]:
+        if isinstance(each, bool):
+            raise ParameterError(f"{name} is {str(value).lower()}; give a number")
     return value
+
+
+def _vector(value: Any, name: str) -> np.ndarray:
+    return vector(_no_truth(value, name), name)
 
 
 def _springs(unit: str) -> Check:
@@ -65,7 +71,7 @@ def _springs(unit: str) -> Check:
 
 
 def _extent(value: Any, name: str) -> np.ndarray:
-    extent = vector(value, name)
+    extent = _vector(value, name)
     if not (extent > 0.0).all():
         raise ParameterError(f"{name} is {shown(value)}; give three positive lengths [m]")
     return extent
@@ -74,10 +80,10 @@ def _extent(value: Any, name: str) -> np.ndarray:
 def _orientation(value: Any, name: str) -> np.ndarray:
     """Return a unit quaternion, given as one, or as an axis and an angle."""
     if not isinstance(value, dict):
-        return unit_quaternion(value)
+        return unit_quaternion(_no_truth(value, name))
     if value.keys() != {"axis", "degrees"}:
         raise ParameterError(f"{name} is {shown(value)}; give [w, x, y, z], or {{ axis = [x, y, z], degrees = … }}")
-    axis = vector(value["axis"], f"axis of {name}")
+    axis = _vector(value["axis"], f"axis of {name}")
     half = 0.5 * radians(_number()(value["degrees"], f"degrees of {name}"))
     length = hypot(*axis)
     if not 0.0 < length < inf:
@@ -92,7 +98,7 @@ def _indices(value: Any, name: str) -> list[int]:
 
 
 def _setting(value: Any, name: str) -> Any:
-    if name in ("iterations", "substeps"):
+    if not isinstance(Settings._field_defaults.get(name), bool):
         _no_truth(value, name)
     settings_of({name: value})  # type: ignore[misc]
     return value
@@ -115,6 +121,11 @@ def _pair(check: Check) -> Check:
         return check(value[0], f"first of {name}"), check(value[1], f"second of {name}")
 
     return both
+
+
+def _range(value: Any, name: str) -> tuple[float, float]:
+    least, most = _pair(_number())(value, name)
+    return least, check_range(most, f"greatest of {name}", above=least)
 
 
 def _text(value: Any, name: str) -> str:
@@ -145,7 +156,7 @@ LENGTH = _number("m", above=0.0)
 RATE = _number("1/s", above=0.0, most=1000.0)
 
 WORLD: dict[str, Check] = {
-    "gravity": vector,
+    "gravity": _vector,
     "precision": _one_of(*PRECISIONS),
     "threads": _whole(1),
     "paper": check_yes_or_no,
@@ -181,9 +192,9 @@ SOFT_BODY: dict[str, Check] = {
     "mass": _number("kg", above=0.0),
     "stiffness": _springs("N/m"),
     "gas": _number("J", least=0.0),
-    "position": vector,
+    "position": _vector,
     "orientation": _orientation,
-    "velocity": vector,
+    "velocity": _vector,
     "rest_length": _springs("m"),
     "fixed": _indices,
     "fixed_above": _number("m"),
@@ -196,10 +207,10 @@ BOX: dict[str, Check] = {
     "mass": _number("kg", above=0.0),
     "static": check_yes_or_no,
     "kinematic": check_yes_or_no,
-    "position": vector,
+    "position": _vector,
     "orientation": _orientation,
-    "velocity": vector,
-    "angular_velocity": vector,
+    "velocity": _vector,
+    "angular_velocity": _vector,
     **_properties("box"),
 }
 JOINT: dict[str, Check] = {
@@ -213,7 +224,7 @@ JOINT: dict[str, Check] = {
 END: dict[str, Check] = {  # of a joint, where it is on a body
     "soft_body": _whose,
     "box": _whose,
-    "at": vector,
+    "at": _vector,
     "particle": _whole(0),
 }
 RUN: dict[str, Check] = {
@@ -226,7 +237,7 @@ FILM: dict[str, Check] = {
     "file": _film_name,
     "frames_per_second": RATE,
     "colour": _one_of("stripes", "plain", "pressure", "strain", "speed"),
-    "colour_range": _pair(_number()),
+    "colour_range": _range,
     "size": _pair(_whole(1)),
     "show_joints": check_yes_or_no,
 }

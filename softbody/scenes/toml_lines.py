@@ -13,7 +13,8 @@ MOST_PARSED = 2**24  # characters in all, a second: a file can be made for which
 
 def line_of(path: Path, lines: dict[Path, int]) -> int:
     """Return the line of what is at a path, or of the nearest thing around it."""
-    return next((lines[path[:k]] for k in range(len(path), 0, -1) if path[:k] in lines), 1)
+    around = (path[:k] for k in range(len(path), 0, -1))
+    return next((lines[at] for part in around for at in (part, (*part, 0)) if at in lines), 1)
 
 
 def lines_of(text: str, parse: Callable[[str], dict[str, Any]]) -> dict[Path, int]:

@@ -256,7 +256,7 @@ stiffness = 1
 def test_a_particle_that_an_end_cannot_be_on_is_told(scene):
     text = JOINED + "[[joint]]\na = { soft_body = 0, particle = 6 }\nb = [0, 0, 0]\nstiffness = 1"
     (told,) = wrong(scene(text))
-    assert told.startswith("11: joint[0]: particle of a is 6, and <soft body 0")
+    assert told.startswith("12: joint[0]: particle of a is 6, and <soft body 0")
     assert "begin each with [[joint]]" in wrong(scene(JOINED.replace("[[soft", "joint = 1\n[[soft")))[0]
 
 
@@ -330,7 +330,7 @@ colour = "strain"
         (16, "soft_body[1].shape: major_radius 0.1 must exceed minor_radius 0.4"),
         (20, "soft_body[2]: gas is missing; add it"),
         (21, "nothing.ply cannot be read: No such file or directory"),
-        (24, "soft_body[3]: no vertex is above 7.0 m"),
+        (29, "soft_body[3]: fixed_above is 7.0 m, and no vertex is there"),
         (30, "box[0]: a box has a mass [kg], or static = true, or kinematic = true; give one of them"),
         (32, "run: seconds is missing; add it"),
         (33, "run: there is no 'secnods'; did you mean 'seconds'?"),
@@ -362,7 +362,7 @@ colour = "strain"
         (b"[[box]]\nsize = [1, 1, 1]\nmass = 1\norientation = [1, 1, 0, 0]", "has length 1.41421"),
         (
             b"[[box]]\nsize = [1, 1, 1]\nstatic = true\nvelocity = [1, 0, 0]",
-            "a static box has no velocity; say kinematic = true",
+            "velocity is not for a static box; say kinematic = true",
         ),
         (b"a" + b" . b" * 100_000 + b" = 1", "a key of more than 200 parts"),
         (b"[[" + b'a."b".' * 1_000 + b"a]]", "a key of more than 200 parts"),

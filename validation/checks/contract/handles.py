@@ -11,7 +11,6 @@ import numpy as np
 from softbody import Body, Box, Joint, ParameterError, SoftBody, World, icosphere, torus
 from softbody.bodies import adding
 from softbody.bodies.inventory import Inventory
-from softbody.bodies.joint import JointNumber
 from softbody.bodies.store import Store
 from softbody.model.arrays import copied
 from softbody.storage import npz
@@ -190,54 +189,6 @@ def goes_on_from_a_file(run: Run) -> Comparison:
         for kind, other in (("loaded", loaded), ("restored", restored)):
             other.step(*steps)
             answers.extend(now(other.soft_bodies[0]), truth.told, kind=kind)
-    return answers.comparison()
-
-
-@check(
-    section="4.4, 5.2",
-    piece="softbody.Box, softbody.Joint",
-    reference="closed form of a step, by NumPy: v' = v + h F/m, x' = x + h v', of a damped spring along an axis",
-    kind="closed form",
-    unit="m and m/s",
-    tolerance=3e-14,
-    because="rounding over some hundred steps: 1.8e-15 at worst of ten seeds, 3.6e-15 of 200 worlds",
-    faults=(
-        Fault(
-            "a stiffness that is only read again, on the way",
-            JointNumber.__set__,
-            "joint.store.replace(joints=j_) → None",
-        ),
-        Fault("the first joint's number", JointNumber.__set__, "joint.row() → 0"),
-    ),
-)
-def boxes_and_joints_on_the_way(run: Run) -> Comparison:
-    """Boxes and joints obey from then on what they are set.
-
-    Velocities, places and forces of a box; stiffness, damping, length and target of a joint that pulls it.
-    """
-    rng, answers = run.fresh_rng(), Answers()
-    for _ in range(run.count(6, 20, 200)):
-        world, h = World(gravity=(0.0, 0.0, 0.0)), 1e-3
-        masses, places = rng.uniform(0.5, 2.0, 2), np.array([[0.0, 0.0, 0.0], [0.0, 5.0, 0.0]])
-        boxes = [world.add_box((0.2, 0.2, 0.2), m, place) for m, place in zip(masses, places)]
-        joints = [world.add_joint((box, box.position), box.position + (1.0, 0.0, 0.0), 10.0) for box in boxes]
-        x, v = np.zeros(2), np.zeros(2)
-        for _ in range(4):
-            stiffness, damping = rng.uniform(5.0, 50.0, 2), rng.uniform(0.0, 1.0, 2)
-            length, target, force = rng.uniform(0.1, 0.5, 2), rng.uniform(2.0, 3.0, 2), rng.normal(size=2)
-            x, v = x + 0.05 * rng.normal(size=2), v + 0.1 * rng.normal(size=2)
-            for k, (box, one) in enumerate(zip(boxes, joints)):
-                box.position, box.velocity = places[k] + (x[k], 0.0, 0.0), (v[k], 0.0, 0.0)
-                box.clear_forces()
-                box.apply_force((force[k], 0.0, 0.0))
-                one.stiffness, one.damping, one.rest_length = stiffness[k], damping[k], length[k]
-                one.target = places[k] + (target[k], 0.0, 0.0)
-            world.step(h, 30)
-            for _ in range(30):
-                v = v + h * (stiffness * (target - x - length) - damping * v + force) / masses
-                x = x + h * v
-            for k, box in enumerate(boxes):
-                answers.add(np.append(box.position - places[k], box.velocity), [x[k], 0.0, 0.0, v[k], 0.0, 0.0])
     return answers.comparison()
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import tempfile
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -15,9 +16,10 @@ import softbody
 from softbody import Mesh, MeshError, ParameterError, Trajectory, TrajectoryWriter, World, geometry
 from softbody.mesh import mesh as meshes
 from softbody.model import settings, validation
+from softbody.model.properties import known_properties
 from validation.answers import Answers
 from validation.check import Comparison, Run, check
-from validation.checks.contract.cases import BALL, error_of, rigid, soft
+from validation.checks.contract.cases import BALL, error_of, rigid, settable, soft
 from validation.fault import Fault
 
 FAMILY = "what users set and ask"
@@ -122,9 +124,10 @@ def of_bodies() -> Iterator[Case]:
         "restitution": UP_TO_ONE,
         "friction": NOT_NEGATIVE,
         "deflated_below": UP_TO_ONE,
+        "self_contact": Limits((True, False, 0.0, 1e-6), (-LEAST, 1.0, *NO_NUMBERS)),
     }.items():
         yield f"add_soft_body({name}=…)", told(soft, name), limits
-        if name in ("drag", "restitution", "friction", "deflated_below", "gas", "fixed"):
+        if name in ("drag", "restitution", "friction", "deflated_below", "gas", "fixed", "self_contact"):
             yield f"soft_body.{name} = …", having(a_soft_body, name), limits
         if name in ("stiffness", "rest_length"):
             call = told(lambda **given: a_soft_body().set_springs(**given), name)
@@ -196,6 +199,8 @@ def of_worlds(folder: Path) -> Iterator[Case]:
         "speed_ceiling": ceiling,
         "angular_speed_ceiling": ceiling,
         "angular_speed_floor": ceiling,
+        "sleep_speed": ceiling,
+        "sleep_after": ceiling,
         "axes": Limits(("complete", "paper"), ("all", None)),
         "contact": Limits(("manifold", "single"), ("face", None)),
         "soft_contact": Limits(("together", "single"), ("alone", None)),
@@ -205,6 +210,7 @@ def of_worlds(folder: Path) -> Iterator[Case]:
     yield "world.integrator = …", partial(setattr, World(), "integrator"), Limits(("rk4",), ("euler", 1, None))
     yield "world.substeps = …", partial(setattr, World(), "substeps"), many
     yield "world.threads = …", partial(setattr, World(), "threads"), whole(1, taken=(2,))
+    yield "world.time = …", partial(setattr, World(), "time"), NOT_NEGATIVE
     yield "world.gravity = …", partial(setattr, World(), "gravity"), VECTOR
     seconds, step = Limits((0.0, LEAST, 1e-3), NOT_NEGATIVE.refused), Limits((1e-3, LEAST), POSITIVE.refused)
     longer, too_many = _optional(Limits((1e-3, 1.0), POSITIVE.refused)), Limits((), (1.5 * 2.0**62,))
@@ -221,9 +227,16 @@ def of_worlds(folder: Path) -> Iterator[Case]:
     yield "world.run(time_step=…)", lambda value: rigid().run(0.0, value), longer
     yield "world.run(seconds=…), of steps", lambda value: rigid().run(value, 1.0), too_many
     yield "world.run(seconds=…), by itself", lambda value: rigid().run(value), seconds
+    yield (
+        "world.run(substeps=…)",
+        lambda value: rigid().run(1e-3, 1e-3, substeps=value),
+        _optional(whole(1, taken=(3,))),
+    )
+    yield "world.run(allow_unstable=…)", lambda value: rigid().run(1e-3, 1e-3, allow_unstable=value), YES_OR_NO
     yield "world.step_frame(seconds=…)", lambda value: rigid().step_frame(value), seconds
     yield "world.step_frame(time_step=…)", lambda value: rigid().step_frame(1e-3, time_step=value), longer
     yield "world.frames(seconds=…)", lambda value: list(rigid().frames(seconds=value)), seconds
+    yield "world.frames(time_step=…)", lambda value: list(rigid().frames(1e-3, time_step=value)), longer
     yield "world.frames(per_second=…)", lambda value: list(rigid().frames(0.0, per_second=value)), POSITIVE
     yield "world.equilibrium(tolerance=…)", lambda value: rigid().equilibrium(tolerance=value), POSITIVE
     yield "world.equilibrium(steps=…)", lambda value: rigid().equilibrium(steps=value), whole(1)
@@ -319,6 +332,33 @@ def is_refused_by_name(call: Callable[[Any], Any], value: Any, name: str, told: 
     return isinstance(error, (ParameterError, MeshError)) and is_named and is_told and len(text) <= MOST_SAID
 
 
+CALLS: tuple[Callable[..., Any], ...] = (
+    World,
+    World.add_soft_body,
+    World.add_box,
+    World.add_joint,
+    World.add_ground,
+    World.step,
+    World.run,
+)
+CALLS += World.step_frame, World.frames, World.equilibrium, softbody.Box.move_to, softbody.Box.apply_force
+ELSEWHERE = {"mesh", "a", "b", "name"}  # arguments that other claims are about
+
+
+def _all_there_are() -> Iterator[str]:
+    """Yield how a case of each argument, and of each attribute that may be assigned, begins or ends."""
+    kinds = {"world": World, "soft_body": softbody.SoftBody, "box": softbody.Box, "joint": softbody.Joint}
+    for name, kind in {**kinds, "ground": softbody.Ground}.items():
+        yield from (f"{name}.{each} = …" for each in settable(kind) - ELSEWHERE)
+    for call in CALLS:
+        taken = inspect.signature(call).parameters.values()
+        names = {each.name for each in taken if each.kind is not each.VAR_KEYWORD} - {"self", *ELSEWHERE}
+        yield from (f"{call.__name__}({each}=…)" for each in names)
+    for field in known_properties():
+        of, _, name = field.partition("_")
+        yield f"add_{'soft_body' if of == 'soft' else of}({name}=…)"
+
+
 @check(
     section="2",
     piece="softbody.errors, softbody.Mesh, softbody.World, softbody.SoftBody, softbody.Box, softbody.Joint,"
@@ -343,7 +383,10 @@ def every_argument_has_its_limits(run: Run) -> Comparison:
     """
     answers = Answers()
     with tempfile.TemporaryDirectory() as folder:
-        for what, call, limits in (*of_bodies(), *of_worlds(Path(folder)), *of_meshes()):
+        cases = [*of_bodies(), *of_worlds(Path(folder)), *of_meshes()]
+        for each in _all_there_are():
+            answers.add(any(what.endswith(each) for what, _, _ in cases), True, kind=f"{each}: asked at all")
+        for what, call, limits in cases:
             name = what.partition("(")[2].partition("=")[0] or what.partition(".")[2].partition(" ")[0]
             for value in limits.taken:
                 answers.add(error_of(Exception, call, value) is None, True, kind=what)

@@ -77,7 +77,7 @@ def files_of_all_kinds(run: Run) -> Comparison:
 
     rng, answers = run.fresh_rng(), Answers()
     with tempfile.TemporaryDirectory() as folder:
-        for kind in MESH_KINDS[: run.count(2, 5, 5)]:
+        for kind in MESH_KINDS[: run.count(2, 6, 6)]:
             shape = random_mesh(kind, rng).scaled(10.0 ** rng.uniform(-3.0, 0.0)).moved(rng.normal(size=3))
             size = longest_side(shape.vertices)
             for file in FILES:

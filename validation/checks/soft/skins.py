@@ -130,7 +130,7 @@ def seen_whole_is_whole(run: Run) -> Comparison:
 
     rng, answers = run.fresh_rng(), Answers()
     for trial in range(run.count(30, 200, 3_000)):
-        kind = "wrapped twice" if trial % 6 == 0 else MESH_KINDS[trial % len(MESH_KINDS)]
+        kind = "wrapped twice" if trial % 7 == 0 else MESH_KINDS[trial % len(MESH_KINDS)]
         smooth = _wrapped_twice(rng) if kind == "wrapped twice" else random_mesh(kind, rng)
         vertices, triangles = _shaken(smooth, rng), smooth.triangles
         memory, is_unfolded = np.empty((2, *vertices.shape)), np.empty(len(vertices), bool)
