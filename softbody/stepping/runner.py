@@ -242,6 +242,7 @@ class Runner:
     def stable_time_step(self) -> float:
         """Do what `World.stable_time_step` says."""
         store = self.store
+        check_finite(store.model, store.controls, store.state, store.joints)
         of_joints = longest_step_of_joints(store.model, store.joints)
         stable = stable_time_step(store.model, store.controls, store.state, store.settings, of_joints)
         return min(store.settings.substeps * stable, of_joints)

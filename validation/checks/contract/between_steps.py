@@ -11,6 +11,7 @@ from softbody.bodies.body import set_row
 from softbody.stepping import finite_check, frames, runner
 from softbody.stepping.checks import StableStep
 from softbody.stepping.time_steps import whole_steps, whole_steps_owed
+from softbody.storage.restore import restore
 from validation.answers import Answers
 from validation.check import Comparison, Run, check
 from validation.checks.contract.cases import error_of
@@ -100,6 +101,7 @@ def _bits(world: World) -> np.ndarray:
         Fault("a stretch rounded to steps", whole_steps, "count = ceil(seconds / time_step) → return count, time_step"),
         Fault("a remainder that is lost", whole_steps_owed, "owed += seconds → owed = seconds"),
         Fault("a remainder that is not paid", whole_steps_owed, "owed - count * time_step → owed"),
+        Fault("time that is owed by who was restored", restore, '(store, "owed", 0.0) → (store, "owed", store.owed)'),
         Fault("frames all as long", frames.frames, "seconds - (count - 1) * frame → frame"),
     ),
 )
@@ -132,6 +134,12 @@ def time_is_kept(run: Run) -> Comparison:
             fallen = seconds - seconds % h if kind == "frames of steps" else seconds
             rule = [fallen, -9.81 * fallen, -0.5 * 9.81 * (fallen**2 + ticks)]
             answers.add([world.time, box.velocity[2], box.position[2]], rule, 9.81 * seconds**2, kind)
+        for is_restored in (False, True):  # what a frame owes is owed by the world that made it
+            world = World()
+            world.step_frame(0.6 * h, h)
+            if is_restored:
+                world.restore(world.snapshot())
+            answers.add([world.step_frame(0.6 * h, h), world.steps, 0.0], [not is_restored] * 2 + [0.0], kind="owed")
         world, whole = World(), rng.integers(0, 20, 30)
         world.add_box((0.1, 0.1, 0.1), 1.0)
         for steps, end in zip(whole, whole.cumsum()):

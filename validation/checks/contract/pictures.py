@@ -11,7 +11,7 @@ import numpy as np
 import softbody
 from softbody import Camera, Recorder, World
 from softbody.render import films, png, rasteriser, webp
-from softbody.render.drawing import placed
+from softbody.render.drawing import framed, placed
 from softbody.render.rasteriser import _draw_faces, _seen
 from softbody.stepping import frames
 from validation.answers import Answers
@@ -187,6 +187,39 @@ def the_nearest_is_seen(run: Run) -> Comparison:
         kinds = [("sky", "the slow one", "the fast one", "the box")[k + 1] for k in judged[clear]]
         agree = _who(picture, sky_of(camera))[clear] == judged[clear]
         answers.extend(agree, np.ones(len(agree), bool), kind=kinds)
+    return answers.comparison()
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.World.picture",
+    reference="invariance: the same world elsewhere, moved by multiples of its stripes and the ground's squares",
+    kind="invariant",
+    unit="of the pixels",
+    tolerance=2e-3,
+    because="pixels at an edge, which rounding decides: none at ten seeds",
+    faults=(Fault("shadows of a ground at 0", framed, "(points[:, 2:] - height) * SLANT → points[:, 2:] * SLANT"),),
+)
+def the_same_elsewhere(run: Run) -> Comparison:
+    """A picture shows the same wherever in the world it is.
+
+    Balls, boxes and their ground, all of it raised or lowered by up to some hundred metres, seen by the camera that
+    frames them with their shadows.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    for _ in range(run.count(6, 20, 100)):
+        places, turn = rng.uniform(-1.0, 1.0, (4, 3)) + [0.0, 0.0, 2.0], random_orientations(rng, 1)[0]
+        seen = []
+        for up in (0.0, float(rng.choice([-64.0, -8.0, 16.0, 128.0]))):
+            world = World()
+            world.add_ground(up)
+            for place in places[:2]:
+                world.add_soft_body(softbody.icosphere(2, 0.4), 1.0, 100.0, 1.0, place + [0.0, 0.0, up])
+            for place in places[2:]:
+                world.add_box((0.6, 0.4, 0.3), 1.0, place + [0.0, 0.0, up], turn)
+            seen.append(world.picture(size=(200, 150), colour="plain").astype(int))
+        differ = (np.abs(seen[0] - seen[1]).max(axis=2) > 8).mean()
+        answers.add(differ, 0.0, kind="raised", places=places)
     return answers.comparison()
 
 

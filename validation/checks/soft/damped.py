@@ -48,7 +48,7 @@ TWICE = Fault(
 PAPERS = Fault(
     "worlds that move by the paper's integrator",
     settings.settings_of,
-    "Settings(**values) → Settings(**{'integrator': RK4_VELOCITY, **values})",
+    "Settings(**values) → Settings(**{**values, 'integrator': RK4_VELOCITY})",
 )
 HALVED = Fault(
     "damping halved in motion", one_ring_forces._tension, "springs.damping * parting → 0.5 * springs.damping * parting"

@@ -96,7 +96,7 @@ def steps_that_it_may_make(run: Run) -> Comparison:
     rng, answers = run.fresh_rng(), Answers()
     for trial in range(run.count(16, 48, 400)):
         steps = (1, 37, 499, 500, 501, 777, 1_000, 1_234)[trial % 8]
-        mesh, mass = random_mesh(str(rng.choice(MESH_KINDS)), rng), 10.0 ** rng.uniform(-1.0, 1.0)
+        mesh, mass = random_mesh(str(rng.choice(MESH_KINDS[:5])), rng), 10.0 ** rng.uniform(-1.0, 1.0)
         count, lengths = len(mesh.vertices), edge_lengths(mesh.vertices, mesh.edges)
         stiffness = 10.0 ** rng.uniform(0.5, 3.0, len(mesh.edges))
         pins = rng.choice(count, 3, replace=False)
