@@ -355,6 +355,11 @@ OPTIONS: dict[str, Callable[[np.random.Generator], Told]] = {
             "settings._replace(substeps=n_) → settings._replace(substeps=n_ * settings.substeps)",
         ),
         Fault(
+            "forces of contacts by the whole of a step in parts",
+            runner.Runner.contact_points,
+            "float(store.clock.part[0]) → float(store.time_step)",
+        ),
+        Fault(
             "sub-steps of a run that are forgotten",
             frames.run,
             "runner.step(h, steps, substeps, allow_unstable) → runner.step(h, steps, None, allow_unstable)",
