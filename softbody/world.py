@@ -332,7 +332,7 @@ class World(Inventory):
 
         From an upper bound of the highest frequency, so often a little shorter than need be. Contacts and motion
         that stretches the body further can ask for a shorter one. It is `substeps` times that of a part, but for
-        joints, which act once a step. Raises ParameterError where no step is stable.
+        joints, which act once a step. Raises ParameterError where no step is stable, or something is not finite.
         """
         return self.runner.stable_time_step()
 

@@ -12,7 +12,7 @@ import numpy as np
 from softbody.bodies.names import checked_name
 from softbody.errors import ParameterError
 from softbody.model.properties import checked_property, known_properties
-from softbody.model.settings import PRECISIONS, Choices, Settings, check_name, settings_of
+from softbody.model.settings import PRECISIONS, WORDS, Choices, Settings, check_name, settings_of
 from softbody.model.validation import (
     NO_NUMBERS,
     check_range,
@@ -98,7 +98,7 @@ def _indices(value: Any, name: str) -> list[int]:
 
 
 def _setting(value: Any, name: str) -> Any:
-    if not isinstance(Settings._field_defaults.get(name), bool):
+    if name not in WORDS and not isinstance(Settings._field_defaults[name], bool):
         _no_truth(value, name)
     settings_of({name: value})  # type: ignore[misc]
     return value
