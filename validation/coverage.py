@@ -1,4 +1,4 @@
-"""Public functions that no claim names as its piece, and those that none can judge."""
+"""Public functions that no claim names as its piece."""
 
 from __future__ import annotations
 
@@ -9,22 +9,14 @@ from types import FunctionType
 import softbody
 from validation.check import all_checks
 
-# Public functions of which no claim can say that they are right, and why; what holds them instead.
-UNJUDGED = {
-    "softbody.World.view": (
-        "a page in a browser, that lives on until Ctrl-C: it answers whoever looks at it, and returns nothing; the"
-        " project's tests open it, and pull at its bodies, where there is Chromium"
-    ),
-}
-
 
 def unnamed_functions() -> list[str]:
-    """Return the dotted names, in order, of public functions that a claim could be about, and none is.
+    """Return the dotted names, in order, of public functions that no claim is about.
 
     Of `softbody.__all__`, with methods and scenes. Claims may use them all the same.
     """
     named = {piece for check in all_checks().values() for piece in check.piece.split(", ")}
-    return [name for name in public_functions() if name not in named | UNJUDGED.keys()]
+    return [name for name in public_functions() if name not in named]
 
 
 def public_functions() -> Iterator[str]:

@@ -403,7 +403,6 @@ class Report:
     draws: int = 1  # of each claim's cases, by the seeds from `seed` on
     open_errata: list[OpenErratum] = field(default_factory=list)
     unnamed: list[str] = field(default_factory=list)  # public functions, dotted, that no claim names as its piece
-    unjudged: dict[str, str] = field(default_factory=dict)  # those that no claim can judge → why
     schema: str = SCHEMA
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import softbody
 from validation.check import Check
 from validation.cluster import CannotJudgeThereError
-from validation.coverage import UNJUDGED, unnamed_functions
+from validation.coverage import unnamed_functions
 from validation.declared import Declared
 from validation.draws import seeds_of, together
 from validation.engines import environment, revision, version_of, versions
@@ -124,7 +124,6 @@ def blank_report(plan: Plan) -> Report:
         settings=[Setting(*map(plain, row)) for row in settings_of(plan.subject)],
         open_errata=[] if plan.subject else open_errata(plan.checks),
         unnamed=[] if plan.subject else unnamed_functions(),
-        unjudged={} if plan.subject else {name: plain(why) for name, why in UNJUDGED.items()},
     )
 
 

@@ -62,7 +62,6 @@ def record() -> dict[str, Any]:
     )
     report.open_errata = [OpenErratum("E4", "divides", "does not", "both are the same")]
     report.unnamed = ["softbody.World.run"]
-    report.unjudged = {"softbody.World.view": "a page in a browser"}
     report.pictures = [Picture("film", "A film.", "pictures/film.webp", "pictures/film.png")]
     data: dict[str, Any] = finite(asdict(report))
     return data

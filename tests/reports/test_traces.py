@@ -68,12 +68,6 @@ def test_functions_that_no_claim_is_about_are_named(traced):
     assert "core.World.run" in traces(traced)
 
 
-def test_functions_that_no_claim_can_judge_are_named_with_the_reason(traced):
-    traced.unjudged = {"core.World.view": "it is a page", "core.World.show": "so is it"}
-    assert "2 public functions that no claim can judge" in traces(traced)
-    assert "it is a page." in traces(traced)
-
-
 def test_records_of_before_and_of_no_claims_make_a_page(traced):
     for claim in traced.claims:
         claim.kind = ""
