@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from softbody import World, icosphere
-from softbody.dynamics import soft_bodies
+from softbody.dynamics import integrators, soft_bodies
 from softbody.stepping import step
 from validation.answers import Answers
+from validation.cases import edge_lengths, rotated
 from validation.check import Comparison, Run, check
 from validation.checks.soft.bounce import balls, ends
 from validation.checks.soft.cases import STRUCK_WHERE_IT_IS, weightless
@@ -18,6 +19,8 @@ FAMILY = "soft bodies that collide"
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 
 PARTS = (2, 3, 4)  # in which soft bodies take a step
+ODD = (3, 5, 7)  # parts that do not divide the stretches, of a power of two, in which many steps are made
+G = 9.81  # [m/s²]
 
 
 @check(
@@ -127,3 +130,72 @@ def plate_pushes_a_ball_on(run: Run) -> Comparison:
             deep = np.maximum(deep, below + speed * world.time - ball.positions[:, 2].min())
         answers.add(deep / (speed * h), 0.0, kind=f"{world.substeps} parts")
     return answers.comparison()
+
+
+@check(
+    section="2, 5.1",
+    piece="softbody.World.substeps, softbody.dynamics.integrators.advance_body",
+    reference="symplectic Euler, and Newton's and Coulomb's laws for particles after whole steps, in NumPy",
+    engines=("scipy",),
+    unit="of the radius, and of the fastest velocity",
+    tolerance=1e-12,
+    because="rounding over 200 parts of steps, and a strike makes that larger: 5.9e-14 at worst of ten seeds",
+    faults=(
+        Fault(
+            "a ground that acts in the midst of steps",
+            integrators._advance_body,
+            "(batch.begin + step + 1) % batch.landing → (step + 1) % batch.landing",
+        ),
+    ),
+)
+def ground_acts_after_whole_steps(run: Run) -> Comparison:
+    """The ground acts after whole steps of any number of parts.
+
+    Balls that bounce and rub on ground at any height take each step in 3, 5 or 7 parts. All of 200 parts and more are
+    made in one call.
+    """
+    from references import steppers
+
+    rng, answers = run.fresh_rng(), Answers()
+    for k in range(run.count(6, 12, 60)):
+        parts, radius, height = ODD[k % len(ODD)], rng.uniform(0.2, 0.4), rng.uniform(-1.0, 1.0)
+        bounce, rub = rng.uniform(0.3, 0.9), rng.uniform(0.1, 0.8)
+        mesh, world = rotated(icosphere(1, radius), rng), World(substeps=parts)
+        world.add_ground(height, restitution=bounce, friction=rub)
+        mass, stiffness, gas = rng.uniform(0.5, 2.0), rng.uniform(100.0, 300.0), rng.uniform(10.0, 20.0)
+        place = 0.0, 0.0, height - mesh.vertices[:, 2].min() + 0.02
+        start = rng.uniform(1.0, 2.0), 0.0, -rng.uniform(1.0, 2.0)
+        ball = world.add_soft_body(mesh, mass, stiffness, gas, place, start, friction=rub)
+        x, v, count = ball.positions.copy(), ball.velocities.copy(), len(mesh.vertices)
+        h, steps = 0.3 * world.stable_time_step(), -(-200 // parts)
+        world.step(h, steps)
+        judged = steppers.SoftBody(
+            mesh.edges,
+            edge_lengths(mesh.vertices, mesh.edges),
+            np.full(len(mesh.edges), stiffness),
+            mesh.triangles,
+            gas,
+            mass / count,
+            np.array([0.0, 0.0, -G]),
+            np.zeros((count, 3)),
+            0.1 * np.sqrt(2.0 * stiffness * mass / count),
+            0.0,
+            np.ones(count, bool),
+        )
+        for _ in range(steps):
+            x, v = steppers.motion(judged, x, v, h / parts, parts, "symplectic_euler")
+            _land(x, v, height, bounce, rub)
+        fastest = np.abs(v).max()
+        answers.extend(ball.positions / radius, x / radius, kind=f"{parts} parts")
+        answers.extend(ball.velocities / fastest, v / fastest, kind=f"{parts} parts")
+    return answers.comparison()
+
+
+def _land(x: np.ndarray, v: np.ndarray, height: float, bounce: float, rub: float) -> None:
+    """Put particles (n, 3) that are below the ground on it; those that go down bounce, and lose μ (1 + e) v_z."""
+    below = x[:, 2] < height
+    x[below, 2] = height
+    strikes = below & (v[:, 2] < 0.0)
+    down, slide = -v[strikes, 2], np.hypot(v[strikes, 0], v[strikes, 1])
+    v[strikes, :2] *= np.maximum(0.0, 1.0 - rub * (1.0 + bounce) * down / slide)[:, None]
+    v[strikes, 2] = bounce * down
