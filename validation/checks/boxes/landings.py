@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from softbody import World
-from softbody.collision.boxes import manifold, swept_boxes
+from softbody.collision.boxes import box_contacts, manifold, swept_boxes
 from validation.answers import Answers
 from validation.check import Comparison, Run, check
 from validation.checks.boxes.cases import any_turn, any_yaw, other_axes, renamed, wxyz
@@ -117,4 +117,49 @@ def flat_however_turned(run: Run) -> Comparison:
         box = world.add_box(sizes[1], 1.0, height * up, wxyz(turn * yaw), -speed * up)
         world.step(STEP, 2)
         answers.add((box.position @ up - thick) / (speed * STEP), 0.0)
+    return answers.comparison()
+
+
+@check(
+    section="4.4, 4.5, 10.13",
+    piece="softbody.Box.apply_force, softbody.collision.boxes.box_contacts.speculative_margin",
+    reference="closed form: half of both thicknesses apart, and Newton's second law for both together",
+    kind="closed form",
+    unit="of the way that the force alone would bring in a step",
+    tolerance=2e-12,
+    because="rounding of a solution for four corners, beside a way of 3 cm: 2e-13 at worst of ten seeds",
+    faults=(
+        Fault(
+            "no forces on boxes foreseen",
+            box_contacts._pull_in_step,
+            "add(gravity_, scale(inverse_mass_, load(controls.box_force, box_))) → gravity",
+        ),
+    ),
+)
+def stops_where_it_is_pushed(run: Run) -> Comparison:
+    """A box that a force pushes at something stops at that.
+
+    Without gravity, 100 to 3 160 N for each kilogram push a box that is at rest, flat, at another one, a plate, or the
+    ground. In a step it would go farther than the gap. After two it is there and no deeper. A free one goes on with it.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    for trial in range(run.count(60, 300, 3_000)):
+        kind = ("plate", "box", "ground")[trial % 3]
+        turn, yaw, sizes = any_turn(rng), any_yaw(rng), rng.uniform(0.3, 0.6, (2, 3))
+        masses, push = np.exp(rng.uniform(-1.0, 1.0, 2)), 10.0 ** rng.uniform(2.0, 3.5)  # [m/s²] on the box alone
+        world, way, thick = World(gravity=(0.0, 0.0, 0.0)), push * STEP**2, 0.5 * sizes[:, 2].sum()
+        if kind == "ground":
+            turn = yaw
+            world.add_ground(0.5 * sizes[0, 2])
+        else:
+            other = world.add_box(sizes[0], masses[0] if kind == "box" else None, (0.0, 0.0, 0.0), wxyz(turn))
+        up, gap = turn.apply((0.0, 0.0, 1.0)), rng.uniform(0.0, 0.9) * way
+        box = world.add_box(sizes[1], masses[1], (thick + gap) * up, wxyz(turn * yaw))
+        box.apply_force(-push * masses[1] * up)
+        world.step(STEP, 2)
+        speed, below = 0.0, np.zeros(3)
+        if kind == "box":
+            speed, below = 2.0 * STEP * push * masses[1] / masses.sum(), other.position
+        off = np.append((box.velocity + speed * up) * STEP, (box.position - below) @ up - thick)
+        answers.add(off / way, np.zeros(4), kind=kind)
     return answers.comparison()
