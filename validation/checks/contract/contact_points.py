@@ -7,11 +7,12 @@ from itertools import combinations
 
 import numpy as np
 
-from softbody import Box, ContactPoints, SoftBody, World, icosphere
+from softbody import Box, ContactPoints, Mesh, SoftBody, World, icosphere
 from softbody.bodies import contact_points
 from softbody.bodies.adding import remove
 from softbody.bodies.contact_points import _numbers
 from softbody.collision.contact import box_side, soft_side, without_box
+from softbody.collision.soft import soft_response
 from softbody.collision.solver import batches
 from softbody.dynamics import particle_ground
 from softbody.scenes import box_pile, boxes_on_torus, sphere_on_torus, tray
@@ -165,18 +166,65 @@ def forces_change_momenta(run: Run) -> Comparison:
         h = min(STEP, 0.8 * world.stable_time_step())
         while world.time < seconds:
             world.step(h, int(rng.integers(1, 20)))
-            before = _momenta(world)
-            world.step(h)
-            points, after = world.contact_points(), _momenta(world)
-            bodies: list[SoftBody | Box] = [*world.soft_bodies, *world.boxes]
-            for row, body in enumerate(bodies):
-                if body.mass is None:
-                    continue
-                weight = body.mass * world.gravity
-                pushes = np.linalg.norm(points.of(body).impulse, axis=1).sum()
-                size = h * np.linalg.norm(weight) + np.linalg.norm(before[row]) + np.linalg.norm(after[row]) + pushes
-                told = (points.force_on(body) + weight) * h / size
-                answers.add(told, (after[row] - before[row]) / size, scale, kind)
+            _add_a_step(world, h, scale, kind, answers)
+    return answers.comparison()
+
+
+def _add_a_step(world: World, h: float, scale: float, kind: str, answers: Answers) -> None:
+    """Step a world, and add how its contacts and weights have changed each body's momentum, as told and as it is."""
+    before = _momenta(world)
+    world.step(h)
+    points, after = world.contact_points(), _momenta(world)
+    bodies: list[SoftBody | Box] = [*world.soft_bodies, *world.boxes]
+    for row, body in enumerate(bodies):
+        if body.mass is None:
+            continue
+        weight = body.mass * world.gravity
+        pushes = np.linalg.norm(points.of(body).impulse, axis=1).sum()
+        size = h * np.linalg.norm(weight) + np.linalg.norm(before[row]) + np.linalg.norm(after[row]) + pushes
+        told = (points.force_on(body) + weight) * h / size
+        answers.add(told, (after[row] - before[row]) / size, scale, kind)
+
+
+@check(
+    section="4.2, 5.4",
+    piece="softbody.World.contact_points, softbody.collision.soft.soft_response.press_on_ground",
+    reference="momenta before and after, summed by NumPy from raw arrays",
+    kind="invariant",
+    unit="of a step's weight, the body's momenta and all impulses on it",
+    tolerance=1e-14,
+    because="rounding of impulses, of the sum of their sizes: 5.1e-16 at worst of ten seeds",
+    faults=(
+        Fault(
+            "a ground that does not tell what is pressed on to it",
+            soft_response.press_on_ground,
+            "accumulate(impulse_, i_, (0.0, 0.0, pressed_)) → ",
+        ),
+        Fault(
+            "a ground that does not tell how it rubs what is pressed on to it",
+            soft_response.press_on_ground,
+            "accumulate(impulse_, i_, scale(1.0 / inverse_mass_, change_)) → ",
+        ),
+    ),
+)
+def ground_bears_pressed_tips(run: Run) -> Comparison:
+    """Told forces bear what presses a soft tip on the ground.
+
+    A box falls on a tip of a soft tetrahedron that lies on the ground, and slides over it with the box. Told forces of
+    contacts, and weights, are the changes of momenta in every step.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    corners = np.array([[0.0, 0.0, 0.0], [0.6, 0.35, 0.0], [0.6, -0.35, 0.0], [0.5, 0.0, 0.5]])
+    mesh = Mesh(corners, np.array([[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]]))
+    for _ in range(run.count(3, 12, 100)):
+        world, rub = World(), rng.uniform(0.1, 0.6, 2)
+        world.add_ground(friction=rub[0])
+        motion = rng.uniform(1.0, 2.0), rng.uniform(-1.0, 1.0), 0.0
+        world.add_soft_body(mesh, rng.uniform(0.5, 2.0), 2000.0, 1.0, (0.0, 0.0, 0.0), motion, friction=rub[1])
+        world.add_box((0.2, 0.2, 0.2), 10.0 ** rng.uniform(-0.5, 1.0), (-0.05, 0.0, 0.105), velocity=motion)
+        h = min(STEP, 0.5 * world.stable_time_step())
+        for _ in range(40):
+            _add_a_step(world, h, 1.0, "tip", answers)
     return answers.comparison()
 
 

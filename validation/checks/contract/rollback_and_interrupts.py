@@ -13,6 +13,7 @@ import numpy as np
 
 import softbody
 from softbody import SimulationError, World
+from softbody.collision.solver import warm_start
 from softbody.compiler import interrupts
 from softbody.compiler.interrupts import InterruptFlag
 from softbody.dynamics import integrators, soft_bodies
@@ -111,6 +112,47 @@ def nothing_touches_after_a_fault(run: Run) -> Comparison:
         error = error_of(SimulationError, failing.step, 1e-3, 1 + trial % 3, allow_unstable=True)
         answers.add(error is not None and same(failing, twin), True)
         answers.add(len(failing.contact_points()) == 0, True)
+    return answers.comparison()
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.World.step, softbody.collision.solver.warm_start.copy_cache",
+    reference="a twin that was not stepped any more",
+    kind="specification",
+    because="the same bits",
+    faults=(
+        Fault(
+            "impulses of a part that is undone",
+            warm_start.copy_cache,
+            "store(cache_.impulse, k_, load(source_.impulse, k_)) → ",
+        ),
+        Fault("a solver that remembers what is undone", step.run, "copy_cache(c_, contacts.cache) → pass", nth=1),
+    ),
+)
+def parts_of_a_failed_step_are_undone(run: Run) -> Comparison:
+    """A step that fails in a later part has not happened.
+
+    A box lies on a plate so thin that gravity parts the step. In the second part or a later one a ball collapses that
+    is far away. All is as before, to the bit, also what the solver remembers of the boxes.
+    """
+    rng, answers, h = run.fresh_rng(), Answers(), 0.01
+    for _ in range(run.count(6, 20, 200)):
+        thick, masses = rng.uniform(5e-4, 2e-3), np.exp(rng.uniform(-1.0, 1.0, 2))
+        parts = int(np.ceil(h * np.sqrt(9.81 / (0.0625 * thick))))
+        when = h * (rng.integers(2, parts + 1) - 0.5) / parts  # in the midst of a part
+        failing, twin = World(), World()
+        for one in (failing, twin):
+            one.add_ground()
+            one.add_box((0.3, 0.3, thick), masses[0], (0.0, 0.0, 0.5 * thick))
+            one.add_box((0.2, 0.2, 0.1), masses[1], (0.0, 0.0, thick + 0.05))
+            ball = one.add_soft_body(softbody.icosphere(0, 0.3), 1.0, 10.0, 0.1, (0.0, 0.0, 9.0), deflated_below=0.5)
+            one.step(h, 4)
+            inwards = ball.positions.mean(axis=0) - ball.positions
+            ball.velocities = (1.0 - 0.5 ** (1.0 / 3.0)) / when * inwards
+        error = error_of(SimulationError, failing.step, h, allow_unstable=True)
+        answers.add(error is not None and error.body == "soft body 0", True, kind="fails")
+        answers.add(same(failing, twin), True, kind="undone")
     return answers.comparison()
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 import warnings
 from collections.abc import Iterator
 
@@ -17,7 +18,7 @@ from softbody.collision.soft import soft_box, soft_contacts, soft_response, soft
 from softbody.dynamics import pressure
 from validation import accounts
 from validation.answers import Answers
-from validation.cases import edge_lengths, random_orientations, rotation_matrix
+from validation.cases import edge_lengths, random_orientations, rotated, rotation_matrix
 from validation.check import Comparison, Run, check
 from validation.checks.worlds.cases import NEVER_ACT, WEIGHTLESS
 from validation.fault import Fault
@@ -26,6 +27,8 @@ FAMILY = "under load"
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 
 SIDE = 0.5  # [m] of a container
+PACE = 0.5  # [m/s] of jaws
+TOLD = re.compile(r"box (\d) .* pressed (\S+) m into .* (\d+)% of the thinner one's")  # in an OverloadWarning
 MESHES = {
     "box": softbody.box((0.4, 0.4, 0.4), 4),
     "ball": softbody.icosphere(2, 0.22),
@@ -649,6 +652,56 @@ def closed_jaws_are_told(run: Run) -> Comparison:
         answers.extend(
             [told == was_told, ended, max(deepest) > 0.5], [True, True, False], kind=["told", "ends", "deep"]
         )
+    return answers.comparison()
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.OverloadWarning, softbody.collision.soft.soft_response",
+    reference="the depth told, by the thickness of the jaw that is named; how deep vertices are in it, in NumPy",
+    kind="specification",
+    unit="of the jaw's thickness",
+    tolerance=0.008,
+    because="the part is told in whole percents, and the depth in three digits: 5.1e-3 at worst of ten seeds",
+    faults=(
+        Fault(
+            "the thickness of a soft body with a box's number",
+            soft_response._thickness,
+            "response.edge_length.shape[0] + box_ → box",
+        ),
+    ),
+)
+def pinched_skins_are_told(run: Run) -> Comparison:
+    """Jaws that pinch a soft ball are told by their thickness.
+
+    Two jaws, one 1.5 to 3 times as thick as the other, close on a ball and on each other. An OverloadWarning tells a
+    depth, and what part it is of the thickness of the jaw that it names: a quarter or more. No vertex is deeper in.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    for trial in range(run.count(4, 20, 200)):
+        radius, thin = 0.2, rng.uniform(0.01, 0.04)
+        thick = np.array([thin, thin * rng.uniform(1.5, 3.0)])[:: 1 - 2 * (trial % 2)]
+        world, sides = World(WEIGHTLESS), np.array([-1.0, 1.0])
+        ball = world.add_soft_body(rotated(softbody.icosphere(2, radius), rng), 1.0, 200.0, 20.0)
+        jaws = [world.add_box((t, 0.15, 0.15), None, (s * (radius + 0.5 * t), 0.0, 0.0)) for s, t in zip(sides, thick)]
+        h, gap, told = 0.5 * world.stable_time_step(), 2.0 * radius, None
+        while told is None and gap > -thin:
+            pace = PACE if gap > 2.0 * PACE * h else 0.01 * thin / h  # [m/s]
+            for jaw, s in zip(jaws, sides):
+                jaw.velocity = -s * pace, 0.0, 0.0
+            with warnings.catch_warnings(record=True) as came:
+                warnings.simplefilter("always")
+                try:
+                    world.step(h)
+                except SimulationError:
+                    break
+            gap = jaws[1].position[0] - jaws[0].position[0] - 0.5 * thick.sum()
+            words = [str(one.message) for one in came if issubclass(one.category, OverloadWarning)]
+            told = TOLD.search(words[0]) if words else None
+        number, depth, part = (int(told[1]), float(told[2]), 0.01 * float(told[3])) if told else (0, 0.0, 0.0)
+        deepest = (0.5 * jaws[number].size - np.abs(ball.positions - jaws[number].position)).min(axis=1).max()
+        answers.add(part, np.maximum(0.25, depth / thick[number]), kind="told")
+        answers.add(np.maximum(0.0, deepest - depth) / thick[number], 0.0, kind="deeper")
     return answers.comparison()
 
 
