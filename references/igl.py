@@ -77,3 +77,13 @@ def read_mesh(path: str | os.PathLike[str]) -> tuple[np.ndarray, np.ndarray]:
     """Return vertices (n, 3) and triangles (t, 3) of an STL, PLY, OBJ or OFF file, as they stand there."""
     vertices, triangles = igl.read_triangle_mesh(os.fspath(path))
     return np.asarray(vertices, np.float64), np.asarray(triangles, np.int64)
+
+
+def below(vertices: np.ndarray, triangles: np.ndarray, level: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return what of a closed mesh is below z = `level` [m], closed: vertices (n, 3) and triangles (t, 3).
+
+    By exact arithmetic. And of each triangle whether it is of the mesh's own surface (t,), and not of the lid.
+    """
+    plane = np.array([0.0, 0.0, level]), np.array([0.0, 0.0, 1.0])
+    points, faces, birth = igl.copyleft.cgal.intersect_with_half_space(*_arrays(vertices, triangles), *plane)
+    return np.asarray(points), np.asarray(faces), np.asarray(birth).ravel() < len(triangles)

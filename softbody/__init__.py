@@ -12,6 +12,7 @@ from softbody.bodies.body import Body
 from softbody.bodies.contact_points import ContactPoints
 from softbody.bodies.ground import Ground
 from softbody.bodies.joint import Joint
+from softbody.bodies.liquid import Liquid
 from softbody.bodies.rigid_box import Box
 from softbody.bodies.soft_body import SoftBody
 from softbody.dynamics.energy import Energies
@@ -58,6 +59,7 @@ __all__ = [
     "Frame",
     "Ground",
     "Joint",
+    "Liquid",
     "MassRatioWarning",
     "Mesh",
     "MeshError",

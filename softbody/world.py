@@ -17,6 +17,7 @@ from softbody.bodies.contact_points import ContactPoints
 from softbody.bodies.ground import Ground
 from softbody.bodies.inventory import Inventory
 from softbody.bodies.joint import End, Joint
+from softbody.bodies.liquid import Liquid
 from softbody.bodies.names import Names
 from softbody.bodies.rigid_box import Box
 from softbody.bodies.soft_body import SoftBody
@@ -48,7 +49,7 @@ if TYPE_CHECKING:
 
 
 class World(Inventory):
-    """Soft bodies, rigid boxes and a ground that move together.
+    """Soft bodies, rigid boxes, a ground and a liquid that move together.
 
     Bodies may be added at any time. Every input is checked before it is stored: ParameterError and MeshError name the
     culprit and the cure. All but `gravity` are keywords; those of the paper are in `World.paper()`.
@@ -139,6 +140,7 @@ class World(Inventory):
         what = [f"{model.soft_count} soft bodies of {len(self.state.particle_position)} particles"]
         what += [f"{model.box_count} boxes"]
         what += [f"ground at {model.ground_height:.4g} m"] if model.ground_height > -np.inf else []
+        what += [f"liquid up to {model.liquid_surface_height:.4g} m"] if model.liquid_density > 0.0 else []
         return f"<World: {', '.join(what)}; {self.steps} steps, {self.time:.6g} s>"
 
     @property
@@ -276,6 +278,28 @@ class World(Inventory):
         """
         adding.add_ground(self.store, height, restitution, friction)
         return self.ground
+
+    def add_liquid(
+        self,
+        density: float = 1000.0,
+        surface_height: float = 0.0,
+        *,
+        drag: float = 0.0,
+        velocity: ArrayLike = (0.0, 0.0, 0.0),
+    ) -> Liquid:
+        """Let a liquid of `density` [kg/m³] fill all below z = `surface_height` [m]; return its handle.
+
+        Bodies float in it, sink, tilt and bob, by its pressure on their wet surface, which is cut at the liquid's
+        exactly. `drag` [N s/m³] is a force against the liquid's speed, by speed and wet area: with none, what bobs
+        does so for ever. `velocity` (3,) [m/s] with which it flows: drag carries bodies along. A second call sets all
+        four anew. Its surface stays level, whatever falls in: waves, and the mass of liquid that moves along with a
+        body, are left out. Above it there is nothing: `gas` has the pressure that holds a body against the liquid.
+
+        Pressure and drag are constant within a step, for which a step can be too long: see `stable_time_step`. Raises
+        ParameterError for numbers out of range, and where gravity does not point straight down.
+        """
+        adding.add_liquid(self.store, density, surface_height, drag, velocity)
+        return self.liquid
 
     def remove(self, body: Body) -> None:
         """Take a body, with its joints, or a joint out of the world.

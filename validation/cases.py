@@ -271,3 +271,14 @@ def gap_along(pairs: BoxPairs, normals: np.ndarray) -> np.ndarray:
         of_b = (position_b + corners_of(size_b) @ rotation_matrix(q_b).T) @ normal
         gaps.append(of_a.min() - of_b.max())
     return np.array(gaps)
+
+
+def settable(kind: type) -> set[str]:
+    """Return the attributes of a kind of handle, or of a world, that a user may assign."""
+    told = {name: getattr(kind, name) for name in dir(kind) if not name.startswith("_")}
+    slots = {name for each in kind.__mro__ for name in getattr(each, "__slots__", ())}
+    return {
+        name
+        for name, each in told.items()
+        if hasattr(type(each), "__set__") and getattr(each, "fset", True) and name not in slots
+    }

@@ -1,4 +1,4 @@
-"""Bodies, joints and ground come into a world, and leave it: with their names, and with handles that stay right."""
+"""What is in a world comes into it, and leaves it: with names, and with handles that stay right."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from softbody.bodies.body import Body
 from softbody.bodies.builder import joints_that_stay, with_box, with_joint, with_soft_body, without
 from softbody.bodies.ground import Ground
 from softbody.bodies.joint import End, ends_of
+from softbody.bodies.liquid import Liquid, check_level
 from softbody.bodies.names import GONE
 from softbody.bodies.store import FIRST_ROOM, Contents, Store
 from softbody.collision.contact import remembered, remembering, without_box, without_soft
@@ -18,7 +19,7 @@ from softbody.errors import ParameterError
 from softbody.mesh.mesh import Mesh
 from softbody.model.properties import check_self_contact, properties_of
 from softbody.model.settings import RK4_VELOCITY
-from softbody.model.validation import check_range, shown
+from softbody.model.validation import check_range, shown, vector
 
 
 def add_soft_body(
@@ -90,6 +91,19 @@ def add_ground(store: Store, height: float, restitution: float, friction: float)
             ground_friction=0.0 if store.settings.frictionless else friction,
         )
         store.replace(model=model)
+
+
+def add_liquid(store: Store, density: float, surface_height: float, drag: float, velocity: ArrayLike) -> None:
+    """Do what `World.add_liquid` says."""
+    numbers: dict[str, Any] = {
+        "liquid_density": Liquid.density.checked(density),
+        "liquid_surface_height": Liquid.surface_height.checked(surface_height),
+        "liquid_drag": Liquid.drag.checked(drag),
+        "liquid_velocity": vector(velocity, "velocity"),
+    }
+    check_level(store.controls.gravity)
+    with store.exclusive():
+        store.replace(model=store.model._replace(**numbers))
 
 
 def remove(store: Store, body: Body) -> None:

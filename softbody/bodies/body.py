@@ -5,10 +5,13 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import Any, ClassVar, overload
 
+import numpy as np
+
 from softbody.bodies.names import GONE, Who
 from softbody.bodies.store import HasStore, Store
 from softbody.bodies.strict_names import StrictNames
 from softbody.errors import ParameterError
+from softbody.geometry.submerged import Submerged, submerged_part
 from softbody.model.properties import checked_property, known_properties
 from softbody.model.validation import check_whole
 
@@ -121,6 +124,27 @@ class SleepyBody(Body):
     def is_asleep(self) -> bool:
         """Whether it slept in the last step: nothing was done for it, as it and all that it touches are at rest."""
         return bool(self.store.contents.sleep.rest.asleep[self.number()])
+
+    @property
+    def submerged_volume(self) -> float:
+        """Volume [m³] of it that is below the surface of the world's liquid; 0 where there is none."""
+        return self._submerged().volume
+
+    def buoyancy(self) -> np.ndarray:
+        """Return the force (3,) [N] of the liquid's pressure on it, as it is now: ρ g V upwards."""
+        model, gravity = self.store.model, self.store.controls.gravity
+        return np.array([0.0, 0.0, -model.liquid_density * gravity[2] * self._submerged().volume]) + 0.0
+
+    def _submerged(self) -> Submerged:
+        """Return what of it is submerged."""
+        points, triangles = self._surface()
+        model = self.store.model
+        level = model.liquid_surface_height if model.liquid_density > 0.0 else -np.inf
+        return submerged_part(points, triangles, level)
+
+    @abstractmethod
+    def _surface(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the points (n, 3) [m] and triangles (t, 3) of its surface."""
 
     def wake(self) -> None:
         """Let it not be at rest: it wakes in the next step, with all that it touches, if it sleeps."""

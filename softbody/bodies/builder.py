@@ -62,7 +62,7 @@ class Parts(NamedTuple):
 def empty_parts(gravity: np.ndarray, real: type[np.floating[Any]]) -> Parts:
     """Return the parts of a world of no bodies, under `gravity` (3,) [m/s²], its springs in the precision `real`."""
     return Parts(
-        _empty(Model)._replace(ground_height=-np.inf, ground_restitution=0.0, ground_friction=0.0),
+        _empty(Model)._replace(ground_height=-np.inf, liquid_velocity=np.zeros(3)),
         _empty(Controls)._replace(gravity=gravity),
         _empty(State),
         in_precision(no_rings(), real),
@@ -287,7 +287,7 @@ def _rows_of_body(model: Model, body: int) -> dict[str, slice]:
 
 
 def soft_body_alone(parts: Parts, body: int) -> Parts:
-    """Return the parts of one soft body alone, in double precision; without boxes, joints and ground."""
+    """Return the parts of one soft body alone, in double precision; without boxes, joints, ground and liquid."""
     model, controls, state, _, _ = parts
     rows = _rows_of_body(model, body)
     model, controls, state = _rows_of(model, rows), _rows_of(controls, rows), _rows_of(state, rows)
@@ -301,6 +301,7 @@ def soft_body_alone(parts: Parts, body: int) -> Parts:
         soft_edge_start=np.array([0, len(model.edge_particles)]),
         soft_triangle_start=np.array([0, len(model.triangle_particles)]),
         ground_height=-np.inf,
+        liquid_density=0.0,
     )
     springs = model.edge_rest_length, model.edge_stiffness
     rings = build_rings(particles, model.edge_particles, model.triangle_particles, *springs)

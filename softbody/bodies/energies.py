@@ -17,8 +17,8 @@ def energy_of(store: Store) -> float:
 def energies_of(store: Store) -> Energies:
     """Do what `World.energies` says."""
     model, controls = store.model, store.controls
-    spring, gas, gravity, external = potential_energies(model, controls, store.state)
+    spring, gas, gravity, external, liquid = potential_energies(model, controls, store.state)
     filled = controls.soft_gas > 0.0
     gas += float((controls.soft_gas[filled] * np.log(model.soft_mesh_volume[filled])).sum())
     spring += joint_energy(store.joints, store.state)
-    return Energies(kinetic_energy(model, store.state), spring, gas, gravity, external)
+    return Energies(kinetic_energy(model, store.state), spring, gas, gravity, external, liquid)

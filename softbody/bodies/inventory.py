@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from softbody.bodies.energies import energies_of, energy_of
 from softbody.bodies.ground import Ground
 from softbody.bodies.joint import Joint
+from softbody.bodies.liquid import Liquid
 from softbody.bodies.rigid_box import Box, boxes_of
 from softbody.bodies.soft_body import SoftBody, soft_bodies_of
 from softbody.bodies.store import Store
@@ -67,6 +68,11 @@ class Inventory(StrictNames):
         return Ground(self)
 
     @property
+    def liquid(self) -> Liquid:
+        """The liquid: its density, surface height, drag and velocity may be set between steps, once there is one."""
+        return Liquid(self)
+
+    @property
     def gravity(self) -> np.ndarray:
         """Gravity (3,) [m/s²]; may be assigned between steps."""
         return self.controls.gravity
@@ -105,7 +111,7 @@ class Inventory(StrictNames):
         self.store.clock.time[0] = check_range(value, "time", "s", least=0.0)
 
     def energy(self) -> float:
-        """Return kinetic + spring + gas + gravity energy [J] of every body that can move, less the work of forces.
+        """Return kinetic + spring + gas + gravity + liquid energy [J] of all that can move, less the work of forces.
 
         The springs of joints count.
 
@@ -114,10 +120,11 @@ class Inventory(StrictNames):
         return energy_of(self.store)
 
     def energies(self) -> Energies:
-        """Return the energy [J] of every body that can move, by kind: kinetic, spring, gas, gravity, external.
+        """Return the energy [J] of every body that can move, by kind: kinetic, spring, gas, gravity, external, liquid.
 
         Of gas it is what it gives when it expands from here to its mesh's volume as it was added (less than 0 if it is
-        larger): −nRT ln(V / V0). Only differences of the last three mean something, and `total` is the sum.
+        larger): −nRT ln(V / V0). Of the liquid, ρ g ∫ depth dV over what is submerged. Only differences of those in
+        gas, gravity and external forces mean something, and `total` is the sum.
         """
         return energies_of(self.store)
 

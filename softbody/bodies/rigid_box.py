@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from softbody.bodies.body import BodyProperty, SleepyBody
 from softbody.bodies.store import HasStore
 from softbody.compiler.interrupts import assign_together
+from softbody.dynamics.liquid_forces import BOX_TRIANGLES, corners_of
 from softbody.errors import ParameterError
 from softbody.linalg.quaternion import rotation_between
 from softbody.model.validation import check_range, unit_quaternion, vector
@@ -22,6 +23,9 @@ class Box(SleepyBody):
 
     def _count(self) -> int:
         return self.store.model.box_count
+
+    def _surface(self) -> tuple[np.ndarray, np.ndarray]:
+        return corners_of(self.store.model, self.store.state, self.row()), BOX_TRIANGLES
 
     def __repr__(self) -> str:
         """Say which box it is, how large and heavy, and where."""

@@ -37,6 +37,9 @@ class SoftBody(SleepyBody):
         row = self.row()
         return slice(*self.store.model.soft_particle_start[row : row + 2])
 
+    def _surface(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.positions, self.triangles
+
     def _edge_rows(self) -> slice:
         row = self.row()
         return slice(*self.store.model.soft_edge_start[row : row + 2])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from softbody.compiler.jit import jit
+from softbody.dynamics.liquid_forces import liquid_energy
 from softbody.dynamics.pressure import gas_energy, soft_volume
 from softbody.dynamics.reference_forces import spring_energy
 from softbody.linalg.quaternion import load_quaternion, rotate_diagonal
@@ -20,6 +21,7 @@ class Energies(NamedTuple):
     gas: float  # −Σ nRT ln(V / V0), what the gas can be made to do: V0 is stated where they come from
     gravity: float  # −Σ m g·x
     external: float  # −Σ f·x of the forces on particles; forces on boxes are not in it
+    liquid: float  # ρ g ∫ depth dV over what is submerged
 
     @property
     def total(self) -> float:
@@ -44,8 +46,8 @@ def kinetic_energy(model: Model, state: State) -> float:
 
 
 @jit
-def potential_energies(model: Model, controls: Controls, state: State) -> tuple[float, float, float, float]:
-    """Return the energy [J] of springs, of gas against 1 m³, in gravity and in external forces; see `Energies`."""
+def potential_energies(model: Model, controls: Controls, state: State) -> tuple[float, float, float, float, float]:
+    """Return the energy [J] of springs, gas against 1 m³, in gravity, external forces and liquid; see `Energies`."""
     spring = gas = gravity = external = 0.0
     for body in range(model.soft_count):
         edges = slice(model.soft_edge_start[body], model.soft_edge_start[body + 1])
@@ -66,14 +68,15 @@ def potential_energies(model: Model, controls: Controls, state: State) -> tuple[
     for i in range(state.box_position.shape[0]):
         if model.box_inverse_mass[i] > 0.0:
             gravity -= dot(g, load(state.box_position, i)) / model.box_inverse_mass[i]
-    return spring, gas, gravity, external
+    liquid = liquid_energy(model, controls.gravity, state) if model.liquid_density > 0.0 else 0.0
+    return spring, gas, gravity, external, liquid
 
 
 @jit
 def potential_energy(model: Model, controls: Controls, state: State) -> float:
     """Return all energy [J] but the kinetic."""
-    spring, gas, gravity, external = potential_energies(model, controls, state)
-    return spring + gas + gravity + external
+    spring, gas, gravity, external, liquid = potential_energies(model, controls, state)
+    return spring + gas + gravity + external + liquid
 
 
 @jit

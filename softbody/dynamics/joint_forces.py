@@ -1,10 +1,4 @@
-"""Forces of joints, damped springs between points of bodies, on the bodies in a step.
-
-A force that is constant within the step, from where the ends are in the part of it at which the whole is symplectic
-(Hairer, Lubich and Wanner 2003): now, for what moves by x' = x + h v', as boxes do; half-way, by the velocity now, for
-what moves by x' = x + h v + ½ h² a. So it keeps momenta and, for a small step, energy; and what hangs at rest hangs as
-far as k x = m g says, whatever the step.
-"""
+"""Forces of joints, damped springs between points of bodies, on the bodies in a step: see `acting`."""
 
 from __future__ import annotations
 
@@ -14,29 +8,16 @@ from softbody.compiler.jit import jit, jit_lean
 from softbody.linalg.quaternion import load_quaternion, rotate, rotation_matrix
 from softbody.linalg.vec import Vec, accumulate, add, cross, dot, load, norm, scale, sub
 from softbody.model.arrays import NOBODY, Controls, Joints, Model, State
-from softbody.model.settings import RK4, Settings
 from softbody.model.surface_point import WHOLE, SurfacePoint, value_at
 
 
 @jit
-def with_joints(
-    controls: Controls, state: State, joints: Joints | None, acting: Controls | None, settings: Settings, h: float
-) -> Controls:
-    """Return what acts in a step of `h` [s]: the controls, and the forces of all joints, in the memory of `acting`."""
-    if joints is None or acting is None:
-        return controls
-    acting.particle_force[:] = 0.0
-    if controls.particle_force.shape[0] > 0:
-        acting.particle_force[:] = controls.particle_force
-    acting.box_force[:] = controls.box_force
-    acting.box_torque[:] = controls.box_torque
-    # x' = x + h v + β h² a: of n sub-steps of x' = x + h v', β is (1 + 1/n) / 2. The part is 1 − β.
-    ahead = 0.5 * h * (1.0 if settings.integrator == RK4 else 1.0 - 1.0 / settings.substeps)
+def add_joint_forces(state: State, joints: Joints, ahead: float, acting: Controls) -> None:
+    """Add the forces of all joints to what acts on bodies; ends on soft bodies as they will be `ahead` [s]."""
     for k in range(joints.joint_stiffness.shape[0]):
         force = _force(state, joints, k, ahead)
         _act(state, joints, k, 0, force, acting)
         _act(state, joints, k, 1, scale(-1.0, force), acting)
-    return Controls(controls.gravity, controls.soft_gas, acting.particle_force, acting.box_force, acting.box_torque)
 
 
 @jit_lean
@@ -112,17 +93,6 @@ def no_joints() -> Joints:
     none = np.zeros(0)
     whole = np.zeros((0, 2), np.int64), np.zeros((0, 6), np.int64)
     return Joints(*whole, np.zeros((0, 6)), np.zeros((0, 6)), none, none, none)
-
-
-def joint_memory(state: State, controls: Controls) -> Controls:
-    """Return memory for what `with_joints` returns."""
-    return Controls(
-        controls.gravity,
-        controls.soft_gas,
-        np.zeros_like(state.particle_position),
-        np.zeros_like(controls.box_force),
-        np.zeros_like(controls.box_torque),
-    )
 
 
 def joint_ends(joints: Joints, state: State) -> np.ndarray:

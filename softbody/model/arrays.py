@@ -92,6 +92,10 @@ class Model(NamedTuple):
     ground_height: float  # the ground is z ≤ height [m]; −inf: no ground
     ground_restitution: float  # 0 … 1
     ground_friction: float  # Coulomb coefficient, ≥ 0
+    liquid_density: float  # [kg/m³]; 0: no liquid
+    liquid_surface_height: float  # z [m] below which there is liquid
+    liquid_drag: float  # [N s/m³] against the liquid, by wet area
+    liquid_velocity: Annotated[np.ndarray, Rows()]  # (3,) [m/s] with which it flows
 
 
 class Controls(NamedTuple):

@@ -154,6 +154,12 @@ def ground_of(world: HasStore) -> float | None:
     return height if height > -np.inf else None
 
 
+def liquid_of(world: HasStore) -> float | None:
+    """Return the height of the liquid's surface [m], if there is one."""
+    model = world.store.model
+    return model.liquid_surface_height if model.liquid_density > 0.0 else None
+
+
 def framed(world: HasStore, things: Sequence[Thing], ends: np.ndarray, shape: float) -> Camera:
     """Return a camera that has all `things` in its picture, their shadows on the ground, and `ends` (j, 2, 3) [m].
 

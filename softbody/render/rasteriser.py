@@ -22,6 +22,7 @@ AMBIENT, FROM_ABOVE = 0.36, 0.3  # light from all around, and how much more of i
 DIFFUSE, SHINE = 0.65, 0.25
 DOUBLINGS = 5  # of the highlight's exponent, from 1: 32, at a fifth of the cost of a power
 SHADOW = 0.62  # of the ground's brightness
+LIQUID, MURK = np.array([0.36, 0.6, 0.78]), 0.45  # its colour, and how much of that covers what is below it
 HAZE = 40.0  # squares of the ground away it has the colour of the sky
 
 
@@ -63,12 +64,17 @@ class Faces(NamedTuple):
 
 
 def render(
-    things: Sequence[Thing], camera: Camera, ground: float | None = 0.0, size: tuple[int, int] = (480, 360)
+    things: Sequence[Thing],
+    camera: Camera,
+    ground: float | None = 0.0,
+    size: tuple[int, int] = (480, 360),
+    liquid: float | None = None,
 ) -> np.ndarray:
     """Return a picture (height, width, 3) of uint8, of `size` (width, height) [pixels].
 
     `ground` [m] is the height of a chequered floor, None for none: its squares have sides of 1 m, or a power of ten of
     that where the camera is nearer to its target than 2 m, or farther than 20 m.
+    `liquid` [m] is the height of a surface through which the rest is seen, None for none.
     """
     height, width = SUPERSAMPLING * size[1], SUPERSAMPLING * size[0]
     focus = 0.5 * height / np.tan(0.5 * np.radians(camera.view))
@@ -80,6 +86,8 @@ def render(
         faces = _faces_of(thing)
         _draw_faces(film, faces, _seen(film, faces.vertices), shadow)
     _draw_rest(film, -np.inf if ground is None else float(ground), shadow)
+    if liquid is not None:
+        _draw_surface(film, float(liquid), -np.inf if ground is None else float(ground))
     return _shrunk(colour)
 
 
@@ -142,6 +150,23 @@ def _draw_rest(film, height, shadow):
             light = (1.0 - haze) * (SHADOW + (1.0 - SHADOW) * light_at(shadow, x, y, height))
             for q in range(3):
                 film.colour[r, s, q] = light * GROUND[square, q] + haze * SKY[q]
+
+
+@jit_lean
+def _draw_surface(film, level, height):
+    """Cover what is seen through the surface of a liquid; the ground is at a `height`."""
+    rows, columns = film.distance.shape
+    eye = film.eye
+    for r in range(rows):
+        for s in range(columns):
+            along = _ray(film, r, s)
+            far = (level - eye[2]) / along[2] if along[2] < 0.0 else np.inf
+            there = min(film.distance[r, s], (height - eye[2]) / along[2] if along[2] < 0.0 else np.inf)
+            if 0.0 < far < there:
+                haze = min(1.0, far / (HAZE * film.square))
+                for q in range(3):
+                    tint = (1.0 - haze) * LIQUID[q] + haze * SKY[q]
+                    film.colour[r, s, q] = (1.0 - MURK) * film.colour[r, s, q] + MURK * tint
 
 
 def _seen(film: Film, vertices: np.ndarray) -> np.ndarray:

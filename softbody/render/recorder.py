@@ -13,7 +13,7 @@ from softbody.bodies.store import HasStore
 from softbody.errors import ParameterError
 from softbody.model.validation import check_range, check_whole, shown
 from softbody.render.camera import Camera
-from softbody.render.drawing import Drawing, framed, ground_of
+from softbody.render.drawing import Drawing, framed, ground_of, liquid_of
 from softbody.render.films import film_at, picture_path, refused, save_picture
 from softbody.render.lines import lines
 from softbody.render.quantities import QUANTITIES
@@ -173,7 +173,7 @@ class Recorder:
 def _pixels(world: HasStore, drawing: Drawing, camera: Camera | None, size: tuple[int, int]) -> np.ndarray:
     things, ends = drawing.things(), drawing.joint_ends()
     camera = camera or framed(world, things, ends, size[0] / size[1])
-    return render([*things, *lines(ends, camera)], camera, ground_of(world), size)
+    return render([*things, *lines(ends, camera)], camera, ground_of(world), size, liquid_of(world))
 
 
 def _checked_size(size: tuple[int, int]) -> tuple[int, int]:

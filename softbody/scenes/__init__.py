@@ -1,4 +1,4 @@
-"""Scenes, each one file with a `build` that returns a World ready to run: the paper's four (§9), and five more.
+"""Scenes, each one file with a `build` that returns a World ready to run: the paper's four (§9), and six more.
 
 All take a `world` to fill, such as `World.paper()`, in place of a new one. `from_file` builds any other, from TOML.
 """
@@ -9,6 +9,7 @@ from softbody.scenes import (
     box_stack,
     boxes_on_torus,
     limp,
+    pool,
     rolling_torus,
     sphere_on_torus,
     torus_stack,
@@ -22,6 +23,7 @@ __all__ = [
     "box_stack",
     "boxes_on_torus",
     "limp",
+    "pool",
     "rolling_torus",
     "sphere_on_torus",
     "torus_stack",

@@ -27,6 +27,7 @@ from softbody.scenes.scene_keys import (
     FILM,
     GROUND,
     JOINT,
+    LIQUID,
     MESH_FILE,
     RUN,
     SHAPES,
@@ -42,7 +43,7 @@ from softbody.world import World
 MOST_BYTES = 2**20  # that a scene file may have: some ten thousand bodies
 MOST_PARTS = 200  # that a key may have: for each pair of them, Python's parser makes a list of all before
 
-TABLES, BODIES = ("world", "ground", "run", "film"), ("soft_body", "box")
+TABLES, BODIES = ("world", "ground", "liquid", "run", "film"), ("soft_body", "box")
 LISTS = (*BODIES, "joint")
 END_HINT = "give a place, [x, y, z], or one on a body, { soft_body | box = its name or number, at = [x, y, z] }"
 
@@ -152,6 +153,10 @@ class _Reading:
         if ground is not None:
             with self._telling(("ground",)):
                 world.add_ground(**ground)
+        liquid = self._table(found, "liquid", LIQUID)
+        if liquid is not None:
+            with self._telling(("liquid",)):
+                world.add_liquid(**liquid)
         for at, table in self._list(found, "soft_body"):
             self._soft_body(world, at, table)
         for at, table in self._list(found, "box"):

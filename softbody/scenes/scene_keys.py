@@ -167,6 +167,12 @@ GROUND: dict[str, Check] = {
     "restitution": _number(least=0.0, most=1.0),
     "friction": _number(least=0.0),
 }
+LIQUID: dict[str, Check] = {
+    "density": _number("kg/m³", above=0.0),
+    "surface_height": _number("m"),
+    "drag": _number("N s/m³", least=0.0),
+    "velocity": _vector,
+}
 SHAPES: dict[str, dict[str, Check]] = {
     "icosphere": {"subdivisions": _whole(0), "radius": LENGTH},
     "torus": {

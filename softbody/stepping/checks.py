@@ -11,7 +11,8 @@ from softbody.collision.contact import Contacts
 from softbody.collision.pressed import FIRST, GONE_THROUGH, NOW, Pressed
 from softbody.collision.soft.surface import Surfaces
 from softbody.dynamics.integrators import STABILITY_LIMIT
-from softbody.dynamics.joint_forces import joint_rates
+from softbody.dynamics.joint_forces import joint_rates, no_joints
+from softbody.dynamics.liquid_forces import liquid_rates
 from softbody.dynamics.pressure import soft_volume
 from softbody.dynamics.rigid_boxes import MOST_TURN, RESOLVED, UNIT
 from softbody.dynamics.soft_bodies import COLLAPSED
@@ -56,10 +57,10 @@ def check_finite(model: Model, controls: Controls, state: State, joints: Joints)
             raise ParameterError(f"{name}{where} of {kind} {body} is not finite: {rows[row]}; set it to numbers")
 
 
-def stable_time_step(model: Model, controls: Controls, state: State, settings: Settings, of_joints: float) -> float:
-    """Return a time step [s] that is stable for every soft body as it is now, and all joints; inf if there is none.
+def stable_time_step(model: Model, controls: Controls, state: State, settings: Settings, of_forces: float) -> float:
+    """Return a time step [s] stable for every soft body as it is now, all joints and the liquid; inf if there is none.
 
-    `of_joints` is what `longest_step_of_joints` says.
+    `of_forces` is what `longest_step_of_forces` says.
     From an upper bound of the highest frequency, so often a little shorter than need be. Contacts and motion that
     stretches a body further can ask for a shorter one. Raises ParameterError where no step is stable.
     """
@@ -67,19 +68,31 @@ def stable_time_step(model: Model, controls: Controls, state: State, settings: S
     shortest, unstable = shortest_stable_step(model, controls, state.particle_position, limit)
     if unstable >= 0:
         raise ParameterError(f"no time step is stable: {_unstable(model, controls, state, unstable)}")
-    if not of_joints > 0.0:
+    if not of_forces > 0.0:
+        if model.liquid_density > 0.0 and not longest_step_of_liquid(model, controls, state) > 0.0:
+            raise ParameterError(
+                "no time step is stable: the liquid is too dense, or its drag too great, for something in it; make "
+                "that heavier"
+            )
         raise ParameterError(
             "no time step is stable: joints are too stiff, damp too much, or are too far out on boxes, for what they "
             "hold; make them softer, or what they hold heavier"
         )
     # A joint and what it is on swing no faster than √(ω² of both).
-    shorter, longer = sorted((float(shortest), of_joints))
+    shorter, longer = sorted((float(shortest), of_forces))
     return shorter / hypot(1.0, shorter / longer) if longer < inf else shorter
 
 
-def longest_step_of_joints(model: Model, joints: Joints) -> float:
-    """Return the longest step [s] for joints: half of ω h = 2, which is stable; inf if there are none."""
-    return float(longest_stable_step(*joint_rates(joints, model), 1.0)) if len(joints.joint_box) else inf
+def longest_step_of_forces(model: Model, controls: Controls, state: State, joints: Joints) -> float:
+    """Return the longest step [s] for joints and liquid: half of ω h = 2, which is stable; inf if there are none."""
+    frequency, damping = joint_rates(joints, model) if len(joints.joint_box) else (0.0, 0.0)
+    of_liquid, drag = liquid_rates(model, controls.gravity, state)
+    return float(longest_stable_step(hypot(frequency, of_liquid), damping + drag, 1.0))
+
+
+def longest_step_of_liquid(model: Model, controls: Controls, state: State) -> float:
+    """Return the same for the liquid alone."""
+    return longest_step_of_forces(model, controls, state, no_joints())
 
 
 def _unstable(model: Model, controls: Controls, state: State, body: int) -> str:
@@ -106,25 +119,25 @@ class StableStep:
     def __init__(self) -> None:
         self._model: Model | None = None  # held on to: another one cannot come to lie in its place
         self._joints: Joints | None = None
-        self._gas = b""
+        self._acting = b""  # gas, and where there is a liquid gravity
         self._integrator = -1
         self._made_at = 0
-        self._seconds = self._of_joints = inf
+        self._seconds = self._of_forces = inf
 
     def allows(
         self, time_step: float, model: Model, controls: Controls, settings: Settings, joints: Joints, steps: int
     ) -> bool:
         """Tell whether a step [s] is known to be stable, if nobody has moved particles; `steps` done so far."""
-        if not (model.soft_count or len(joints.joint_box)):
+        if not _may_be_too_long(model, joints):
             return True
         return (
             self._model is model
             and self._joints is joints
             and time_step / settings.substeps <= self._seconds
-            and time_step <= self._of_joints
+            and time_step <= self._of_forces
             and self._made_at <= steps < self._made_at + STABLE_FOR
             and self._integrator == settings.integrator
-            and self._gas == controls.soft_gas.tobytes()
+            and self._acting == _acting(model, controls)
         )
 
     def check(
@@ -138,20 +151,23 @@ class StableStep:
         steps: int,
     ) -> None:
         """Make the estimate anew; raise ParameterError if a sub-step [s] is too long."""
-        if not (model.soft_count or len(joints.joint_box)):
+        if not _may_be_too_long(model, joints):
             return
-        is_known = self._model is model and self._joints is joints
+        is_known = self._model is model and self._joints is joints and not model.liquid_density > 0.0
         self._model = None  # until all that follows is as new
         if not is_known:
-            self._of_joints = longest_step_of_joints(model, joints)
-        self._seconds = stable_time_step(model, controls, state, settings, self._of_joints)
-        self._gas, self._integrator, self._made_at = controls.soft_gas.tobytes(), settings.integrator, steps
+            self._of_forces = longest_step_of_forces(model, controls, state, joints)
+        self._seconds = stable_time_step(model, controls, state, settings, self._of_forces)
+        self._acting, self._integrator, self._made_at = _acting(model, controls), settings.integrator, steps
         self._model, self._joints = model, joints
         part = time_step / settings.substeps
-        if not time_step <= self._of_joints:
+        if not time_step <= self._of_forces:
+            who, cure = "joints allow", "make joints softer or what they hold heavier"
+            if time_step > longest_step_of_liquid(model, controls, state):
+                who, cure = "the liquid allows", "make what is in it heavier or its drag less"
             raise ParameterError(
-                f"time_step is {time_step:.6g} s, and joints allow {self._of_joints:.6g} s here, with any substeps: "
-                "take that, make joints softer or what they hold heavier, or say allow_unstable=True"
+                f"time_step is {time_step:.6g} s, and {who} {self._of_forces:.6g} s here, with any substeps: "
+                f"take that, {cure}, or say allow_unstable=True"
             )
         if not part <= self._seconds:
             raise ParameterError(
@@ -159,6 +175,16 @@ class StableStep:
                 f"{integrator_name(settings)}: take that, {_in_parts(time_step / self._seconds)}or say "
                 "allow_unstable=True"
             )
+
+
+def _may_be_too_long(model: Model, joints: Joints) -> bool:
+    """Tell whether there is something for which a step can be too long."""
+    return bool(model.soft_count or len(joints.joint_box) or model.liquid_density > 0.0)
+
+
+def _acting(model: Model, controls: Controls) -> bytes:
+    """Return what of the controls a stable step depends on."""
+    return controls.soft_gas.tobytes() + (controls.gravity.tobytes() if model.liquid_density > 0.0 else b"")
 
 
 def _in_parts(parts: float) -> str:
@@ -175,7 +201,9 @@ def helpful_step(
     moves by more than its size, or turns by more than a radian: or another one would diverge next.
     """
     try:
-        stable = stable_time_step(model, controls, state, settings, longest_step_of_joints(model, joints))
+        stable = stable_time_step(
+            model, controls, state, settings, longest_step_of_forces(model, controls, state, joints)
+        )
     except ParameterError as error:
         return 0.0, str(error)
     for soft in range(model.soft_count):

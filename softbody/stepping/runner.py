@@ -9,6 +9,7 @@ import numba
 import numpy as np
 
 from softbody.bodies.contact_points import ContactPoints, contact_points
+from softbody.bodies.liquid import check_level
 from softbody.bodies.store import HasStore, Store
 from softbody.collision.contact import remembered, remembering
 from softbody.collision.pressed import FIRST, NOW
@@ -23,7 +24,7 @@ from softbody.stepping.checks import (
     check_finite,
     fault_of,
     helpful_step,
-    longest_step_of_joints,
+    longest_step_of_forces,
     may_lie_flat,
     pairs_inside,
     pressed_through,
@@ -93,6 +94,7 @@ class Runner:
             raise ParameterError(f"steps × substeps is {steps * settings.substeps}; give fewer, up to 2**62")
         allow_unstable = check_yes_or_no(allow_unstable, "allow_unstable")
         with store.exclusive(), self._listening(steps * settings.substeps) as flag:
+            self._check_level()
             model, controls, state, _, joints = store.parts
             begun, is_first = (store.steps, store.time), steps > 0 and store.contents.is_fresh
             call = Call(h, settings, begun, flag)
@@ -233,19 +235,25 @@ class Runner:
         if is_look(step):
             skins.look(store.state.particle_position, step, store.names)
 
+    def _check_level(self) -> None:
+        """Raise ParameterError where gravity is not as a liquid needs it."""
+        if self.store.model.liquid_density > 0.0:
+            check_level(self.store.controls.gravity)
+
     def _is_alone(self) -> bool:
-        """Tell whether there is one soft body at most, perhaps the ground, and nobody who may sleep."""
+        """Tell whether there is one soft body at most, perhaps the ground, no liquid, and nobody who may sleep."""
         store, model = self.store, self.store.model
         is_only = model.box_count == 0 and model.soft_count <= 1
-        return is_only and not len(store.joints.joint_box) and not store.may_sleep
+        return is_only and not (len(store.joints.joint_box) or store.may_sleep or model.liquid_density > 0.0)
 
     def stable_time_step(self) -> float:
         """Do what `World.stable_time_step` says."""
         store = self.store
         check_finite(store.model, store.controls, store.state, store.joints)
-        of_joints = longest_step_of_joints(store.model, store.joints)
-        stable = stable_time_step(store.model, store.controls, store.state, store.settings, of_joints)
-        return min(store.settings.substeps * stable, of_joints)
+        self._check_level()
+        of_forces = longest_step_of_forces(store.model, store.controls, store.state, store.joints)
+        stable = stable_time_step(store.model, store.controls, store.state, store.settings, of_forces)
+        return min(store.settings.substeps * stable, of_forces)
 
     def contact_points(self) -> ContactPoints:
         """Do what `World.contact_points` says."""

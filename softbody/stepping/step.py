@@ -25,7 +25,7 @@ from softbody.collision.soft.split_steps import MOST_PARTS, closes_too_far, subd
 from softbody.collision.soft.surface import Surfaces
 from softbody.collision.solver.warm_start import cache_impulses, copied_cache, copy_cache
 from softbody.compiler.jit import jit, jit_inlined, jit_lean
-from softbody.dynamics.joint_forces import with_joints
+from softbody.dynamics.acting import all_that_acts
 from softbody.dynamics.particle_ground import material_on_ground, resolve_ground
 from softbody.dynamics.rigid_boxes import diverged_box, limit_boxes, limit_speeds, slow_boxes, stop_boxes
 from softbody.dynamics.soft_bodies import BARE, COLLAPSED, DIVERGED, Motion, move_in_place, move_soft_bodies
@@ -73,7 +73,7 @@ class Work(NamedTuple):
     grounded: np.ndarray | None  # (m,) of bool: which boxes touch the ground
     ground_impulse: np.ndarray  # (n, 3) [N s] of the ground on each particle in the last step
     joints: Joints | None
-    acting: Controls | None  # memory for what acts in a step that has joints
+    acting: Controls | None  # memory for what acts in a step with joints, or a liquid; None: there are none
     rest: SleepState | None  # None: nobody may sleep
     stop: np.ndarray  # (1,) what is not 0 ends a run early; somebody else may write it
     pressed: Pressed
@@ -111,7 +111,7 @@ def step(
     """
     begin_step(model, state, work.start, work.ground_impulse, work.rest)
     slow_boxes(model, state, work.grounded, h)
-    controls = with_joints(controls, state, work.joints, work.acting, settings, h)
+    controls = all_that_acts(model, controls, state, work.joints, work.acting, settings, h)
     bodies = soft_bodies_of(model, controls, state)
     done, fault, body = move_in_place(bodies, work.motion, settings, h, abort_mid_step)
     if fault or done == 0:

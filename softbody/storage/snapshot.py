@@ -27,9 +27,10 @@ from softbody.storage.snapshot_entries import Entries, Snapshot
 
 # Of snapshots and files. Format 1 has no number, and holds the vertex rings, too; before 3 there are no joints,
 # before 4 no times left, before 5 no names, before 6 nobody sleeps, before 7 soft contacts remember nothing, and before
-# 8 nobody holds itself. A property of bodies may begin a new one.
+# 8 nobody holds itself, and before 9 there is no liquid. A property of bodies may begin a new one.
 SETTINGS_SINCE = {"sleep_speed": 6, "sleep_after": 6, "self_contact": 8}  # formats; worlds before did as by default
-FORMAT = max(7, *SETTINGS_SINCE.values(), *(note.since for note in known_properties().values()))
+LIQUID_SINCE = 9
+FORMAT = max(LIQUID_SINCE, *SETTINGS_SINCE.values(), *(note.since for note in known_properties().values()))
 
 GROUND = {  # limits of each of its numbers
     "ground_height": Rows(),
@@ -37,6 +38,11 @@ GROUND = {  # limits of each of its numbers
     "ground_friction": Rows(least=0.0),
 }
 NO_GROUND = -np.inf  # its height, if there is none
+LIQUID = {  # likewise
+    "liquid_density": Rows(least=0.0),  # 0: there is none
+    "liquid_surface_height": Rows(),
+    "liquid_drag": Rows(least=0.0),
+}
 
 SAME = 1e-9  # how far, relatively, an inverse inertia may be from that of the box's size and mass: rounding is 1e-15
 
@@ -135,7 +141,12 @@ def _format(entries: Entries) -> int:
 
 def _model(entries: Entries, number: int) -> tuple[Model, dict[str, int]]:
     """Take a Model of a format; return it, and how many rows there are of what fields are named by."""
-    counts = {"soft": entries.whole("model.soft_count"), "box": entries.whole("model.box_count"), "gravity": 3}
+    counts = {
+        "soft": entries.whole("model.soft_count"),
+        "box": entries.whole("model.box_count"),
+        "gravity": 3,
+        "liquid": 3,
+    }
     known: dict[str, Any] = {"soft_count": counts["soft"], "box_count": counts["box"]}
     for kind in ("particle", "edge", "triangle"):
         name = f"model.soft_{kind}_start"
@@ -145,6 +156,12 @@ def _model(entries: Entries, number: int) -> tuple[Model, dict[str, int]]:
         known[f"soft_{kind}_start"], counts[kind] = start, int(start[-1])
     for field, limits in GROUND.items():
         known[field] = entries.real(f"model.{field}", limits, NO_GROUND if field == "ground_height" else None)
+    for field, limits in LIQUID.items():
+        if number < LIQUID_SINCE:
+            entries.put(f"model.{field}", np.array(0.0))
+        known[field] = entries.real(f"model.{field}", limits)
+    if number < LIQUID_SINCE:
+        entries.put("model.liquid_velocity", np.zeros(3))
     for field, note in known_properties().items():
         if number < note.since:
             entries.put(f"model.{field}", np.full(counts[field.split("_")[0]], note.default))

@@ -13,9 +13,10 @@ from softbody.model.colours import STATIC, colour_of
 from softbody.model.settings import INTEGRATORS, integrator_name
 from softbody.render.camera import VIEW
 from softbody.render.colour_map import SHADES, palette_of
-from softbody.render.drawing import Drawing, framed
+from softbody.render.drawing import Drawing, framed, liquid_of
 from softbody.render.lines import COLOUR as LINE
 from softbody.render.quantities import QUANTITIES, UNITS
+from softbody.render.rasteriser import LIQUID
 from softbody.view.adjustments import SLIDERS, shown_at_start
 from softbody.view.bands import LEVELS, bands_of
 from softbody.view.frame import Frame
@@ -73,6 +74,11 @@ class Page:
                 "/ground", width=200.0, height=200.0, infinite_grid=True, fade_distance=30.0 * size,
                 cell_size=0.5, section_size=1.0, shadow_opacity=0.35, position=(0.0, 0.0, model.ground_height),
             )  # fmt: skip
+        level = liquid_of(world)
+        if level is not None:
+            corners = np.array([[100.0 * x, 100.0 * y, level] for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
+            blue: Any = _bytes(tuple(LIQUID.tolist()))
+            scene.add_mesh_simple("/liquid", corners, np.array([[0, 1, 2], [0, 2, 3]]), color=blue, opacity=0.4)
         self._soft = [
             scene.add_mesh_simple(f"/soft/{i}", vertices, self._triangles[i], color=_bytes(colour_of(i)))
             for i, vertices in enumerate(first.soft)

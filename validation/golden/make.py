@@ -32,7 +32,16 @@ import softbody
 from softbody import World, scenes
 
 # By format: the last commit of then that changed softbody/. Of the format of now any will do.
-REVISIONS = {1: "ba809c3", 2: "f7c4405", 3: "62c844f", 4: "07b775b", 5: "94d7194", 6: "c9e2deb", 7: "b6c9f55"}
+REVISIONS = {
+    1: "ba809c3",
+    2: "f7c4405",
+    3: "62c844f",
+    4: "07b775b",
+    5: "94d7194",
+    6: "c9e2deb",
+    7: "b6c9f55",
+    8: "771a0eb",
+}
 FILES = Path(__file__).parent / "files"
 EXPECTED = FILES / "expected.json"
 
@@ -104,6 +113,8 @@ def rich_world(number: int) -> World:
     """Return a world of all that there was in a format: unlike bodies, forces, contacts, joints, names, sleepers."""
     choices: dict[str, Any] = {"sleep_speed": 0.05, "sleep_after": 0.01, "substeps": 2} if number >= 6 else {}
 
+    unusual: dict[str, Any] = {"self_contact": True} if number >= 8 else {}
+
     def named(name: str) -> dict[str, Any]:
         return {"name": name} if number >= 5 else {}
 
@@ -124,9 +135,8 @@ def rich_world(number: int) -> World:
         deflated_below=0.05,
         **named("ball"),
     )
-    ring = world.add_soft_body(
-        softbody.torus(0.5, 0.2, 5, 4), 0.8, 150.0, 3.0, (6.0, 0.5, 2.0), fixed=(0, 3), damping=0.2, friction=0.9
-    )
+    unusual |= {"fixed": (0, 3), "damping": 0.2, "friction": 0.9}
+    ring = world.add_soft_body(softbody.torus(0.5, 0.2, 5, 4), 0.8, 150.0, 3.0, (6.0, 0.5, 2.0), **unusual)
     turn = np.array([0.9, 0.1, -0.3, 0.2]) / np.linalg.norm([0.9, 0.1, -0.3, 0.2])
     lower = world.add_box((0.6, 0.5, 0.3), 2.0, (0.0, 0.0, 0.1495), friction=0.8)
     world.add_box((0.5, 0.4, 0.2), 1.0, (0.02, 0.0, 0.399), restitution=0.3, **named("lid"))

@@ -24,17 +24,6 @@ def error_of(kind: type[Kind], call: Callable[..., object], *given: Any, **named
     return None
 
 
-def settable(kind: type) -> set[str]:
-    """Return the attributes of a kind of handle, or of a world, that a user may assign."""
-    told = {name: getattr(kind, name) for name in dir(kind) if not name.startswith("_")}
-    slots = {name for each in kind.__mro__ for name in getattr(each, "__slots__", ())}
-    return {
-        name
-        for name, each in told.items()
-        if hasattr(type(each), "__set__") and getattr(each, "fset", True) and name not in slots
-    }
-
-
 def soft(**changes: Any) -> World:
     """Return a world with a soft body that is told something else than usual."""
     world = World()

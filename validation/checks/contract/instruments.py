@@ -111,7 +111,7 @@ def _kinds(part: Accounts, spring: float = 0.0, gas: float = 0.0, external: floa
         Fault(
             "spring and gas interchanged",
             energies_of,
-            "spring, gas, gravity, external = p_ → gas, spring, gravity, external = p_",
+            "spring, gas, gravity, external, liquid = p_ → gas, spring, gravity, external, liquid = p_",
         ),
         Fault("joints left out", energies_of, "spring += joint_energy(j_, s_) → "),
         Fault(

@@ -18,8 +18,9 @@ from softbody.mesh import mesh as meshes
 from softbody.model import settings, validation
 from softbody.model.properties import known_properties
 from validation.answers import Answers
+from validation.cases import settable
 from validation.check import Comparison, Run, check
-from validation.checks.contract.cases import BALL, error_of, rigid, settable, soft
+from validation.checks.contract.cases import BALL, error_of, rigid, soft
 from validation.fault import Fault
 
 FAMILY = "what users set and ask"
@@ -109,7 +110,7 @@ Case = tuple[str, Callable[[Any], Any], Limits]  # an argument as Python writes 
 
 
 def of_bodies() -> Iterator[Case]:
-    """Yield the arguments of bodies, joints and the ground."""
+    """Yield the arguments of bodies, joints, the ground and the liquid."""
     of_edges = (0.0, -1.0, NAN, INF, "two", 1j, np.ones(119), np.ones(121))
     for name, limits in {
         "mass": POSITIVE,
@@ -171,6 +172,10 @@ def of_bodies() -> Iterator[Case]:
     for name, limits in {"height": Limits((0.0, -1.0, 1e6), NO_NUMBERS), "restitution": UP_TO_ONE}.items():
         yield f"add_ground({name}=…)", told(World().add_ground, name), limits
         yield f"ground.{name} = …", having(World().add_ground, name), limits
+    liquid = {"density": POSITIVE, "surface_height": Limits((0.0, -1.0, 1e6), NO_NUMBERS), "drag": NOT_NEGATIVE}
+    for name, limits in {**liquid, "velocity": VECTOR}.items():
+        yield f"add_liquid({name}=…)", told(World().add_liquid, name), limits
+        yield f"liquid.{name} = …", having(World().add_liquid, name), limits
     yield "add_ground(friction=…)", told(World().add_ground, "friction"), NOT_NEGATIVE
     yield "ground.friction = …", having(World().add_ground, "friction"), NOT_NEGATIVE
 
@@ -338,6 +343,7 @@ CALLS: tuple[Callable[..., Any], ...] = (
     World.add_box,
     World.add_joint,
     World.add_ground,
+    World.add_liquid,
     World.step,
     World.run,
 )
@@ -348,7 +354,7 @@ ELSEWHERE = {"mesh", "a", "b", "name"}  # arguments that other claims are about
 def _all_there_are() -> Iterator[str]:
     """Yield how a case of each argument, and of each attribute that may be assigned, begins or ends."""
     kinds = {"world": World, "soft_body": softbody.SoftBody, "box": softbody.Box, "joint": softbody.Joint}
-    for name, kind in {**kinds, "ground": softbody.Ground}.items():
+    for name, kind in {**kinds, "ground": softbody.Ground, "liquid": softbody.Liquid}.items():
         yield from (f"{name}.{each} = …" for each in settable(kind) - ELSEWHERE)
     for call in CALLS:
         taken = inspect.signature(call).parameters.values()
@@ -362,7 +368,7 @@ def _all_there_are() -> Iterator[str]:
 @check(
     section="2",
     piece="softbody.errors, softbody.Mesh, softbody.World, softbody.SoftBody, softbody.Box, softbody.Joint,"
-    " softbody.Ground, softbody.Trajectory, softbody.TrajectoryWriter",
+    " softbody.Ground, softbody.Liquid, softbody.Trajectory, softbody.TrajectoryWriter",
     reference="the documentation: from where to where each argument may be",
     kind="specification",
     faults=(

@@ -34,6 +34,7 @@ NONE_THEN: dict[str, Any] = {
     "settings.self_contact": False,
     "cache.soft": 0,
     "model.soft_self_contact": 0.0,
+    "model.liquid_": 0.0,
 }
 
 READERS: dict[str, Callable[[Path], World]] = {
@@ -123,7 +124,7 @@ def said_since(read: Callable[[Path], World], path: Path, said: dict[str, Any]) 
 def worlds(run: Run) -> Comparison:
     """Old files of worlds are read as their own softbody had them.
 
-    Softbody saved them in each of its formats, 1 to 7, or pickled them. They are as the revision that wrote them had
+    Softbody saved them in each of its formats, 1 to 8, or pickled them. They are as the revision that wrote them had
     them, to the bit: every entry, and what handles say. They have nothing that there was not yet. The same holds of a
     world that is built from a scene file of then.
     """

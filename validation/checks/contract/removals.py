@@ -11,9 +11,8 @@ from softbody import Box, Joint, ParameterError, SoftBody, World, icosahedron, o
 from softbody.bodies import adding, builder
 from softbody.bodies.names import Names
 from validation.answers import Answers
-from validation.cases import random_orientations, rotated
+from validation.cases import random_orientations, rotated, settable
 from validation.check import Comparison, Run, check
-from validation.checks.contract.cases import settable
 from validation.fault import Fault
 
 FAMILY = "what users set and ask"

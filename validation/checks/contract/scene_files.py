@@ -27,9 +27,10 @@ Parts = dict[str, np.ndarray]  # the vertices (6, 3) of each mesh file
 
 KEYS: dict[str, Table] = {f"shape {name}": keys for name, keys in scene_keys.SHAPES.items()}  # that the core says
 KEYS |= {"shape file": scene_keys.MESH_FILE, "world": scene_keys.WORLD, "ground": scene_keys.GROUND}
+KEYS |= {"liquid": scene_keys.LIQUID}
 KEYS |= {"soft_body": scene_keys.SOFT_BODY, "box": scene_keys.BOX, "joint": scene_keys.JOINT, "end": scene_keys.END}
 KEYS |= {"run": scene_keys.RUN, "film": scene_keys.FILM}
-SINGLE, LISTS = ("world", "ground", "run", "film"), ("soft_body", "box", "joint")
+SINGLE, LISTS = ("world", "ground", "liquid", "run", "film"), ("soft_body", "box", "joint")
 OWN = {"gravity", "precision", "threads", "integrator", "substeps"}  # properties of a World; others are its settings
 FIELDS = {  # of settings that are words for users: what the field is called, and which word makes it true
     **{"axes": ("paper_axes", "paper"), "contact": ("single_contact", "single")},
@@ -49,6 +50,7 @@ USUAL: dict[str, Table] = {  # what the documentation says that is so where noth
     | {"angular_speed_ceiling": INF, "angular_speed_floor": 0.0, "frictionless": False, "self_contact": False}
     | {"sleep_speed": 0.0, "sleep_after": 0.5, "paper": False},
     "ground": {"height": 0.0, **TOUCH},
+    "liquid": {"density": 1000.0, "surface_height": 0.0, "drag": 0.0, "velocity": NOWHERE},
     "soft_body": {**POSE, **TOUCH, "fixed": [], "fixed_above": INF, "fixed_below": -INF, "drag": 0.0}
     | {"deflated_below": 0.0, "self_contact": False},
     "box": {**POSE, **TOUCH, "mass": None, "kinematic": False, "angular_velocity": NOWHERE},
@@ -72,6 +74,7 @@ DRAWS: dict[str, Table] = {
     | {key: [LENGTH, INF] for key in ("speed_ceiling", "angular_speed_ceiling")}
     | {"iterations": (1, 99), "angular_speed_floor": LENGTH, "sleep_speed": LENGTH, "sleep_after": LENGTH},
     "ground": {"height": (-9.0, -5.0), **TOUCHING},
+    "liquid": {"density": LENGTH, "surface_height": VECTOR[:2], "drag": LENGTH, "velocity": VECTOR},
     "shape icosphere": {"subdivisions": (0, 2), "radius": LENGTH},
     "shape torus": {"major_radius": LENGTH, "minor_radius": (0.45, 0.6)}
     | {"major_segments": (12, 16), "minor_segments": (5, 9)},
@@ -97,7 +100,7 @@ DRAWS: dict[str, Table] = {
     },
 }
 GOOD: dict[str, Table] = {  # what each table needs; joints end in the middle of a box, which no turn moves
-    **{"world": {}, "ground": {}, "film": {}, "run": {"seconds": 1.0}},
+    **{"world": {}, "ground": {}, "liquid": {}, "film": {}, "run": {"seconds": 1.0}},
     "soft_body": {"shape": {"file": "whole.off"}, "mass": 1.0, "stiffness": 100.0, "gas": 1.0},
     "box": {"size": [1.0, 1.0, 1.0], "mass": 1.0},
     "joint": {"a": [0.0, 0.0, 3.0], "b": {"box": 0, "at": NOWHERE}, "stiffness": 1.0},
@@ -228,8 +231,9 @@ def told(found: SceneFile, scene: Table) -> Table:
     world, settings = found.world, USUAL["world"].keys() - OWN - {"paper"}
     rows = {"world": {key: getattr(world.store.settings, FIELDS.get(key, (key,))[0]) for key in settings}}
     rows["world"] |= {key: getattr(world, key) for key in OWN}
-    if world.ground.is_there:
-        rows["ground"] = {key: getattr(world.ground, key) for key in USUAL["ground"]}
+    for table, what in (("ground", world.ground), ("liquid", world.liquid)):
+        if what.is_there:
+            rows[table] = {key: getattr(what, key) for key in USUAL[table]}
     rows |= {name: of._asdict() for name, of in (("run", found.run), ("film", found.film)) if of is not None}
     before = [joint.ends for joint in world.joints]
     for k, (body, given) in enumerate(zip(world.soft_bodies, scene["soft_body"])):
@@ -289,6 +293,10 @@ def alone(table: str, key: str, rng: Rng) -> Table:
 def crowd(rng: Rng, parts: Parts) -> Table:
     """Return a scene in which every key is given, as far as they go together, and each body has its own."""
     scene: Table = {table: drawn(DRAWS[table], rng) for table in SINGLE} | {table: [] for table in LISTS}
+    if rng.random() < 0.5:  # gravity is aslant, and a liquid is level
+        del scene["liquid"]
+    else:
+        scene["world"]["gravity"] = [0.0, 0.0, rng.uniform(-9.0, -1.0)]
     scene["run"]["velocities"] |= scene["film"]["colour"] == "speed"
     never = {"self_contact": False} if scene["world"]["soft_contact"] == "single" else {}
     scene["world"] |= never
@@ -356,6 +364,11 @@ def read(path: Path, scene: Table) -> Table:
         Fault("merging, however near", _Reading._mesh_file, "f_(path, **given) → f_(path, merge=bool(given))"),
         Fault("a paper's world without other settings", _Reading._world, "World.paper(**settings) → World.paper()"),
         Fault("a ground of which something is said", _Reading.scene, "ground is not None → ground"),
+        Fault(
+            "water that does not flow",
+            _Reading.scene,
+            "world_.add_liquid(**liquid_) → world.add_liquid(**{**liquid, 'velocity': np.zeros(3)})",
+        ),
         Fault("joints of the first of a kind", _Reading._body, "a_ if b_ else (kind, which) → a_ if b_ else (kind, 0)"),
         Fault("joints with their ends exchanged", _Reading._joint, "('a', 'b') → ('b', 'a')"),
         Fault("no names of joints", _Reading._joint, "f_(*ends, **given) → f_(*ends, **{**given, 'name': None})"),
@@ -382,7 +395,7 @@ def every_key_is_read(run: Run) -> Comparison:
         path, parts = Path(folder) / "scene.toml", written_parts(Path(folder), rng)
         nothing: Table = {table: [GOOD[table], GOOD[table]] for table in LISTS}
         usual = judged(nothing, parts)
-        for table in ("world", "ground", "film"):
+        for table in ("world", "ground", "liquid", "film"):
             scene = nothing | {table: {}}
             answers.add(agree(asked(read, {}, path, scene), judged(scene, parts)), True, kind=f"{table}, empty")
         for table, key in [(table, key) for table, keys in DRAWS.items() for key in keys] * run.count(1, 3, 20):

@@ -110,6 +110,7 @@ SHORTER: dict[str, Callable[[World, float], None]] = {  # what can make the long
     "a joint's stiffness": _set("joints", "stiffness"),
     "a joint's damping": lambda world, by: setattr(world.joints[2], "damping", 2.0 * by),
     "a body's size": lambda world, by: _shrink(world, by),
+    "a liquid": lambda world, by: _flood(world, by),
     "substeps": lambda world, by: setattr(world, "substeps", 1 if by > 1.0 else 400),
     "integrator": lambda world, by: setattr(world, "integrator", "symplectic_euler" if by > 1.0 else "rk4_velocity"),
 }
@@ -120,6 +121,11 @@ def _shrink(world: World, by: float) -> None:
     body.positions = body.centre + (body.positions - body.centre) * by**-0.3
 
 
+def _flood(world: World, by: float) -> None:
+    world.gravity = (0.0, 0.0, -9.81)
+    world.add_liquid(100.0 * by, 100.0, drag=100.0 * by)
+
+
 @check(
     section="5.1",
     piece="softbody.World.step, softbody.World.stable_time_step",
@@ -127,7 +133,7 @@ def _shrink(world: World, by: float) -> None:
     kind="the core in another form",
     because="yes or no",
     faults=(
-        Fault("gas that is not looked at", checks.StableStep.allows, "self._gas == controls.soft_gas.tobytes() → True"),
+        Fault("gas that is not looked at", checks.StableStep.allows, "self._acting == _acting(m_, c_) → True"),
         Fault("a model that is not looked at", checks.StableStep.allows, "self._model is model → True"),
         Fault("joints that are not looked at", checks.StableStep.allows, "self._joints is joints → True"),
         Fault(

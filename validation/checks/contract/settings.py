@@ -12,14 +12,13 @@ from references import steppers
 from references.free_boxes import FreeBox, Spring
 from softbody import Box, Ground, Joint, SoftBody, World
 from softbody.bodies.body import set_row
-from softbody.bodies.ground import GroundNumber
 from softbody.bodies.joint import JointNumber
 from softbody.bodies.sleep_tracker import SleepTracker
+from softbody.bodies.surroundings import Surroundings
 from softbody.stepping import sleep
 from validation.answers import Answers
-from validation.cases import edge_lengths, random_orientations, rotation_matrix, uneven_sphere
+from validation.cases import edge_lengths, random_orientations, rotation_matrix, settable, uneven_sphere
 from validation.check import Comparison, Run, check
-from validation.checks.contract.cases import settable
 from validation.fault import Fault
 
 FAMILY = "what users set and ask"
@@ -479,7 +478,7 @@ def _all_there_is() -> set[str]:
             JointNumber.__set__,
             "array[joint.row()] = value → array[joint.row() - 1] = value",
         ),
-        Fault("all three of the ground", GroundNumber.__set__, "f'ground_{self._name}' → 'ground_friction'"),
+        Fault("all three of the ground", Surroundings.set_field, "f'{self.kind}_{name}' → 'ground_friction'"),
         Fault(
             "an integrator that is for the next bodies",
             World,
@@ -559,7 +558,7 @@ LOOSE: dict[str, Callable[[World, Any, float], object]] = {  # what lets go of w
     tolerance=1e-6,
     because="sweeps end where impulses change little: 1.4e-7 at worst of ten seeds",
     faults=(
-        Fault("a ground that stays as it is", GroundNumber.__set__, "store.replace(model=m_) → None"),
+        Fault("a ground that stays as it is", Surroundings.set_field, "store.replace(model=m_) → None"),
         Fault(
             "pins that are drawn in one's sleep",
             SleepTracker.model_of,

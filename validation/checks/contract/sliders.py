@@ -12,8 +12,9 @@ from softbody.view import adjustments
 from softbody.view.adjustments import SLIDERS
 from softbody.view.session import Session
 from validation.answers import Answers
+from validation.cases import settable
 from validation.check import Comparison, Run, check
-from validation.checks.contract.cases import error_of, settable
+from validation.checks.contract.cases import error_of
 from validation.fault import Fault
 
 FAMILY = "what users set and ask"

@@ -56,11 +56,13 @@ def only(limits: Limits) -> Limits:
 _BY_LIMITS: dict[Limits, str] = {
     REAL: "controls.gravity controls.particle_force controls.box_force controls.box_torque state.particle_position"
     " state.particle_velocity state.box_position state.box_velocity state.box_angular_velocity joints.joint_place"
-    " cache.point cache.impulse model.soft_self_contact",
+    " cache.point cache.impulse model.soft_self_contact"
+    " model.liquid_surface_height model.liquid_velocity",
     HEIGHT: "model.ground_height",
     NOT_NEGATIVE: "model.particle_inverse_mass model.edge_stiffness model.soft_damping model.soft_drag"
-    " model.soft_friction model.box_friction model.ground_friction controls.soft_gas state.box_time_left"
-    " joints.joint_stiffness joints.joint_damping joints.joint_rest_length rest.time time",
+    " model.soft_friction model.box_friction model.ground_friction model.liquid_density model.liquid_drag"
+    " controls.soft_gas state.box_time_left joints.joint_stiffness joints.joint_damping joints.joint_rest_length"
+    " rest.time time",
     POSITIVE: "model.edge_rest_length model.soft_thickness model.soft_edge_length model.soft_mesh_volume",
     UP_TO_ONE: "model.soft_deflated_below model.soft_restitution model.box_restitution model.ground_restitution",
     NO_LIMIT: "settings.speed_ceiling settings.angular_speed_ceiling settings.angular_speed_floor settings.sleep_speed"
@@ -74,7 +76,7 @@ NUMBERS = {name: limits for limits, names in _BY_LIMITS.items() for name in name
 # The same of those that hold one whole number. (Others are tried as what they say together.)
 COUNTS = Limits((1, 10_000_000), (0, -1, 10_000_001))
 WHOLE: dict[str, Limits] = {
-    "format": Limits((), (-1, 0, 1, 9, 2**62)),
+    "format": Limits((), (-1, 0, 1, 10, 2**62)),
     "model.soft_count": Limits((), (-1, 1, 3)),
     "model.box_count": Limits((), (-1, 3, 5)),
     "settings.integrator": Limits((0, 1, 2), (-1, 3, 2**62)),

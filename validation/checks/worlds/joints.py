@@ -9,7 +9,7 @@ import numpy as np
 
 from softbody import Box, Joint, SimulationError, SoftBody, World, icosphere, octahedron
 from softbody.bodies import adding, builder, joint
-from softbody.dynamics import joint_forces
+from softbody.dynamics import acting, joint_forces
 from softbody.storage import snapshot
 from validation.answers import Answers
 from validation.cases import edge_lengths, random_orientations, rotation_matrix
@@ -34,8 +34,8 @@ INTEGRATORS = ("rk4_velocity", "rk4", "symplectic_euler")
     because="steps of 1/40 of the stable one and half of it, extrapolated to none (Richardson): 8e-7 at worst, and 5e-5"
     " where the paper's integrator fades what swings",
     faults=(
-        Fault("ends where they will be later", joint_forces.with_joints, "0.5 * h * p_ → 1e-3"),
-        Fault("the force on one end only", joint_forces.with_joints, "scale(-1.0, force_) → scale(-0.0, force)"),
+        Fault("ends where they will be later", acting.all_that_acts, "0.5 * h * p_ → 1e-3"),
+        Fault("the force on one end only", joint_forces.add_joint_forces, "scale(-1.0, force_) → scale(-0.0, force)"),
         Fault(
             "a pull that is half as stiff again",
             joint_forces._force,
@@ -285,7 +285,7 @@ def _what_is_left(stiffness: np.ndarray, targets: np.ndarray, later: bool) -> Wo
 
 
 @check_joints(
-    piece="softbody.dynamics.joint_forces.with_joints",
+    piece="softbody.dynamics.acting.all_that_acts",
     reference="closed form: Hooke's law and damping at these places; the momentum of each body before and after",
     kind="closed form",
     unit="of the momentum given",
@@ -294,12 +294,12 @@ def _what_is_left(stiffness: np.ndarray, targets: np.ndarray, later: bool) -> Wo
     faults=(
         Fault(
             "the time of one scheme taken for that of another",
-            joint_forces.with_joints,
+            acting.all_that_acts,
             "settings_.integrator == RK4 → settings.integrator != RK4",
         ),
         Fault("ends where they are now", joint_forces._end, "scale(ahead_, v_) → scale(0.0, v)"),
-        Fault("forces of the step before", joint_forces.with_joints, "acting_.particle_force[:] = 0.0 → "),
-        Fault("sub-steps that are not counted", joint_forces.with_joints, "1.0 / settings_.substeps → 1.0"),
+        Fault("forces of the step before", acting.all_that_acts, "acting_.particle_force[:] = 0.0 → "),
+        Fault("sub-steps that are not counted", acting.all_that_acts, "1.0 / settings_.substeps → 1.0"),
     ),
 )
 def ends_half_way(run: Run) -> Comparison:
@@ -359,7 +359,7 @@ def ends_half_way(run: Run) -> Comparison:
 
 
 @check_joints(
-    piece="softbody.dynamics.joint_forces.with_joints",
+    piece="softbody.dynamics.acting.all_that_acts",
     reference="free flight: the velocities before",
     kind="closed form",
     unit="m/s",

@@ -1,0 +1,57 @@
+"""What acts on bodies in a step besides springs, gas and gravity: forces of users, of joints, and of a liquid.
+
+Joints and liquid are forces that are constant within the step, from where bodies are in the part of it at which the
+whole is symplectic (Hairer, Lubich and Wanner 2003): now, for what moves by x' = x + h v', as boxes do; half-way, by
+the velocity now, for what moves by x' = x + h v + ½ h² a. So they keep energy for a small step; and what hangs at rest
+hangs as far as k x = m g says, whatever the step.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softbody.compiler.jit import jit
+from softbody.dynamics.joint_forces import add_joint_forces
+from softbody.dynamics.liquid_forces import add_liquid_forces
+from softbody.model.arrays import Controls, Joints, Model, State
+from softbody.model.settings import RK4, Settings
+
+
+@jit
+def all_that_acts(
+    model: Model,
+    controls: Controls,
+    state: State,
+    joints: Joints | None,
+    acting: Controls | None,
+    settings: Settings,
+    h: float,
+) -> Controls:
+    """Return what acts in a step of `h` [s]: the controls, with the forces of joints and liquid, in memory of `acting`.
+
+    `joints` and `acting` are None where there are none of both.
+    """
+    if joints is None or acting is None:
+        return controls
+    acting.particle_force[:] = 0.0
+    if controls.particle_force.shape[0] > 0:
+        acting.particle_force[:] = controls.particle_force
+    acting.box_force[:] = controls.box_force
+    acting.box_torque[:] = controls.box_torque
+    # x' = x + h v + β h² a: of n sub-steps of x' = x + h v', β is (1 + 1/n) / 2. The part is 1 − β.
+    ahead = 0.5 * h * (1.0 if settings.integrator == RK4 else 1.0 - 1.0 / settings.substeps)
+    add_joint_forces(state, joints, ahead, acting)
+    if model.liquid_density > 0.0:
+        add_liquid_forces(model, controls.gravity, state, ahead, acting)
+    return Controls(controls.gravity, controls.soft_gas, acting.particle_force, acting.box_force, acting.box_torque)
+
+
+def memory_for_forces(state: State, controls: Controls) -> Controls:
+    """Return memory for what `all_that_acts` returns."""
+    return Controls(
+        controls.gravity,
+        controls.soft_gas,
+        np.zeros_like(state.particle_position),
+        np.zeros_like(controls.box_force),
+        np.zeros_like(controls.box_torque),
+    )
