@@ -364,7 +364,7 @@ class World(Inventory):
         """Move every soft body to its shape at rest, where it hangs on its fixed particles, or floats without weight.
 
         The acceleration left of any particle, times the least mass of one, is at most `tolerance` times the body's
-        stiffness and size, in each component. Velocities become zero; boxes, the ground and contacts play no part.
+        stiffness and size, in each component. Velocities become zero; boxes, ground, liquid and contacts play no part.
         Raises SimulationError after `steps` steps.
         """
         equilibrium(self.runner, tolerance, steps)
