@@ -28,7 +28,7 @@ class Told(NamedTuple):
     """A World of everything, what it says of itself, and what the judge makes of what it was told."""
 
     energy: tuple[float, float, float]  # [J] the World's, the judge's, and the sum of the sizes of all parts
-    energies: tuple[np.ndarray, np.ndarray, float]  # [J] by kinds (5,): the World's, the judge's, and as before
+    energies: tuple[np.ndarray, np.ndarray, float]  # [J] by kinds (6,): the World's, the judge's, and as before
     momentum: tuple[np.ndarray, np.ndarray, float]
     angular_momentum: tuple[np.ndarray, np.ndarray, float]
 
@@ -40,7 +40,7 @@ def told(rng: np.random.Generator) -> Told:
     gravity = rng.normal(0.0, 5.0, 3)
     world = World(gravity=gravity)
     parts, stretched = [], []
-    kinds = np.zeros(5)
+    kinds = np.zeros(6)
     for _ in range(int(rng.integers(1, 4))):
         mesh, mass = random_mesh(str(rng.choice(MESH_KINDS)), rng).moved(rng.normal(0.0, 5.0, 3)), rng.uniform(0.3, 3.0)
         count, gas = len(mesh.vertices), float(rng.choice([0.0, rng.uniform(5.0, 50.0)]))
@@ -92,8 +92,8 @@ def told(rng: np.random.Generator) -> Told:
 
 
 def _kinds(part: Accounts, spring: float = 0.0, gas: float = 0.0, external: float = 0.0) -> np.ndarray:
-    """Return the energies (5,) [J] of one body by kinds, in the order of `World.energies`."""
-    return np.array([part.kinetic, spring, gas, part.energy - part.kinetic - external, external])
+    """Return the energies (6,) [J] of one body by kinds, in the order of `World.energies`; there is no liquid."""
+    return np.array([part.kinetic, spring, gas, part.energy - part.kinetic - external, external, 0.0])
 
 
 @check(
