@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from softbody.bodies.energies import energies_of, energy_of
 from softbody.bodies.ground import Ground
 from softbody.bodies.joint import Joint
-from softbody.bodies.liquid import Liquid
+from softbody.bodies.liquid import Liquid, check_level
 from softbody.bodies.rigid_box import Box, boxes_of
 from softbody.bodies.soft_body import SoftBody, soft_bodies_of
 from softbody.bodies.store import Store
@@ -79,7 +79,10 @@ class Inventory(StrictNames):
 
     @gravity.setter
     def gravity(self, value: ArrayLike) -> None:
-        self.store.controls.gravity[:] = vector(value, "gravity")
+        gravity = vector(value, "gravity")
+        if self.liquid.is_there:
+            check_level(gravity)
+        self.store.controls.gravity[:] = gravity
 
     @property
     def model(self) -> Model:

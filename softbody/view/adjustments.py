@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from softbody.bodies.liquid import Liquid, check_level
 from softbody.bodies.rigid_box import Box, boxes_of
 from softbody.bodies.soft_body import SoftBody, soft_bodies_of
 from softbody.bodies.store import HasStore
@@ -40,6 +41,8 @@ def set_gravity(world: HasStore, start: HasStore, size: float) -> None:
     was = start.store.controls.gravity
     length = float(np.linalg.norm(was))
     down = was / length if length > 0.0 else np.array([0.0, 0.0, -1.0])
+    if Liquid(world).is_there:
+        check_level(size * down)
     world.store.controls.gravity[:] = size * down
 
 
@@ -112,8 +115,9 @@ class Adjustments:
         """Change what a slider of SLIDERS stands for, between its least and its most."""
         check_name(name, "slider", tuple(SLIDERS))
         slider = SLIDERS[name]
-        self._changed[name] = min(max(float(value), slider.least), slider.most)
-        slider.change(self._world, self._start, self._changed[name])
+        value = min(max(float(value), slider.least), slider.most)
+        slider.change(self._world, self._start, value)
+        self._changed[name] = value  # what is refused is not repeated
 
     def set_integrator(self, name: str) -> None:
         """Move soft bodies by another integrator; their damping stays."""

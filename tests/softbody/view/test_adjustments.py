@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import softbody
-from softbody import ParameterError
+from softbody import ParameterError, World
 from softbody.view.adjustments import SLIDERS, Adjustments, shown_at_start
+from softbody.view.session import Session
 
 pytestmark = pytest.mark.interpreted
 
@@ -117,3 +118,15 @@ def test_in_the_papers_world_bodies_go_on_to_go_through_themselves():
         world.add_soft_body(softbody.octahedron(), 1.0, 10.0, 2.0)
     Adjustments(*worlds).set_slider("self_contact", 1.0)
     assert worlds[0].soft_bodies[0].self_contact == 0.0
+
+
+def test_gravity_that_a_liquid_cannot_have_is_refused_and_not_repeated():
+    world = World()
+    world.add_liquid()
+    world.add_box((1.0, 1.0, 1.0), 500.0)
+    session = Session(world)
+    with pytest.raises(ParameterError, match="let gravity point down"):
+        session.set_slider("gravity", 0.0)
+    session.restart()
+    session.step_once()
+    assert world.gravity.tolist() == [0.0, 0.0, -9.81]
