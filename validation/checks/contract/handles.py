@@ -112,8 +112,7 @@ EXACT = "rk4 at a hundredth of the stable step: 4e-8 at worst of four seeds"
         Fault(
             "gravity set on a copy",
             Inventory,
-            'self.store.controls.gravity[:] = vector(value, "gravity")'
-            ' → self.store.controls.gravity.copy()[:] = vector(value, "gravity")',
+            "self.store.controls.gravity[:] = gravity → self.store.controls.gravity.copy()[:] = gravity",
         ),
         Fault(
             "gas set on a copy",
