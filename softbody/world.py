@@ -198,7 +198,7 @@ class World(Inventory):
     ) -> SoftBody:
         """Add a soft body whose springs are at rest in the shape of `mesh`, moved by `position` [m].
 
-        `mass` [kg] of the whole body, shared equally by its particles. `stiffness` [N/m] of every spring, or
+        `mass` [kg] of the body, shared equally by its particles. `stiffness` [N/m] of every spring, or
         (e,) in the order of `mesh.edges`. `gas` is nRT [J] ≥ 0; 0 for an empty body. `rest_length` [m] of every spring,
         or (e,), if not as in the mesh. `damping` [N s/m] of the springs, against the speed at which their ends part.
         None: a tenth of what is critical for two particles on a spring, 0.1 √(2 k m), with k the mean stiffness and m
@@ -211,6 +211,11 @@ class World(Inventory):
         fraction `deflated_below` of the mesh's volume (0: at none left). With `self_contact` its surface keeps a
         distance from itself: True, as far as the mesh allows; or a smaller number [m]; False or 0: it goes through
         itself. Without gas it may then lie flat. A surface that meets itself holds itself once it has parted.
+
+        `liquid_density` [kg/m³] of a liquid that fills it, with or without gas. `mass` is then that of the skin alone;
+        the liquid has density × the mesh's volume, shared by the particles, too. It presses by its depth, so that the
+        body sags, as a water bag does; sloshing is left out. `sound_speed` [m/s] says how hard it is to press together:
+        by p / (ρ c²). 0: as much as makes it give way by a hundredth or so under its own weight.
         """
         number = adding.add_soft_body(
             self.store,

@@ -22,6 +22,7 @@ from softbody.scenes import (
     sphere_on_torus,
     torus_stack,
     tray,
+    water_bags,
 )
 from validation.behaviour import depths
 from validation.motion import Motion
@@ -62,6 +63,7 @@ SCENES = [
     Scene("torus-stack", "A stack of four equal soft bodies.", torus_stack.build, HIGH, seconds=4.0),
     Scene("ball-drop", "Balls of 100, 400 and 1 600 N/m are dropped.", ball_drop.build, FRONT, seconds=1.4),
     Scene("pool", "Boxes and balls of five densities float in water, or sink.", pool.build, CLOSE, seconds=4.0),
+    Scene("water_bags", "Bags of liquid lie and hang; the denser sag more.", water_bags.build, CLOSE, seconds=4.0),
     Scene("limp", "Limp bodies fold, and hold themselves.", limp.build, CLOSE, seconds=1.6),
     Scene("tray", "30 soft balls fall into a tray.", tray.build, ABOVE, seconds=2.4),
     Scene("box-stack", "Eight rigid plates stand on each other.", box_stack.build, HIGH, seconds=1.5),

@@ -123,9 +123,8 @@ def with_soft_body(
         )
     rest_length = lengths if springs[1] is None else rest_length_of(springs[1], len(edges))
     velocity, still = np.tile(vector(motion[1], "velocity"), (count, 1)), fixed_particles_of(fixed, count)
-    with np.errstate(over="ignore"):
-        inverse_mass = np.full(count, np.float64(count) / mass)
-    _check_inverse(inverse_mass, f"mass is {mass} kg, for {count} particles")
+    mass += properties["soft_liquid_density"] * mesh.volume
+    inverse_mass = np.full(count, inverse_of(mass, count))
     velocity[still], inverse_mass[still] = 0.0, 0.0
     if properties["soft_damping"] is None:
         properties = properties | {"soft_damping": default_damping(stiffness, mass / count)}
@@ -158,6 +157,14 @@ def with_soft_body(
     )
     longer.model.soft_self_contact[-1] = distance_of_skin(longer, model.soft_count, distance)
     return longer
+
+
+def inverse_of(mass: float, count: int) -> float:
+    """Return the inverse mass [1/kg] of each of so many particles of a body; raises ParameterError if it is none."""
+    with np.errstate(over="ignore"):
+        inverse = np.float64(count) / mass
+    _check_inverse(inverse, f"mass is {mass} kg, for {count} particles")
+    return float(inverse)
 
 
 def distance_of_skin(parts: Parts, body: int, given: float | None) -> float:
@@ -225,7 +232,7 @@ def with_box(
     )
 
 
-def _check_inverse(inverse: np.ndarray, given: str) -> None:
+def _check_inverse(inverse: np.ndarray | np.float64, given: str) -> None:
     """Raise ParameterError unless masses and moments of inertia have a finite `inverse` above 0."""
     if not (np.isfinite(inverse) & (inverse > 0.0)).all():
         raise ParameterError(f"{given}: too light or too heavy to compute with; take numbers nearer to 1")

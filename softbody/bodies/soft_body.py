@@ -6,12 +6,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from softbody.bodies.body import BodyProperty, SleepyBody, set_row
-from softbody.bodies.builder import distance_of_skin
+from softbody.bodies.builder import distance_of_skin, inverse_of
 from softbody.bodies.store import HasStore
+from softbody.dynamics.filling import liquid_mass, liquid_pressure
 from softbody.dynamics.pressure import gas_pressure, soft_volume
 from softbody.dynamics.vertex_rings import with_springs
 from softbody.errors import ParameterError
-from softbody.model.properties import check_self_contact, properties_of
+from softbody.model.properties import check_self_contact, checked_property, properties_of
 from softbody.model.validation import (
     NO_NUMBERS,
     check_range,
@@ -67,7 +68,7 @@ class SoftBody(SleepyBody):
 
     @property
     def mass(self) -> float:
-        """Mass [kg], shared equally by the particles."""
+        """Mass [kg], with that of a liquid in it, shared equally by the particles."""
         return len(self.positions) / float(self.store.model.particle_inverse_mass[self._rows()].max())
 
     damping = BodyProperty()
@@ -75,6 +76,7 @@ class SoftBody(SleepyBody):
     restitution = BodyProperty()
     friction = BodyProperty()
     deflated_below = BodyProperty()
+    sound_speed = BodyProperty()
 
     @property
     def self_contact(self) -> float:
@@ -100,6 +102,25 @@ class SoftBody(SleepyBody):
     @gas.setter
     def gas(self, value: float) -> None:
         self.store.controls.soft_gas[self.row()] = check_range(value, "gas", "J", least=0.0)
+
+    @property
+    def liquid_density(self) -> float:
+        """Density [kg/m³] of the liquid that fills it, in its mesh as it was added; 0: none. May be set between steps.
+
+        Its mass goes into the body, or out of it, with the body's velocity.
+        """
+        return float(self.store.model.soft_liquid_density[self.row()])
+
+    @liquid_density.setter
+    def liquid_density(self, value: float) -> None:
+        value = checked_property("soft_liquid_density", value)
+        with self.store.exclusive():
+            model, row, rows = self.store.model, self.row(), self._rows()
+            density, inverse_mass = model.soft_liquid_density.copy(), model.particle_inverse_mass.copy()
+            mass = self.mass - liquid_mass(model, row) + value * model.soft_mesh_volume[row]
+            inverse_mass[rows] = inverse_of(mass, rows.stop - rows.start) * (inverse_mass[rows] > 0.0)
+            density[row] = value
+            self.store.replace(model=model._replace(soft_liquid_density=density, particle_inverse_mass=inverse_mass))
 
     @property
     def stiffness(self) -> np.ndarray:
@@ -184,8 +205,10 @@ class SoftBody(SleepyBody):
 
     @property
     def pressure(self) -> float:
-        """Pressure of the gas [Pa]."""
-        return gas_pressure(self.gas, self.volume)
+        """Pressure of the gas [Pa]; of a body that is full of liquid, at the height of its volume's centre."""
+        store, row = self.store, self.row()
+        liquid = liquid_pressure(store.model, store.controls.gravity, row, self.volume)
+        return gas_pressure(self.gas, self.volume) + liquid
 
     @property
     def strain(self) -> np.ndarray:

@@ -1,6 +1,6 @@
-"""What acts on bodies in a step besides springs, gas and gravity: forces of users, of joints, and of a liquid.
+"""What acts on bodies in a step besides springs, gas and gravity: forces of users, of joints, and of liquids.
 
-Joints and liquid are forces that are constant within the step, from where bodies are in the part of it at which the
+Joints and liquids are forces that are constant within the step, from where bodies are in the part of it at which the
 whole is symplectic (Hairer, Lubich and Wanner 2003): now, for what moves by x' = x + h v', as boxes do; half-way, by
 the velocity now, for what moves by x' = x + h v + ½ h² a. So they keep energy for a small step; and what hangs at rest
 hangs as far as k x = m g says, whatever the step.
@@ -11,8 +11,9 @@ from __future__ import annotations
 import numpy as np
 
 from softbody.compiler.jit import jit
+from softbody.dynamics.filling import add_filling_forces
 from softbody.dynamics.joint_forces import add_joint_forces
-from softbody.dynamics.liquid_forces import add_liquid_forces
+from softbody.dynamics.liquid_forces import Moving, add_liquid_forces
 from softbody.model.arrays import Controls, Joints, Model, State
 from softbody.model.settings import RK4, Settings
 
@@ -27,7 +28,7 @@ def all_that_acts(
     settings: Settings,
     h: float,
 ) -> Controls:
-    """Return what acts in a step of `h` [s]: the controls, with the forces of joints and liquid, in memory of `acting`.
+    """Return what acts in a step of `h` [s]: the controls, with forces of joints and liquids, in memory of `acting`.
 
     `joints` and `acting` are None where there are none of both.
     """
@@ -43,6 +44,8 @@ def all_that_acts(
     add_joint_forces(state, joints, ahead, acting)
     if model.liquid_density > 0.0:
         add_liquid_forces(model, controls.gravity, state, ahead, acting)
+    moving = Moving(state.particle_position, state.particle_velocity, ahead)
+    add_filling_forces(model, controls.gravity, moving, acting.particle_force)
     return Controls(controls.gravity, controls.soft_gas, acting.particle_force, acting.box_force, acting.box_torque)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from softbody.compiler.jit import jit
+from softbody.dynamics.filling import filling_energies
 from softbody.dynamics.liquid_forces import liquid_energy
 from softbody.dynamics.pressure import gas_energy, soft_volume
 from softbody.dynamics.reference_forces import spring_energy
@@ -19,9 +20,9 @@ class Energies(NamedTuple):
     kinetic: float  # ½ Σ m v² + ½ Σ ω·Iω
     spring: float  # ½ Σ k (l − l0)²
     gas: float  # −Σ nRT ln(V / V0), what the gas can be made to do: V0 is stated where they come from
-    gravity: float  # −Σ m g·x
+    gravity: float  # −Σ m g·x, of liquid in a body by the centre of its volume
     external: float  # −Σ f·x of the forces on particles; forces on boxes are not in it
-    liquid: float  # ρ g ∫ depth dV over what is submerged
+    liquid: float  # ρ g ∫ depth dV over what is submerged, and of liquids in bodies that are pressed together
 
     @property
     def total(self) -> float:
@@ -68,7 +69,10 @@ def potential_energies(model: Model, controls: Controls, state: State) -> tuple[
     for i in range(state.box_position.shape[0]):
         if model.box_inverse_mass[i] > 0.0:
             gravity -= dot(g, load(state.box_position, i)) / model.box_inverse_mass[i]
-    liquid = liquid_energy(model, controls.gravity, state) if model.liquid_density > 0.0 else 0.0
+    weight, liquid = filling_energies(model, controls.gravity, state.particle_position)
+    gravity += weight
+    if model.liquid_density > 0.0:
+        liquid += liquid_energy(model, controls.gravity, state)
     return spring, gas, gravity, external, liquid
 
 

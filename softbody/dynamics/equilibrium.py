@@ -8,8 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from softbody.compiler.jit import jit
+from softbody.dynamics.filling import add_filling_forces
+from softbody.dynamics.liquid_forces import Moving
 from softbody.dynamics.soft_bodies import Motion, ring_accelerations
-from softbody.model.arrays import SoftBodies
+from softbody.linalg.vec import accumulate, load, scale
+from softbody.model.arrays import Model, SoftBodies
 
 # Bitzek, Koskinen, Gähler, Moseler and Gumbsch 2006 ("FIRE"), with the parameters of their paper.
 PATIENCE = 5
@@ -30,18 +33,20 @@ def glide_from_rest(position: np.ndarray, longest: float) -> Glide:
 
 
 @jit
-def relax(bodies: SoftBodies, motion: Motion, longest: float, steps: int, glide: Glide) -> tuple[float, int]:
-    """Move soft bodies downhill in energy by `steps` steps of at most `longest` [s].
+def relax(
+    model: Model, bodies: SoftBodies, motion: Motion, longest: float, steps: int, glide: Glide
+) -> tuple[float, int]:
+    """Move the soft bodies of a model downhill in energy by `steps` steps of at most `longest` [s].
 
     They glide like bodies in motion, their velocity mixed with the direction of the force, and stop whenever they
     would climb. Returns the largest acceleration [m/s²] that is left, of any component of any particle, and how many
     steps are left: where `motion.memory.stop` is not 0, only the next one is made.
     """
     position, velocity = bodies.position, glide.velocity
-    acceleration = np.empty_like(position)
+    acceleration, force = np.empty_like(position), np.empty_like(position)
     h, mixing, downhill = glide.step_size[0], glide.step_size[1], glide.step_size[2]
     left = 0
-    ring_accelerations(bodies, motion, acceleration)
+    _accelerate(model, bodies, motion, force, acceleration)
     for done in range(1, steps + 1):
         power = along = speed = 0.0
         for i in range(position.shape[0]):
@@ -64,9 +69,19 @@ def relax(bodies: SoftBodies, motion: Motion, longest: float, steps: int, glide:
             for c in range(3):
                 velocity[i, c] = keep * velocity[i, c] + (turn + h) * acceleration[i, c]
                 position[i, c] += h * velocity[i, c]
-        ring_accelerations(bodies, motion, acceleration)
+        _accelerate(model, bodies, motion, force, acceleration)
         if motion.memory.stop[0] != 0:
             left = steps - done
             break
     glide.step_size[0], glide.step_size[1], glide.step_size[2] = h, mixing, downhill
     return np.abs(acceleration).max(), left
+
+
+@jit
+def _accelerate(model: Model, bodies: SoftBodies, motion: Motion, force: np.ndarray, acceleration: np.ndarray) -> None:
+    """Overwrite `acceleration` (n, 3) [m/s²] with that of all particles; `force` (n, 3) is scratch."""
+    ring_accelerations(bodies, motion, acceleration)
+    force[:] = 0.0
+    add_filling_forces(model, bodies.gravity, Moving(bodies.position, bodies.velocity, 0.0), force)
+    for i in range(force.shape[0]):
+        accumulate(acceleration, i, scale(bodies.inverse_mass[i], load(force, i)))

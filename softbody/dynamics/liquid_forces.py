@@ -84,7 +84,7 @@ def press(medium: Medium, moving: Moving, triangles: np.ndarray, force: np.ndarr
             medium.level - x[k, 2] - ahead * v[k, 2],
         )
         if depth[0] > 0.0 or depth[1] > 0.0 or depth[2] > 0.0:
-            normal = double_area(_place(moving, i), _place(moving, j), _place(moving, k))
+            normal = double_area(place_of(moving, i), place_of(moving, j), place_of(moving, k))
             wet, resistance = wet_part(depth), 0.0
             if medium.drag > 0.0:
                 resistance = medium.drag * norm(normal)
@@ -97,7 +97,7 @@ def press(medium: Medium, moving: Moving, triangles: np.ndarray, force: np.ndarr
 
 
 @jit_lean
-def _place(moving: Moving, i: int) -> Vec:
+def place_of(moving: Moving, i: int) -> Vec:
     """Return where a corner will be [m]."""
     return add(load(moving.position, i), scale(moving.ahead, load(moving.velocity, i)))
 
@@ -118,43 +118,6 @@ def velocities_of(state: State, box: int, corners: np.ndarray) -> np.ndarray:
     for k in range(8):
         store(velocities, k, add(v, cross(spin, sub(load(corners, k), centre))))
     return velocities
-
-
-def liquid_rates(model: Model, gravity: np.ndarray, state: State) -> tuple[float, float]:
-    """Return upper bounds of the highest frequency [1/s] and of the fastest damping rate [1/s] that a liquid has.
-
-    Of a particle with the area a around it, by the row sums of ∂F/∂x: ρ g a of the depth, and the pressure at the
-    body's deepest point times those of ∂²V/∂x² (see softbody/dynamics/stability.py). Of a box, whose points move by no
-    more than 7 / m times its energy, twice: ρ g times its largest section; and ρ g V for how its centre of buoyancy
-    turns about an axis, over the moment of inertia of which the lever is at most 3 / (m r).
-    """
-    if not model.liquid_density > 0.0:
-        return 0.0, 0.0
-    weight, drag = -model.liquid_density * float(gravity[2]), model.liquid_drag
-    stiffness = damping = 0.0
-    with np.errstate(all="ignore"):  # what is too much is inf
-        corners = model.triangle_particles
-        sides = state.particle_position[corners]
-        area = np.zeros(len(model.particle_inverse_mass))
-        bend = np.zeros_like(area)
-        thirds = np.linalg.norm(np.cross(sides[:, 1] - sides[:, 0], sides[:, 2] - sides[:, 0]), axis=1) / 6.0
-        medians = np.linalg.norm(1.5 * (sides - sides.mean(axis=1, keepdims=True)), axis=2)
-        for k in range(3):
-            np.add.at(area, corners[:, k], thirds)
-            np.add.at(bend, corners[:, k], (medians[:, k - 1] + medians[:, k - 2]) / 6.0)
-        if model.soft_count:
-            lowest = np.minimum.reduceat(state.particle_position[:, 2], model.soft_particle_start[:-1])
-            deepest = np.maximum(model.liquid_surface_height - lowest, 0.0)
-            deepest = np.repeat(deepest, np.diff(model.soft_particle_start))
-            stiffness = float((weight * (area + deepest * bend) * model.particle_inverse_mass).max())
-            damping = float((drag * area * model.particle_inverse_mass).max())
-        size = np.sort(model.box_size, axis=1)
-        faces = np.column_stack([size[:, 0] * size[:, 1], size[:, 0] * size[:, 2], size[:, 1] * size[:, 2]])
-        lever = 0.5 * np.hypot(size[:, 0], size[:, 1])
-        of_boxes = 7.0 * np.linalg.norm(faces, axis=1) + 3.0 * size.prod(axis=1) / lever
-        stiffness = max(stiffness, float((weight * of_boxes * model.box_inverse_mass).max(initial=0.0)))
-        damping = max(damping, float((14.0 * drag * faces.sum(axis=1) * model.box_inverse_mass).max(initial=0.0)))
-    return float(np.sqrt(stiffness)), damping
 
 
 @jit

@@ -84,6 +84,14 @@ class Model(NamedTuple):
             0.0, "Distance [m] that its surface keeps from itself; 0: it does not.", "m", -inf, since=8, is_chosen=True
         ),
     ]
+    # (b,) [kg/m³], of the liquid in the mesh as it was added: its mass stays, and is in that of the particles
+    soft_liquid_density: Annotated[
+        np.ndarray, Property(0.0, "Density [kg/m³] of the liquid that fills it; 0: none does.", "kg/m³", since=10)
+    ]
+    soft_sound_speed: Annotated[
+        np.ndarray,
+        Property(0.0, "Speed of sound [m/s] in that; 0: its weight presses it together by 1 %.", "m/s", since=10),
+    ]  # (b,)
     box_size: Annotated[np.ndarray, Rows(3, above=0.0)]  # (m, 3) full extent [m]
     box_inverse_mass: Annotated[np.ndarray, Rows(least=0.0)]  # (m,) [1/kg]; 0 for a static or kinematic box
     box_inverse_inertia: Annotated[np.ndarray, Rows(3, least=0.0)]  # (m, 3) diagonal in the box's own frame [1/(kg m²)]

@@ -1,4 +1,4 @@
-"""Scenes, each one file with a `build` that returns a World ready to run: the paper's four (§9), and six more.
+"""Scenes, each one file with a `build` that returns a World ready to run: the paper's four (§9), and seven more.
 
 All take a `world` to fill, such as `World.paper()`, in place of a new one. `from_file` builds any other, from TOML.
 """
@@ -14,6 +14,7 @@ from softbody.scenes import (
     sphere_on_torus,
     torus_stack,
     tray,
+    water_bags,
 )
 from softbody.scenes.scene_file import from_file as from_file
 
@@ -28,4 +29,5 @@ __all__ = [
     "sphere_on_torus",
     "torus_stack",
     "tray",
+    "water_bags",
 ]

@@ -12,7 +12,7 @@ from softbody.collision.pressed import FIRST, GONE_THROUGH, NOW, Pressed
 from softbody.collision.soft.surface import Surfaces
 from softbody.dynamics.integrators import STABILITY_LIMIT
 from softbody.dynamics.joint_forces import joint_rates, no_joints
-from softbody.dynamics.liquid_forces import liquid_rates
+from softbody.dynamics.liquid_rates import feels_liquid, liquid_rates
 from softbody.dynamics.pressure import soft_volume
 from softbody.dynamics.rigid_boxes import MOST_TURN, RESOLVED, UNIT
 from softbody.dynamics.soft_bodies import COLLAPSED
@@ -58,7 +58,7 @@ def check_finite(model: Model, controls: Controls, state: State, joints: Joints)
 
 
 def stable_time_step(model: Model, controls: Controls, state: State, settings: Settings, of_forces: float) -> float:
-    """Return a time step [s] stable for every soft body as it is now, all joints and the liquid; inf if there is none.
+    """Return a time step [s] stable for every soft body as it is now, all joints and liquids; inf if there is none.
 
     `of_forces` is what `longest_step_of_forces` says.
     From an upper bound of the highest frequency, so often a little shorter than need be. Contacts and motion that
@@ -69,10 +69,10 @@ def stable_time_step(model: Model, controls: Controls, state: State, settings: S
     if unstable >= 0:
         raise ParameterError(f"no time step is stable: {_unstable(model, controls, state, unstable)}")
     if not of_forces > 0.0:
-        if model.liquid_density > 0.0 and not longest_step_of_liquid(model, controls, state) > 0.0:
+        if feels_liquid(model) and not longest_step_of_liquid(model, controls, state) > 0.0:
             raise ParameterError(
-                "no time step is stable: the liquid is too dense, or its drag too great, for something in it; make "
-                "that heavier"
+                "no time step is stable: a liquid is too dense, or its drag too great, for what is in it or around it; "
+                "make that heavier"
             )
         raise ParameterError(
             "no time step is stable: joints are too stiff, damp too much, or are too far out on boxes, for what they "
@@ -84,14 +84,14 @@ def stable_time_step(model: Model, controls: Controls, state: State, settings: S
 
 
 def longest_step_of_forces(model: Model, controls: Controls, state: State, joints: Joints) -> float:
-    """Return the longest step [s] for joints and liquid: half of ω h = 2, which is stable; inf if there are none."""
+    """Return the longest step [s] for joints and liquids: half of ω h = 2, which is stable; inf if there are none."""
     frequency, damping = joint_rates(joints, model) if len(joints.joint_box) else (0.0, 0.0)
     of_liquid, drag = liquid_rates(model, controls.gravity, state)
     return float(longest_stable_step(hypot(frequency, of_liquid), damping + drag, 1.0))
 
 
 def longest_step_of_liquid(model: Model, controls: Controls, state: State) -> float:
-    """Return the same for the liquid alone."""
+    """Return the same for liquids alone."""
     return longest_step_of_forces(model, controls, state, no_joints())
 
 
@@ -119,7 +119,7 @@ class StableStep:
     def __init__(self) -> None:
         self._model: Model | None = None  # held on to: another one cannot come to lie in its place
         self._joints: Joints | None = None
-        self._acting = b""  # gas, and where there is a liquid gravity
+        self._acting = b""  # gas, and where there are liquids gravity
         self._integrator = -1
         self._made_at = 0
         self._seconds = self._of_forces = inf
@@ -153,7 +153,7 @@ class StableStep:
         """Make the estimate anew; raise ParameterError if a sub-step [s] is too long."""
         if not _may_be_too_long(model, joints):
             return
-        is_known = self._model is model and self._joints is joints and not model.liquid_density > 0.0
+        is_known = self._model is model and self._joints is joints and not feels_liquid(model)
         self._model = None  # until all that follows is as new
         if not is_known:
             self._of_forces = longest_step_of_forces(model, controls, state, joints)
@@ -164,7 +164,7 @@ class StableStep:
         if not time_step <= self._of_forces:
             who, cure = "joints allow", "make joints softer or what they hold heavier"
             if time_step > longest_step_of_liquid(model, controls, state):
-                who, cure = "the liquid allows", "make what is in it heavier or its drag less"
+                who, cure = "liquids allow", "make what is in them or around them heavier, or their drag less"
             raise ParameterError(
                 f"time_step is {time_step:.6g} s, and {who} {self._of_forces:.6g} s here, with any substeps: "
                 f"take that, {cure}, or say allow_unstable=True"
@@ -179,12 +179,12 @@ class StableStep:
 
 def _may_be_too_long(model: Model, joints: Joints) -> bool:
     """Tell whether there is something for which a step can be too long."""
-    return bool(model.soft_count or len(joints.joint_box) or model.liquid_density > 0.0)
+    return bool(model.soft_count or len(joints.joint_box) or feels_liquid(model))
 
 
 def _acting(model: Model, controls: Controls) -> bytes:
     """Return what of the controls a stable step depends on."""
-    return controls.soft_gas.tobytes() + (controls.gravity.tobytes() if model.liquid_density > 0.0 else b"")
+    return controls.soft_gas.tobytes() + (controls.gravity.tobytes() if feels_liquid(model) else b"")
 
 
 def _in_parts(parts: float) -> str:

@@ -13,6 +13,7 @@ from softbody.collision.soft.surface import Surfaces, build_surfaces
 from softbody.compiler.interrupts import NEVER_SET, InterruptFlag
 from softbody.compiler.threads import Team
 from softbody.dynamics.acting import memory_for_forces
+from softbody.dynamics.liquid_rates import feels_liquid
 from softbody.dynamics.soft_bodies import Motion, motion_of
 from softbody.dynamics.stability import most_extents
 from softbody.model.arrays import Controls, Model, State
@@ -39,7 +40,7 @@ class Memory:
         self._skin: Skin | None = None
         self._start: State | None = None  # memory for that of a step
         self._grounded: np.ndarray | None = None  # memory for which boxes touch the ground
-        self._acting: Controls | None = None  # memory for what acts in a step with joints, or a liquid
+        self._acting: Controls | None = None  # memory for what acts in a step with joints or liquids
         self._limits_of: tuple[Model | None, bytes] = None, b""  # for which springs and gas extents are limited
         self._times_of: tuple[Model | None, bytes] = None, b""  # for which springs and gas parting times are known
         self._unlike_of: tuple[Model | None, bool] = None, False  # of which masses, and whether any are too unlike
@@ -53,7 +54,7 @@ class Memory:
         if self._start is None:
             self._start = store.state.copy()
             self._grounded = np.zeros(store.model.box_count, bool) if has_boxes else None
-        if self._acting is None and (len(store.joints.joint_box) or store.model.liquid_density > 0.0):
+        if self._acting is None and (len(store.joints.joint_box) or feels_liquid(store.model)):
             self._acting = memory_for_forces(store.state, store.controls)
         return Work(
             motion,

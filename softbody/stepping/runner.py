@@ -15,6 +15,7 @@ from softbody.collision.contact import remembered, remembering
 from softbody.collision.pressed import FIRST, NOW
 from softbody.compiler.interrupts import NEVER_SET, InterruptFlag, listening
 from softbody.compiler.threads import team_of
+from softbody.dynamics.liquid_rates import feels_liquid
 from softbody.errors import ParameterError
 from softbody.model.settings import Settings
 from softbody.model.validation import check_range, check_whole, check_yes_or_no, shown
@@ -241,10 +242,10 @@ class Runner:
             check_level(self.store.controls.gravity)
 
     def _is_alone(self) -> bool:
-        """Tell whether there is one soft body at most, perhaps the ground, no liquid, and nobody who may sleep."""
+        """Tell whether there is one soft body at most, perhaps the ground, no liquids, and nobody who may sleep."""
         store, model = self.store, self.store.model
         is_only = model.box_count == 0 and model.soft_count <= 1
-        return is_only and not (len(store.joints.joint_box) or store.may_sleep or model.liquid_density > 0.0)
+        return is_only and not (len(store.joints.joint_box) or store.may_sleep or feels_liquid(model))
 
     def stable_time_step(self) -> float:
         """Do what `World.stable_time_step` says."""

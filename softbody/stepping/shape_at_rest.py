@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from math import inf
+from math import hypot, inf
 
 import numpy as np
 
 from softbody.bodies.builder import Parts, soft_body_alone
 from softbody.compiler.interrupts import assign_together, listening
 from softbody.dynamics.equilibrium import glide_from_rest, relax
+from softbody.dynamics.liquid_rates import liquid_rates
 from softbody.dynamics.soft_bodies import Motion, motion_of
 from softbody.dynamics.stability import highest_frequency
 from softbody.errors import SimulationError
@@ -19,7 +20,7 @@ from softbody.stepping.runner import Runner
 ROUND = 500  # steps of relaxation between two looks at what is left and at the stable step
 
 
-def _relax_round(bodies: SoftBodies, motion: Motion, longest: float, steps: int) -> float:
+def _relax_round(model: Model, bodies: SoftBodies, motion: Motion, longest: float, steps: int) -> float:
     """Relax by `steps` steps, and let signals be handled on the way; return the largest acceleration [m/s²] left."""
     glide = glide_from_rest(bodies.position, longest)
     with listening() as flag:
@@ -27,7 +28,7 @@ def _relax_round(bodies: SoftBodies, motion: Motion, longest: float, steps: int)
         left = inf
         while steps:
             flag.clear()
-            left, steps = relax(bodies, motion, longest, steps, glide)
+            left, steps = relax(model, bodies, motion, longest, steps, glide)
     return left
 
 
@@ -53,10 +54,12 @@ def shape_at_rest(parts: Parts, body: int, tolerance: float, steps: int) -> tupl
     left, enough = np.inf, 0.0
     for done in range(0, steps, ROUND):
         # Half of the stable step of symplectic Euler: where the mixing adds, less is more.
-        frequency = highest_frequency(model, controls, position, 0)
+        frequency = hypot(
+            highest_frequency(model, controls, position, 0), *liquid_rates(model, controls.gravity, state)
+        )
         if frequency == 0.0:  # neither springs nor gas: it stays as it is, or falls for ever
             return position, inf if _is_pulled(model, controls) else 0.0
-        left = _relax_round(bodies, motion, 1.0 / frequency, min(steps - done, ROUND))
+        left = _relax_round(model, bodies, motion, 1.0 / frequency, min(steps - done, ROUND))
         size = np.ptp(position, axis=0).max()
         enough = tolerance * model.edge_stiffness.max() * size * model.particle_inverse_mass.max()
         if not left > enough:

@@ -73,7 +73,7 @@ class Work(NamedTuple):
     grounded: np.ndarray | None  # (m,) of bool: which boxes touch the ground
     ground_impulse: np.ndarray  # (n, 3) [N s] of the ground on each particle in the last step
     joints: Joints | None
-    acting: Controls | None  # memory for what acts in a step with joints, or a liquid; None: there are none
+    acting: Controls | None  # memory for what acts in a step with joints or liquids; None: there are none
     rest: SleepState | None  # None: nobody may sleep
     stop: np.ndarray  # (1,) what is not 0 ends a run early; somebody else may write it
     pressed: Pressed

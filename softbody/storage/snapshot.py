@@ -15,6 +15,7 @@ import numpy as np
 
 from softbody.bodies.names import Names, names_of
 from softbody.collision.contact import ImpulseCache
+from softbody.dynamics.filling import liquid_mass
 from softbody.dynamics.joint_forces import no_joints
 from softbody.errors import MeshError, ParameterError, SnapshotError
 from softbody.mesh.mesh import check_surface, unique_edges
@@ -26,8 +27,8 @@ from softbody.model.validation import QUATERNION_TOLERANCE
 from softbody.storage.snapshot_entries import Entries, Snapshot
 
 # Of snapshots and files. Format 1 has no number, and holds the vertex rings, too; before 3 there are no joints,
-# before 4 no times left, before 5 no names, before 6 nobody sleeps, before 7 soft contacts remember nothing, and before
-# 8 nobody holds itself, and before 9 there is no liquid. A property of bodies may begin a new one.
+# before 4 no times left, before 5 no names, before 6 nobody sleeps, before 7 soft contacts remember nothing, before 8
+# nobody holds itself, before 9 there is no liquid, and before 10 none in a body. A property may begin a new one.
 SETTINGS_SINCE = {"sleep_speed": 6, "sleep_after": 6, "self_contact": 8}  # formats; worlds before did as by default
 LIQUID_SINCE = 9
 FORMAT = max(LIQUID_SINCE, *SETTINGS_SINCE.values(), *(note.since for note in known_properties().values()))
@@ -224,6 +225,15 @@ def _check_masses(model: Model) -> None:
     if not free[:-1].all():
         body = int(np.argmin(free))
         raise SnapshotError(f"model.particle_inverse_mass of soft body {body} is 0 everywhere: leave one particle free")
+    for body in range(model.soft_count):
+        rows = slice(*model.soft_particle_start[body : body + 2])
+        liquid = liquid_mass(model, body)
+        mass = (rows.stop - rows.start) / model.particle_inverse_mass[rows].max()
+        if not liquid <= mass:
+            raise SnapshotError(
+                f"model.soft_liquid_density[{body}] is {model.soft_liquid_density[body]} kg/m³: {liquid} kg of it "
+                f"in a body of {mass} kg; make that more"
+            )
     square = model.box_size**2
     inverse = 12.0 * model.box_inverse_mass[:, None] / (np.roll(square, 1, axis=1) + np.roll(square, 2, axis=1))
     good = (np.abs(model.box_inverse_inertia - inverse) <= SAME * inverse).all(axis=1)

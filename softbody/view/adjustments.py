@@ -68,6 +68,14 @@ def set_self_contact(world: HasStore, start: HasStore, value: float) -> None:
         body.self_contact = (was.self_contact or True) if value > 0.0 else False
 
 
+def scale_density(world: HasStore, start: HasStore, exponent: float) -> None:
+    """Let all liquids, around bodies and in them, be 2^exponent times as dense as they were at the start."""
+    for body, was in zip(soft_bodies_of(world), soft_bodies_of(start)):
+        body.liquid_density = was.liquid_density * 2.0**exponent
+    if Liquid(world).is_there:
+        Liquid(world).density = Liquid(start).density * 2.0**exponent
+
+
 def set_substeps(world: HasStore, start: HasStore, value: float) -> None:
     """Let contacts be found and resolved once for so many steps of springs and gas."""
     world.store.settings = world.store.settings._replace(substeps=round(value))
@@ -84,6 +92,7 @@ SLIDERS = {
     "friction": Slider("friction", 0.0, 1.5, 0.05, set_friction),
     "restitution": Slider("restitution", 0.0, 1.0, 0.05, set_restitution),
     "self_contact": Slider("bodies go through themselves: 0, or not: 1", 0.0, 1.0, 1.0, set_self_contact),
+    "density": Slider("liquids, × 2^", -3.0, 3.0, 0.25, scale_density),
     "substeps": Slider("steps of springs to one of contacts", 1.0, 8.0, 1.0, set_substeps),
 }
 
@@ -98,6 +107,7 @@ def shown_at_start(world: HasStore) -> dict[str, float]:
         "friction": float(np.mean([body.friction for body in bodies])) if bodies else 0.0,
         "restitution": float(np.mean([body.restitution for body in bodies])) if bodies else 0.0,
         "self_contact": float(any(body.self_contact for body in soft_bodies_of(world))),
+        "density": 0.0,
         "substeps": float(world.store.settings.substeps),
     }
 

@@ -41,6 +41,7 @@ REVISIONS = {
     6: "c9e2deb",
     7: "b6c9f55",
     8: "771a0eb",
+    9: "f258795",
 }
 FILES = Path(__file__).parent / "files"
 EXPECTED = FILES / "expected.json"

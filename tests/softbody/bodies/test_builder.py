@@ -255,11 +255,22 @@ def test_every_property_in_the_model_is_taken_by_name_and_has_its_default():
         assert properties_of(kind, given) == dict.fromkeys(of_kind, 0.25)
 
 
+OF_SOFT = "deflated_below, damping, drag, restitution, friction, self_contact, liquid_density, sound_speed"
+
+
 @pytest.mark.parametrize(
     ("kind", "name", "choices"),
     [
-        ("soft", "colour", "deflated_below, damping, drag, restitution, friction, self_contact"),
-        ("soft", "pinned", "deflated_below, damping, drag, restitution, friction, self_contact"),
+        (
+            "soft",
+            "colour",
+            OF_SOFT,
+        ),
+        (
+            "soft",
+            "pinned",
+            OF_SOFT,
+        ),
         ("box", "damping", "restitution, friction"),
     ],
 )

@@ -68,7 +68,7 @@ def test_a_slider_shows_what_is(both):
     both[0].substeps = 3
     shown = shown_at_start(both[0])
     as_set = {"stiffness": 0.0, "gas": 0.0, "gravity": 5.0, "friction": 0.3, "restitution": 0.2, "substeps": 3.0}
-    assert shown == pytest.approx(as_set | {"self_contact": 0.0})
+    assert shown == pytest.approx(as_set | {"self_contact": 0.0, "density": 0.0})
     assert shown.keys() == SLIDERS.keys()
     assert shown_at_start(softbody.World())["friction"] == 0.0
 

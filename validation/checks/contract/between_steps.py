@@ -20,7 +20,14 @@ from validation.fault import Fault
 FAMILY = "what users set and ask"
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 
-NUMBERS = {"damping": 0.5, "drag": 2.0, "restitution": 1.0, "friction": 1.5}  # of soft bodies, and up to where
+NUMBERS = {
+    "damping": 0.5,
+    "drag": 2.0,
+    "restitution": 1.0,
+    "friction": 1.5,
+    "liquid_density": 3.0,
+    "sound_speed": 20.0,
+}  # of soft bodies, and up to where
 
 
 @check(
@@ -45,8 +52,8 @@ NUMBERS = {"damping": 0.5, "drag": 2.0, "restitution": 1.0, "friction": 1.5}  # 
 def set_as_if_made_so(run: Run) -> Comparison:
     """A world set before its first step is as if made so.
 
-    Gravity, gas, damping, drag, restitution, friction, pins, springs, positions and velocities. Bodies that meet have
-    the bits of a world that was made with them.
+    Gravity, gas, damping, drag, restitution, friction, liquid, pins, springs, positions and velocities. Bodies that
+    meet have the bits of a world that was made with them.
     """
     rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(4, 12, 60)):

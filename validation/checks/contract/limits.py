@@ -125,10 +125,12 @@ def of_bodies() -> Iterator[Case]:
         "restitution": UP_TO_ONE,
         "friction": NOT_NEGATIVE,
         "deflated_below": UP_TO_ONE,
+        "liquid_density": NOT_NEGATIVE,
+        "sound_speed": NOT_NEGATIVE,
         "self_contact": Limits((True, False, 0.0, 1e-6), (-LEAST, 1.0, *NO_NUMBERS)),
     }.items():
         yield f"add_soft_body({name}=…)", told(soft, name), limits
-        if name in ("drag", "restitution", "friction", "deflated_below", "gas", "fixed", "self_contact"):
+        if name not in ("mass", "stiffness", "position", "velocity", "rest_length", "damping"):
             yield f"soft_body.{name} = …", having(a_soft_body, name), limits
         if name in ("stiffness", "rest_length"):
             call = told(lambda **given: a_soft_body().set_springs(**given), name)

@@ -35,6 +35,8 @@ NONE_THEN: dict[str, Any] = {
     "cache.soft": 0,
     "model.soft_self_contact": 0.0,
     "model.liquid_": 0.0,
+    "model.soft_liquid_density": 0.0,
+    "model.soft_sound_speed": 0.0,
 }
 
 READERS: dict[str, Callable[[Path], World]] = {

@@ -52,7 +52,7 @@ USUAL: dict[str, Table] = {  # what the documentation says that is so where noth
     "ground": {"height": 0.0, **TOUCH},
     "liquid": {"density": 1000.0, "surface_height": 0.0, "drag": 0.0, "velocity": NOWHERE},
     "soft_body": {**POSE, **TOUCH, "fixed": [], "fixed_above": INF, "fixed_below": -INF, "drag": 0.0}
-    | {"deflated_below": 0.0, "self_contact": False},
+    | {"deflated_below": 0.0, "liquid_density": 0.0, "sound_speed": 0.0, "self_contact": False},
     "box": {**POSE, **TOUCH, "mass": None, "kinematic": False, "angular_velocity": NOWHERE},
     "joint": {"name": None, "damping": 0.0, "rest_length": 0.0},
     "run": {"frames_per_second": 60.0, "time_step": None, "velocities": True},
@@ -85,6 +85,7 @@ DRAWS: dict[str, Table] = {
     | {"damping": LENGTH, "drag": LENGTH, "stiffness": [(100.0, 200.0), (100.0, 200.0, 12)]}
     | {"rest_length": [LENGTH, (1.0, 1.5, 12)], "fixed": lambda rng: rng.permutation(6)[:2].tolist()}
     | {"fixed_above": (0.1, 0.3), "fixed_below": (-0.3, -0.1), "deflated_below": (0.1, 0.9)}
+    | {"liquid_density": LENGTH, "sound_speed": LENGTH}
     | {"self_contact": [True, False, (1e-4, 9e-4)]},
     "box": {**POSED, **TOUCHING, "size": (1.0, 2.0, 3), "mass": LENGTH, "static": True, "kinematic": True}
     | {"angular_velocity": VECTOR},
@@ -110,6 +111,7 @@ WITH: dict[str, Table] = {  # what else is said where a key is
     **{"shape file merge": {"file": "soup.off"}, "shape file tolerance": {"file": "loose.off"}},
     **{"shape file scale": {"file": "whole.off"}, "end soft_body": {"particle": 3}, "end at": {"box": 0}},
     **{"end box": {"at": [0.5, 0.0, 1.0]}, "end particle": {"soft_body": 0}},
+    **{"soft_body liquid_density": {"damping": 0.5}},  # which by default is by its mass, too
 }
 SKINS = np.array([(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)])
 SHIFTS = {"soft_body": np.array([1.0, 0.0, 0.0]), "box": np.array([0.0, 1.0, 0.0])}  # [m], times 1 + a body's number
@@ -237,8 +239,10 @@ def told(found: SceneFile, scene: Table) -> Table:
     rows |= {name: of._asdict() for name, of in (("run", found.run), ("film", found.film)) if of is not None}
     before = [joint.ends for joint in world.joints]
     for k, (body, given) in enumerate(zip(world.soft_bodies, scene["soft_body"])):
-        numbers = "mass", "gas", "stiffness", "damping", "drag", "deflated_below", "self_contact"
+        numbers = ["mass", "gas", "stiffness", "damping", "drag", "deflated_below", "self_contact"]
+        numbers += ["liquid_density", "sound_speed"]
         order, one = in_order(body.positions), {key: getattr(body, key) for key in ("name", *TOUCH, *numbers)}
+        one["mass"] -= body.liquid_density * body.volume
         one |= {"rest_length": body.rest_length if "rest_length" in given else body.strain}
         one |= {"position": body.positions[order], "velocity": body.velocities[order]}
         rows[f"soft_body[{k}]"] = one | {"fixed": np.isin(np.arange(len(order)), body.fixed)[order]}

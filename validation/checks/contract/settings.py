@@ -208,6 +208,12 @@ def _self_contact(scene: Scene) -> Set:
     return {entry(body, "self_contact"): 1e-9}
 
 
+def _liquid_density(scene: Scene) -> Set:
+    body, density = scene.world.soft_bodies[_soft(scene)], 1e-15 * scene.rng.random()  # its weight is judged apart
+    body.liquid_density = density
+    return {entry(body, "liquid_density"): density}
+
+
 def _name(kind: str) -> Callable[[Scene], Set]:
     def act(scene: Scene) -> Set:
         thing, name = _one_of(scene, getattr(scene.world, kind)), f"{kind} of {scene.rng.integers(10**9)}"
@@ -353,6 +359,8 @@ SETTINGS: dict[str, Callable[[Scene], Set]] = {
     "SoftBody.restitution": _of_soft("restitution", 0.0, 1.0),
     "SoftBody.deflated_below": _of_soft("deflated_below", 0.0, 0.1),
     "SoftBody.self_contact": _self_contact,
+    "SoftBody.liquid_density": _liquid_density,
+    "SoftBody.sound_speed": _of_soft("sound_speed", 0.0, 9.0),
     "SoftBody.fixed": _fixed,
     "SoftBody.positions": _positions,
     "SoftBody.velocities": lambda scene: set_velocities(scene, scene.world.soft_bodies[_soft(scene)]),

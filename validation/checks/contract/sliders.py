@@ -51,6 +51,7 @@ CHANGES: dict[str, Callable[[Told, float], Told]] = {  # what a slider says that
     "friction": _all("friction"),
     "restitution": _all("restitution"),
     "self_contact": lambda was, value: {},  # by the mesh: whether there is any is asked apart
+    "density": _times("liquid_density"),
     "substeps": lambda was, value: {"substeps": round(value)},
 }
 
@@ -62,6 +63,7 @@ def scene(rng: np.random.Generator) -> World:
     for k in range(2):
         ball = icosphere(1, rng.uniform(0.3, 0.5))
         numbers: dict[str, Any] = {"restitution": rng.random(), "friction": rng.random(), "drag": rng.random()}
+        numbers["liquid_density"] = 2.0 * k
         stiffness = rng.uniform(5e3, 1e4, len(ball.edges))  # so that a step depends on it
         world.add_soft_body(ball, 1.0, stiffness, rng.uniform(5.0, 9.0), (5.0 * k, 0.0, 0.0), **numbers)
         world.add_box((0.5, 0.4, 0.3), 1.0, (5.0 * k, 5.0, 0.0), friction=rng.random(), restitution=rng.random())

@@ -60,6 +60,7 @@ _BY_LIMITS: dict[Limits, str] = {
     " model.liquid_surface_height model.liquid_velocity",
     HEIGHT: "model.ground_height",
     NOT_NEGATIVE: "model.particle_inverse_mass model.edge_stiffness model.soft_damping model.soft_drag"
+    " model.soft_sound_speed"
     " model.soft_friction model.box_friction model.ground_friction model.liquid_density model.liquid_drag"
     " controls.soft_gas state.box_time_left joints.joint_stiffness joints.joint_damping joints.joint_rest_length"
     " rest.time time",
@@ -68,7 +69,7 @@ _BY_LIMITS: dict[Limits, str] = {
     NO_LIMIT: "settings.speed_ceiling settings.angular_speed_ceiling settings.angular_speed_floor settings.sleep_speed"
     " settings.sleep_after",
     only(REAL): "state.box_orientation",
-    only(NOT_NEGATIVE): "model.box_inverse_mass model.box_inverse_inertia",
+    only(NOT_NEGATIVE): "model.soft_liquid_density model.box_inverse_mass model.box_inverse_inertia",
     only(POSITIVE): "model.box_size",
     only(UP_TO_ONE): "joints.joint_weights",
 }
@@ -76,7 +77,7 @@ NUMBERS = {name: limits for limits, names in _BY_LIMITS.items() for name in name
 # The same of those that hold one whole number. (Others are tried as what they say together.)
 COUNTS = Limits((1, 10_000_000), (0, -1, 10_000_001))
 WHOLE: dict[str, Limits] = {
-    "format": Limits((), (-1, 0, 1, 10, 2**62)),
+    "format": Limits((), (-1, 0, 1, 11, 2**62)),
     "model.soft_count": Limits((), (-1, 1, 3)),
     "model.box_count": Limits((), (-1, 3, 5)),
     "settings.integrator": Limits((0, 1, 2), (-1, 3, 2**62)),

@@ -59,7 +59,7 @@ def as_fire_has_it(run: Run) -> Comparison:
             state.particle_velocity[:] = 0.0
             glide = equilibrium.glide_from_rest(state.particle_position, longest)
             motion = motion_of(model.soft_particle_start, rings)
-            equilibrium.relax(soft_bodies_of(model, controls, state), motion, longest, steps, glide)
+            equilibrium.relax(model, soft_bodies_of(model, controls, state), motion, longest, steps, glide)
             x, v, step_size = fire.relaxed(start, longest, steps, *what)
             fastest, label = np.abs(v).max(), f"{steps} steps"
             answers.extend(state.particle_position / size, x / size, kind=label)
