@@ -483,7 +483,8 @@ _SET: dict[str, Callable[[str], Callable[[World, Any], None]]] = {
 def the_same_again(run: Run) -> Comparison:
     """A world with a liquid goes the same way again.
 
-    By two threads for one, restored in mid-run from a snapshot, and with its bodies added in another order.
+    By two threads for one, restored in mid-run from a snapshot, and with its bodies, of which two are full of another
+    liquid, added in another order.
     """
     rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(1, 4, 20)):
@@ -498,7 +499,8 @@ def the_same_again(run: Run) -> Comparison:
                 if k % 2:
                     bodies[k] = world.add_box((0.9, 0.8, 0.7), parts[k] * 504.0, place, (0.8, 0.6, 0.0, 0.0))
                 else:
-                    bodies[k] = world.add_soft_body(mesh, parts[k] * 519.0, 2e4, 1e4, place)
+                    inside = 500.0 * parts[k] if k else 0.0
+                    bodies[k] = world.add_soft_body(mesh, parts[k] * 200.0, 2e4, 1e4, place, liquid_density=inside)
             return world, bodies
 
         def centres(bodies: dict[int, Any]) -> np.ndarray:
