@@ -1,10 +1,10 @@
 """Pure predicates and measures on points, triangles, tetrahedra, polyhedra and boxes.
 
-What a World runs, and claims judge as it runs them: `aabb`, `box`, `bvh`, `bvh_rays`, `penetration`, `predicates`,
-`self_intersections`, `sphere`, `unfolded`, the volume and the ray of `polyhedron`, and what these call. For geometry
-users, called by no World: `query` (`MeshQuery`, `points_in_mesh`, `closest_on_mesh`) and its `parity_grid`,
-`connected` (what `Mesh.check` asks), `tetrahedron`, `points_in_…` and `closest_…s` of many at once, point in convex,
-centroid and inertia, and the exhaustive forms, which are the baselines.
+What a World runs, and claims judge as it runs them: `aabb`, `box`, `bvh`, `bvh_rays`, `mean_value`, `penetration`,
+`predicates`, `self_intersections`, `sphere`, `unfolded`, the volume and the ray of `polyhedron`, and what these call.
+For geometry users, called by no World's steps: `query` (`MeshQuery`, `points_in_mesh`, `closest_on_mesh`) and its
+`parity_grid`, `connected` (what `Mesh.check` asks), `tetrahedron`, `points_in_…` and `closest_…s` of many at once,
+point in convex, centroid and inertia, and the exhaustive forms, which are the baselines.
 
 From Python: `points_in_mesh`, `closest_on_mesh`, and `MeshQuery` for a mesh that moves; their arrays are checked. From
 other kernels, or for single points: the functions of the modules, on tuples and arrays; theirs are not.
