@@ -15,6 +15,7 @@ from softbody.bodies.joint import Joint
 from softbody.bodies.liquid import Liquid
 from softbody.bodies.rigid_box import Box
 from softbody.bodies.soft_body import SoftBody
+from softbody.bodies.suspended import Suspended
 from softbody.dynamics.energy import Energies
 from softbody.errors import (
     BusyError,
@@ -77,6 +78,7 @@ __all__ = [
     "SoftBody",
     "SoftbodyError",
     "State",
+    "Suspended",
     "Trajectory",
     "TrajectoryError",
     "TrajectoryWriter",

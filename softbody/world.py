@@ -22,6 +22,7 @@ from softbody.bodies.names import Names
 from softbody.bodies.rigid_box import Box
 from softbody.bodies.soft_body import SoftBody
 from softbody.bodies.store import FIRST_ROOM, Contents, Store
+from softbody.bodies.suspended import Suspended
 from softbody.collision.contact import new_contacts
 from softbody.errors import SnapshotError
 from softbody.mesh.mesh import Mesh
@@ -266,7 +267,8 @@ class World(Inventory):
 
         An end is a place (3,) [m] in the world, which may be moved later; or a body and a place (3,) [m] on it as it is
         now, `(body, place)`: of a soft body the point of its surface nearest to that; or a soft body and the number of
-        a particle, `(body, 7)`. `stiffness` [N/m], `damping` [N s/m], `rest_length` [m]: of 0, a is pulled to b, and
+        a particle, `(body, 7)`; or the number of a point that hangs in a soft body, `(suspended, 0)`, see `suspend`.
+        `stiffness` [N/m], `damping` [N s/m], `rest_length` [m]: of 0, a is pulled to b, and
         all their motion against each other damped; of more, it acts along the joint, both ways. `name`, by which the
         world finds it, `world[name]`: one that nothing else in it has.
 
@@ -275,6 +277,35 @@ class World(Inventory):
         """
         numbers = {"stiffness": (stiffness, "N/m"), "damping": (damping, "N s/m"), "rest_length": (rest_length, "m")}
         return Joint(self, adding.add_joint(self.store, (a, b), numbers, name))
+
+    def suspend(
+        self,
+        what: Box | ArrayLike,
+        body: SoftBody,
+        *,
+        stiffness: float | None = None,
+        damping: float | None = None,
+        weights: str = "mean-value",
+        name: str | None = None,
+    ) -> Suspended:
+        """Hang a box, or points (k, 3) [m], where they are now in a soft body; return the handle.
+
+        A point is carried: it is where Σ w x of the body's particles is. Weights w, which sum to 1, are made once, from
+        where all is now, so that motions that are affine carry points exactly. "mean-value" coordinates are smooth,
+        whatever the shape (Ju, Schaefer and Warren 2005). "tetrahedron": of a triangle and the mean of all particles,
+        as the paper's §7 would have it; in a ring that mean is outside, and points may be carried out of the ring where
+        it bends.
+
+        A box hangs by its eight corners, each pulled to its carried point by a joint of no length; the particles bear
+        what pulls it, by their weights, so that both momenta are kept. It and the body do not touch, but both touch all
+        else. `stiffness` [N/m] and `damping` [N s/m] of each joint: by default as firm as the step that is stable for
+        the body allows, and damped critically; the step stable for both is √2 times shorter. `name`, by which the world
+        finds it: one that nothing else in it has. To remove the box, the body or the suspension ends it; what stays
+        then touches all that is near.
+
+        Raises ParameterError for what is not inside the body, and for a box that hangs already.
+        """
+        return Suspended(self, adding.suspend(self.store, what, body, stiffness, damping, weights, name))
 
     def add_ground(self, height: float = 0.0, restitution: float = 0.0, friction: float = 0.5) -> Ground:
         """Make everything below z = `height` [m] solid ground; return its handle. A second call sets all three anew.

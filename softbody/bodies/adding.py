@@ -7,16 +7,29 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from softbody.bodies.body import Body
-from softbody.bodies.builder import joints_that_stay, with_box, with_joint, with_soft_body, without
+from softbody.bodies.builder import (
+    joints_that_stay,
+    suspensions_that_stay,
+    with_box,
+    with_joint,
+    with_soft_body,
+    with_suspension,
+    without,
+)
 from softbody.bodies.ground import Ground
 from softbody.bodies.joint import End, ends_of
 from softbody.bodies.liquid import Liquid, check_level
 from softbody.bodies.names import GONE
+from softbody.bodies.rigid_box import Box
+from softbody.bodies.soft_body import SoftBody
 from softbody.bodies.store import FIRST_ROOM, Contents, Store
+from softbody.bodies.suspended import check_fits, checked_points, weights_in, with_box_hung
 from softbody.collision.contact import remembered, remembering, without_box, without_soft
 from softbody.compiler.interrupts import set_together
+from softbody.dynamics.liquid_forces import corners_of
 from softbody.errors import ParameterError
 from softbody.mesh.mesh import Mesh
+from softbody.model.arrays import NOBODY
 from softbody.model.properties import check_self_contact, properties_of
 from softbody.model.settings import RK4_VELOCITY
 from softbody.model.validation import check_range, shown, vector
@@ -80,6 +93,48 @@ def add_joint(store: Store, ends: tuple[End, End], numbers: dict[str, tuple[floa
         return number
 
 
+def suspend(
+    store: Store,
+    what: Box | ArrayLike,
+    body: SoftBody,
+    stiffness: float | None,
+    damping: float | None,
+    weights: str,
+    name: str | None,
+) -> int:
+    """Do what `World.suspend` says; return the suspension's number."""
+    stiffness = None if stiffness is None else check_range(stiffness, "stiffness", "N/m", least=0.0)
+    damping = None if damping is None else check_range(damping, "damping", "N s/m", least=0.0)
+    if not isinstance(body, SoftBody) or body.store is not store:
+        raise ParameterError(f"body is {shown(body)}, which is no soft body of this world; give a handle of one")
+    with store.exclusive():
+        number, row, parts = len(store.joints.suspension_box), body.row(), store.parts
+        names = store.names.renamed(("suspension", number), name)
+        if isinstance(what, Box):
+            box = _free_box(store, what)
+            corners = corners_of(store.model, store.state, box)
+            carried = weights_in(body, corners, weights, f"corner of box {box}, number")
+            check_fits(body, what)
+            parts = with_box_hung(parts, store.settings, (row, box), carried, stiffness, damping)
+        elif stiffness is None and damping is None:
+            parts = with_suspension(parts, row, NOBODY, weights_in(body, checked_points(what), weights, "point"))
+        else:
+            raise ParameterError("stiffness and damping are for a box; points are carried as they are, leave them out")
+        store.contents = Contents(parts, names)
+        return number
+
+
+def _free_box(store: Store, box: Box) -> int:
+    """Return the number of a box that may be hung somewhere; raises ParameterError."""
+    if box.store is not store:
+        raise ParameterError(f"what is {shown(box)}, a box of another world; give one of this world")
+    row = box.row()
+    host = int(store.model.box_host[row])
+    if host != NOBODY:
+        raise ParameterError(f"{box!r} hangs in soft body {host} already; remove that suspension first")
+    return row
+
+
 def add_ground(store: Store, height: float, restitution: float, friction: float) -> None:
     """Do what `World.add_ground` says."""
     height, restitution = Ground.height.checked(height), Ground.restitution.checked(restitution)
@@ -112,12 +167,15 @@ def remove(store: Store, body: Body) -> None:
         raise ParameterError(f"{shown(body)} is no body of this world; give a handle of one, as of world.boxes")
     with store.exclusive():
         (kind, row), cache = body.who(), remembered(store.contacts)
-        stay = joints_that_stay(store.parts, kind, row)
+        stay = {
+            "joint": joints_that_stay(store.parts, kind, row),
+            "suspension": suspensions_that_stay(store.parts, kind, row),
+        }
 
         def then(of: str, number: int) -> int:
             """Return the number that one of a kind has afterwards."""
-            if of == "joint":
-                return int(stay[:number].sum()) if stay[number] else GONE
+            if of in stay:
+                return int(stay[of][:number].sum()) if stay[of][number] else GONE
             return number if of != kind or number < row else number - 1 if number > row else GONE
 
         names = store.names.renumbered(then)

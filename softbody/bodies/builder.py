@@ -216,6 +216,7 @@ def with_box(
             box_size=extent,
             box_inverse_mass=inverse_mass,
             box_inverse_inertia=inverse_inertia,
+            box_host=NOBODY,
             **properties,
         )._replace(box_count=model.box_count + 1),
         _appended(controls, box_force=np.zeros(3), box_torque=np.zeros(3)),
@@ -316,22 +317,27 @@ def soft_body_alone(parts: Parts, body: int) -> Parts:
 
 
 def without(parts: Parts, kind: str, body: int) -> Parts:
-    """Return the parts without one of a `kind`, "soft", "box" or "joint": those after it are one number lower.
+    """Return the parts without one of a `kind`, as of `who`: those after it are one number lower.
 
-    Joints of a body go with it; `joints_that_stay` tells which do.
+    What is joined to a body, or hangs in it, goes with it; `joints_that_stay` and `suspensions_that_stay` tell what.
     """
-    model, controls, state, rings, joints = parts
-    stay = joints_that_stay(parts, kind, body)
-    joints = Joints(*(array[stay] for array in joints))
-    if kind == "joint":
-        return parts._replace(joints=joints)
+    model, controls, state, rings, _ = parts
+    joints = _joints_at(parts, joints_that_stay(parts, kind, body), suspensions_that_stay(parts, kind, body))
+    if kind in ("joint", "suspension"):
+        return _with_hosts(parts._replace(joints=joints))
     rows = {"box": slice(body, body + 1)} if kind == "box" else _rows_of_body(model, body)
     model, controls, state = _without_rows(model, rows), _without_rows(controls, rows), _without_rows(state, rows)
     if kind == "box":
-        joints = joints._replace(joint_box=joints.joint_box - (joints.joint_box > body))
+        joints = joints._replace(
+            joint_box=joints.joint_box - (joints.joint_box > body),
+            suspension_box=joints.suspension_box - (joints.suspension_box > body),
+        )
         return Parts(model._replace(box_count=model.box_count - 1), controls, state, rings, joints)
     first, count = rows["particle"].start, rows["particle"].stop - rows["particle"].start
-    joints = joints._replace(joint_particles=joints.joint_particles - count * (joints.joint_particles > first))
+    joints = joints._replace(
+        joint_particles=joints.joint_particles - count * (joints.joint_particles > first),
+        suspension_particles=joints.suspension_particles - count * (joints.suspension_particles > first),
+    )
     model = model._replace(
         soft_count=model.soft_count - 1,
         edge_particles=model.edge_particles - count * (model.edge_particles > first),
@@ -340,40 +346,102 @@ def without(parts: Parts, kind: str, body: int) -> Parts:
         soft_edge_start=_without_part(model.soft_edge_start, body),
         soft_triangle_start=_without_part(model.soft_triangle_start, body),
     )
-    return Parts(model, controls, state, rings_of(model, rings.rest_tension.dtype.type), joints)
+    return _with_hosts(Parts(model, controls, state, rings_of(model, rings.rest_tension.dtype.type), joints))
 
 
 def joints_that_stay(parts: Parts, kind: str, body: int) -> np.ndarray:
-    """Return which joints (j,) of bool there still are without one of a `kind`, "soft", "box" or "joint"."""
-    joints = parts.joints
+    """Return which joints (j,) of bool there still are without one of a `kind`, as of `who`."""
+    joints, stay = parts.joints, np.append(suspensions_that_stay(parts, kind, body), True)  # with none, −1
+    held = stay[joints.joint_inside[:, ::2]].all(axis=1)
     if kind == "joint":
         return np.arange(len(joints.joint_box)) != body
     if kind == "box":
-        return ~(joints.joint_box == body).any(axis=1)
+        return ~(joints.joint_box == body).any(axis=1) & held
+    if kind == "suspension":
+        return np.asarray(held)
     first, end = parts.model.soft_particle_start[body : body + 2]
-    return ~((joints.joint_particles >= first) & (joints.joint_particles < end)).any(axis=1)
+    return ~((joints.joint_particles >= first) & (joints.joint_particles < end)).any(axis=1) & held
+
+
+def suspensions_that_stay(parts: Parts, kind: str, body: int) -> np.ndarray:
+    """Return which suspensions (s,) of bool there still are without one of a `kind`, as of `who`."""
+    joints = parts.joints
+    if kind == "suspension":
+        return np.arange(len(joints.suspension_box)) != body
+    if kind == "box":
+        return joints.suspension_box != body
+    if kind == "soft":
+        return joints.suspension_particles[:, 0] != parts.model.soft_particle_start[body]
+    return np.ones(len(joints.suspension_box), bool)
+
+
+def _joints_at(parts: Parts, stay: np.ndarray, suspended: np.ndarray) -> Joints:
+    """Return the joints that `stay` (j,), with the suspensions that do, `suspended` (s,)."""
+    joints = parts.joints
+    kept: dict[str, Any] = {name: array[stay] for name, array in joints._asdict().items() if name.startswith("joint_")}
+    inside, number = kept["joint_inside"], np.append(np.cumsum(suspended) - 1, NOBODY)
+    inside[:, ::2] = number[inside[:, ::2]]
+    counts = np.diff(joints.suspension_start)
+    return Joints(
+        **kept,
+        suspension_particles=joints.suspension_particles[suspended],
+        suspension_box=joints.suspension_box[suspended],
+        suspension_start=np.append(0, np.cumsum(counts[suspended])),
+        weight=joints.weight[np.repeat(suspended, counts)],
+    )
+
+
+def _with_hosts(parts: Parts) -> Parts:
+    """Return the parts where each box knows the soft body that it hangs in."""
+    return parts._replace(model=parts.model._replace(box_host=hosts_of(parts.model, parts.joints)))
+
+
+def hosts_of(model: Model, joints: Joints) -> np.ndarray:
+    """Return the soft body (m,) in which each box hangs, or −1."""
+    hosts, hangs = np.full(model.box_count, NOBODY), joints.suspension_box != NOBODY
+    first = joints.suspension_particles[hangs, 0]
+    hosts[joints.suspension_box[hangs]] = np.searchsorted(model.soft_particle_start, first, side="right") - 1
+    return hosts
+
+
+def with_suspension(parts: Parts, body: int, box: int, weights: np.ndarray) -> Parts:
+    """Return the parts where points of these `weights` (k, n) hang in a soft body; for the corners of a box, or −1."""
+    joints = _appended(
+        parts.joints,
+        suspension_particles=parts.model.soft_particle_start[body : body + 2],
+        suspension_box=box,
+        suspension_start=len(parts.joints.weight) + weights.size,
+        weight=weights.ravel(),
+    )
+    return _with_hosts(parts._replace(joints=joints))
 
 
 def with_joint(parts: Parts, ends: list[dict[str, ArrayLike]], numbers: dict[str, float]) -> Parts:
     """Return the parts with one more joint: `ends`, from `end_on_box` and the like, and `numbers`, by field."""
     a, b = ends
-    rows = {f"joint_{name}": np.append(a[name], b[name]) for name in ("box", "particles", "weights", "place")}
+    rows = {f"joint_{name}": np.append(a[name], b[name]) for name in ("box", "particles", "weights", "inside", "place")}
     return parts._replace(joints=_appended(parts.joints, **rows, **numbers))
 
 
 def end_in_world(place: ArrayLike) -> dict[str, ArrayLike]:
     """Return the end of a joint that is at a place (3,) [m] of the world."""
-    return {"box": NOBODY, "particles": [NOBODY] * 3, "weights": np.zeros(3), "place": place}
+    nowhere: dict[str, ArrayLike] = {"box": NOBODY, "particles": [NOBODY] * 3, "weights": np.zeros(3)}
+    return nowhere | {"inside": [NOBODY] * 2, "place": place}
 
 
 def end_on_box(box: int, arm: ArrayLike) -> dict[str, ArrayLike]:
     """Return the end of a joint that is on a box, at `arm` (3,) [m] from its centre, in its own frame."""
-    return {"box": box, "particles": [NOBODY] * 3, "weights": np.zeros(3), "place": arm}
+    return end_in_world(arm) | {"box": box}
 
 
 def end_on_soft(particles: ArrayLike, weights: ArrayLike) -> dict[str, ArrayLike]:
     """Return the end of a joint that is on the triangle of three `particles` (3,), at barycentric `weights` (3,)."""
-    return {"box": NOBODY, "particles": particles, "weights": weights, "place": np.zeros(3)}
+    return end_in_world(np.zeros(3)) | {"particles": particles, "weights": weights}
+
+
+def end_inside(suspension: int, point: int) -> dict[str, ArrayLike]:
+    """Return the end of a joint that is at a `point` of a suspension, inside a soft body."""
+    return end_in_world(np.zeros(3)) | {"inside": [suspension, point]}
 
 
 def _without_rows(part: Part, rows: dict[str, slice]) -> Part:

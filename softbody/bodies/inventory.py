@@ -15,6 +15,7 @@ from softbody.bodies.rigid_box import Box, boxes_of
 from softbody.bodies.soft_body import SoftBody, soft_bodies_of
 from softbody.bodies.store import Store
 from softbody.bodies.strict_names import StrictNames, check_options
+from softbody.bodies.suspended import Suspended
 from softbody.dynamics.energy import Energies, angular_momentum, linear_momentum
 from softbody.model.arrays import Controls, Model, State
 from softbody.model.validation import check_range, vector
@@ -35,13 +36,14 @@ class Inventory(StrictNames):
         check_options(cls, options)
         return super().__new__(cls)
 
-    def __getitem__(self, name: str) -> SoftBody | Box | Joint:
+    def __getitem__(self, name: str) -> SoftBody | Box | Joint | Suspended:
         """Return a handle of the body, or joint, that has a name; raises ParameterError, which lists those there are.
 
         It was given where it was added, `add_box(…, name="lid")`, or later, `box.name = "lid"`.
         """
         kind, index = self.store.names.who(name)
-        return Joint(self, index) if kind == "joint" else Box(self, index) if kind == "box" else SoftBody(self, index)
+        kinds: dict[str, type[SoftBody | Box | Joint | Suspended]] = {"soft": SoftBody, "box": Box, "joint": Joint}
+        return kinds.get(kind, Suspended)(self, index)
 
     def __contains__(self, name: object) -> bool:
         """Tell whether a body, or a joint, has this name."""
@@ -61,6 +63,11 @@ class Inventory(StrictNames):
     def joints(self) -> tuple[Joint, ...]:
         """All joints, as they were added."""
         return tuple(Joint(self, i) for i in range(len(self.store.joints.joint_box)))
+
+    @property
+    def suspended(self) -> tuple[Suspended, ...]:
+        """All that hangs in soft bodies, as it was suspended."""
+        return tuple(Suspended(self, i) for i in range(len(self.store.joints.suspension_box)))
 
     @property
     def ground(self) -> Ground:

@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from softbody.bodies.body import Body
-from softbody.bodies.builder import end_in_world, end_on_box, end_on_soft
+from softbody.bodies.builder import end_in_world, end_inside, end_on_box, end_on_soft
 from softbody.bodies.rigid_box import Box
 from softbody.bodies.soft_body import SoftBody
 from softbody.bodies.store import Store
+from softbody.bodies.suspended import Suspended
 from softbody.dynamics.joint_forces import joint_ends
 from softbody.errors import ParameterError
 from softbody.geometry import MeshQuery
@@ -19,7 +20,7 @@ from softbody.linalg.quaternion import rotation_matrix
 from softbody.model.arrays import NOBODY, Joints
 from softbody.model.validation import check_range, check_whole, shown, vector
 
-End = ArrayLike | tuple[SoftBody | Box, ArrayLike]
+End = ArrayLike | tuple[SoftBody | Box | Suspended, ArrayLike]
 
 
 class JointNumber:
@@ -70,8 +71,9 @@ class Joint(Body):
     def ends(self) -> np.ndarray:
         """Where its two ends are now (2, 3) [m]."""
         parts, row = self.store.parts, self.row()
-        one = Joints(*(array[row : row + 1] for array in parts.joints))
-        return np.asarray(joint_ends(one, parts.state)[0])
+        joints = parts.joints._asdict().items()
+        one = {name: array[row : row + 1] for name, array in joints if name.startswith("joint_")}
+        return np.asarray(joint_ends(parts.joints._replace(**one), parts.state)[0])
 
     @property
     def length(self) -> float:
@@ -91,7 +93,8 @@ class Joint(Body):
     def _place_of_target(self) -> np.ndarray:
         joints, row = self.arrays(), self.row()
         for end in (1, 0):
-            if joints.joint_box[row, end] == NOBODY and joints.joint_particles[row, 3 * end] == NOBODY:
+            bodies = joints.joint_box[row, end], joints.joint_particles[row, 3 * end], joints.joint_inside[row, 2 * end]
+            if max(bodies) == NOBODY:
                 return joints.joint_place[row, 3 * end : 3 * end + 3]
         raise ParameterError(f"joint {row} is between two bodies; it has no target to move")
 
@@ -112,11 +115,13 @@ def _end(store: Store, end: Any, name: str) -> dict[str, ArrayLike]:
     if not _is_on_body(end):
         return end_in_world(vector(end, name))
     body, where = end
-    if not isinstance(body, (SoftBody, Box)) or body.store is not store:
+    if not isinstance(body, (SoftBody, Box, Suspended)) or body.store is not store:
         raise ParameterError(f"{name} is on {shown(body)}, which is no body of this world; give a handle of one")
     if isinstance(body, Box):
         away = vector(where, f"place of {name}") - body.position
         return end_on_box(body.row(), rotation_matrix(body.orientation).T @ away)
+    if isinstance(body, Suspended):
+        return end_inside(body.row(), check_whole(where, f"point of {name}", 0, len(body) - 1))
     first = int(store.model.soft_particle_start[body.row()])
     if np.isscalar(where) or getattr(where, "ndim", None) == 0:
         particle = check_whole(where, f"particle of {name}", 0)

@@ -10,9 +10,9 @@ import numpy as np
 from softbody.errors import ParameterError
 from softbody.model.validation import shown
 
-Who = tuple[str, int]  # "soft", "box" or "joint", and its number among those of its kind
+Who = tuple[str, int]  # "soft", "box", "joint" or "suspension", and its number among those of its kind
 
-KINDS = {"soft": "soft body", "box": "box", "joint": "joint"}
+KINDS = {"soft": "soft body", "box": "box", "joint": "joint", "suspension": "suspension"}
 MOST = 100  # characters
 MOST_LISTED = 20  # names that a message lists
 GONE = -1  # the number of what was removed

@@ -16,8 +16,8 @@ def add_joint_forces(state: State, joints: Joints, ahead: float, acting: Control
     """Add the forces of all joints to what acts on bodies; ends on soft bodies as they will be `ahead` [s]."""
     for k in range(joints.joint_stiffness.shape[0]):
         force = _force(state, joints, k, ahead)
-        _act(state, joints, k, 0, force, acting)
-        _act(state, joints, k, 1, scale(-1.0, force), acting)
+        _act(state, joints, k, 0, force, ahead, acting)
+        _act(state, joints, k, 1, scale(-1.0, force), ahead, acting)
 
 
 @jit_lean
@@ -46,11 +46,33 @@ def _end(state: State, joints: Joints, k: int, end: int, ahead: float) -> tuple[
         arm = _arm(state, joints, k, end)
         turning = cross(load(state.box_angular_velocity, box), arm)
         return add(load(state.box_position, box), arm), add(load(state.box_velocity, box), turning)
+    if joints.joint_inside[k, 2 * end] != NOBODY:
+        v = _carried(state.particle_velocity, joints, k, end)
+        return add(_carried(state.particle_position, joints, k, end), scale(ahead, v)), v
     if joints.joint_particles[k, 3 * end] == NOBODY:
         return _place(joints, k, end), (0.0, 0.0, 0.0)
     point = _point(joints, k, end)
     v = value_at(state.particle_velocity, point)
     return add(value_at(state.particle_position, point), scale(ahead, v)), v
+
+
+@jit_lean
+def _carried(rows: np.ndarray, joints: Joints, k: int, end: int) -> Vec:
+    """Return Σ w x of `rows` (n, 3) for an end that is inside a soft body."""
+    particle, last, weight = _carriers(joints, k, end)
+    total = (0.0, 0.0, 0.0)
+    while particle < last:
+        total = add(total, scale(joints.weight[weight], load(rows, particle)))
+        particle, weight = particle + 1, weight + 1
+    return total
+
+
+@jit_lean
+def _carriers(joints: Joints, k: int, end: int) -> tuple[int, int, int]:
+    """Return which particles carry an end inside a soft body, from the first up to an end, and the first weight."""
+    suspension, point = joints.joint_inside[k, 2 * end], joints.joint_inside[k, 2 * end + 1]
+    first, last = joints.suspension_particles[suspension, 0], joints.suspension_particles[suspension, 1]
+    return first, last, joints.suspension_start[suspension] + point * (last - first)
 
 
 @jit_lean
@@ -76,12 +98,25 @@ def _point(joints: Joints, k: int, end: int) -> SurfacePoint:
 
 
 @jit_lean
-def _act(state: State, joints: Joints, k: int, end: int, force: Vec, acting: Controls) -> None:
-    """Add the force [N] on an end to what acts on its body, if it is on one."""
+def _act(state: State, joints: Joints, k: int, end: int, force: Vec, ahead: float, acting: Controls) -> None:
+    """Add the force [N] on an end to what acts on its body, if it is on one.
+
+    A box that hangs in a soft body is pushed where that pushes back: damping, which need not act along the joint, turns
+    neither then.
+    """
     box = joints.joint_box[k, end]
     if box != NOBODY:
         accumulate(acting.box_force, box, force)
-        accumulate(acting.box_torque, box, cross(_arm(state, joints, k, end), force))
+        if joints.joint_inside[k, 2 - 2 * end] != NOBODY:
+            place, _ = _end(state, joints, k, 1 - end, ahead)
+            accumulate(acting.box_torque, box, cross(sub(place, load(state.box_position, box)), force))
+        else:
+            accumulate(acting.box_torque, box, cross(_arm(state, joints, k, end), force))
+    elif joints.joint_inside[k, 2 * end] != NOBODY:
+        particle, last, weight = _carriers(joints, k, end)
+        while particle < last:
+            accumulate(acting.particle_force, particle, scale(joints.weight[weight], force))
+            particle, weight = particle + 1, weight + 1
     elif joints.joint_particles[k, 3 * end] != NOBODY:
         point = _point(joints, k, end)
         for c in range(3):
@@ -89,10 +124,23 @@ def _act(state: State, joints: Joints, k: int, end: int, force: Vec, acting: Con
 
 
 def no_joints() -> Joints:
-    """Return no joints."""
-    none = np.zeros(0)
-    whole = np.zeros((0, 2), np.int64), np.zeros((0, 6), np.int64)
-    return Joints(*whole, np.zeros((0, 6)), np.zeros((0, 6)), none, none, none)
+    """Return no joints, and nothing that hangs in a body."""
+    none, number = np.zeros(0), np.zeros(0, np.int64)
+    pairs, fours, sixes = (np.zeros((0, columns), np.int64) for columns in (2, 4, 6))
+    joints = pairs, sixes, np.zeros((0, 6)), fours, np.zeros((0, 6)), none, none, none
+    return Joints(*joints, pairs.copy(), number, np.zeros(1, np.int64), none)
+
+
+def weights_of(joints: Joints, suspension: int) -> np.ndarray:
+    """Return the weights (k, n) of a suspension's points, a view: of each particle of their body."""
+    first, end = joints.suspension_particles[suspension]
+    rows = slice(*joints.suspension_start[suspension : suspension + 2])
+    return joints.weight[rows].reshape(-1, end - first)
+
+
+def carried(joints: Joints, suspension: int, rows: np.ndarray) -> np.ndarray:
+    """Return Σ w x (k, 3) of `rows` (n, 3) of all particles, for each of a suspension's points."""
+    return np.asarray(weights_of(joints, suspension) @ rows[slice(*joints.suspension_particles[suspension])])
 
 
 def joint_ends(joints: Joints, state: State) -> np.ndarray:
@@ -102,6 +150,10 @@ def joint_ends(joints: Joints, state: State) -> np.ndarray:
     particles, weights = joints.joint_particles.reshape(count, 2, 3), joints.joint_weights.reshape(count, 2, 3)
     for k, end in np.argwhere(particles[:, :, 0] != NOBODY):
         ends[k, end] = weights[k, end] @ state.particle_position[particles[k, end]]
+    inside = joints.joint_inside.reshape(count, 2, 2)
+    for k, end in np.argwhere(inside[:, :, 0] != NOBODY):
+        suspension, point = inside[k, end]
+        ends[k, end] = carried(joints, suspension, state.particle_position)[point]
     for k, end in np.argwhere(joints.joint_box != NOBODY):
         box = joints.joint_box[k, end]
         ends[k, end] = state.box_position[box] + rotation_matrix(state.box_orientation[box]) @ ends[k, end]
@@ -119,8 +171,9 @@ def joint_rates(joints: Joints, model: Model) -> tuple[float, float]:
     """Return upper bounds of the highest frequency [1/s] and of the fastest damping rate [1/s] that joints have.
 
     For each joint |x_a − x_b|² ≤ 2 |x_a|² + 2 |x_b|²; a point of a triangle moves by no more than its corners, by their
-    weights, and a point at an arm r of a box by (1/M + r² max 1/I) times its energy, twice. So ω² is at most twice the
-    largest sum of k times that over the joints of one particle or box, and γ the same of c.
+    weights, and a point at an arm r of a box by (1/M + r² max 1/I) times its energy, twice. Of a point inside a body
+    weights may be below 0: |Σ w x|² ≤ Σ |w| Σ |w| |x|². So ω² is at most twice the largest sum of k times that over the
+    joints of one particle or box, and γ the same of c.
     """
     sums = np.zeros((2, len(model.particle_inverse_mass) + model.box_count))
     first_box = len(model.particle_inverse_mass)
@@ -131,6 +184,10 @@ def joint_rates(joints: Joints, model: Model) -> tuple[float, float]:
             for end in range(2):
                 on_soft = particles[:, end, 0] != NOBODY
                 np.add.at(sums[row], particles[on_soft, end], rate[on_soft, None] * weights[on_soft, end])
+                inside = joints.joint_inside.reshape(count, 2, 2)[:, end]
+                for k in np.flatnonzero(inside[:, 0] != NOBODY):
+                    share = np.abs(weights_of(joints, inside[k, 0])[inside[k, 1]])
+                    sums[row, slice(*joints.suspension_particles[inside[k, 0]])] += rate[k] * share * share.sum()
                 on_box = joints.joint_box[:, end] != NOBODY
                 box = joints.joint_box[on_box, end]
                 arm = joints.joint_place.reshape(count, 2, 3)[on_box, end]

@@ -97,6 +97,7 @@ class Model(NamedTuple):
     box_inverse_inertia: Annotated[np.ndarray, Rows(3, least=0.0)]  # (m, 3) diagonal in the box's own frame [1/(kg m²)]
     box_restitution: Annotated[np.ndarray, Property(0.0, RESTITUTION, most=1.0)]  # (m,)
     box_friction: Annotated[np.ndarray, Property(0.5, FRICTION)]  # (m,)
+    box_host: Annotated[np.ndarray, Rows(whole=True, least=-1)]  # (m,) soft body in which it hangs, or −1
     ground_height: float  # the ground is z ≤ height [m]; −inf: no ground
     ground_restitution: float  # 0 … 1
     ground_friction: float  # Coulomb coefficient, ≥ 0
@@ -119,16 +120,23 @@ class Controls(NamedTuple):
 class Joints(NamedTuple):
     """Damped springs between points of bodies: two ends each, of which columns 0 … and the second half of all tell.
 
-    An end is on a box, or in a triangle of a soft body (a particle is one thrice), or, with neither, in the world.
+    An end is on a box, or in a triangle of a soft body (a particle is one thrice), or inside a soft body, at a point
+    that hangs in it, or, with none of these, in the world. Points that hang in a soft body are in suspensions, of one
+    body each; a point is where Σ w x of all its particles is.
     """
 
     joint_box: Annotated[np.ndarray, Rows(2, whole=True, least=-1)]  # (j, 2) or −1
     joint_particles: Annotated[np.ndarray, Rows(6, whole=True, least=-1)]  # (j, 6) or −1
-    joint_weights: Annotated[np.ndarray, Rows(6, least=0.0, most=1.0)]  # (j, 6) barycentric; 0 if not on a soft body
+    joint_weights: Annotated[np.ndarray, Rows(6, least=0.0, most=1.0)]  # (j, 6) barycentric; 0 if not in a triangle
+    joint_inside: Annotated[np.ndarray, Rows(4, whole=True, least=-1)]  # (j, 4) suspension, and point of it, or −1
     joint_place: Annotated[np.ndarray, Rows(6)]  # (j, 6) [m] in the box's own frame, or in the world; else 0
     joint_stiffness: Annotated[np.ndarray, Rows(least=0.0)]  # (j,) [N/m]
     joint_damping: Annotated[np.ndarray, Rows(least=0.0)]  # (j,) [N s/m]
     joint_rest_length: Annotated[np.ndarray, Rows(least=0.0)]  # (j,) [m]
+    suspension_particles: Annotated[np.ndarray, Rows(2, whole=True, least=0)]  # (s, 2) first of its body, and end
+    suspension_box: Annotated[np.ndarray, Rows(whole=True, least=-1)]  # (s,) whose corners the points are for, or −1
+    suspension_start: Annotated[np.ndarray, Rows(whole=True, least=0)]  # (s + 1,) of each in the next
+    weight: Annotated[np.ndarray, Rows()]  # (w,) of each particle of the body, point after point
 
 
 class State(NamedTuple):

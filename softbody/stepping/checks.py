@@ -12,6 +12,7 @@ from softbody.collision.pressed import FIRST, GONE_THROUGH, NOW, Pressed
 from softbody.collision.soft.surface import Surfaces
 from softbody.dynamics.integrators import STABILITY_LIMIT
 from softbody.dynamics.joint_forces import joint_rates, no_joints
+from softbody.dynamics.liquid_forces import corners_of
 from softbody.dynamics.liquid_rates import feels_liquid, liquid_rates
 from softbody.dynamics.pressure import soft_volume
 from softbody.dynamics.rigid_boxes import MOST_TURN, RESOLVED, UNIT
@@ -25,6 +26,7 @@ from softbody.errors import (
     SimulationError,
     warn_user,
 )
+from softbody.geometry.polyhedron import points_in_polyhedron
 from softbody.model.arrays import NOBODY, Controls, Joints, Model, State
 from softbody.model.settings import Settings, integrator_name
 
@@ -298,6 +300,25 @@ def pressed_through(pressed: Pressed, model: Model, steps: int, names: Names) ->
         title_of(model, max(pair), Names()),
         0.0,
     )
+
+
+def warn_of_what_sticks_out(model: Model, state: State, told: set[int], names: Names) -> None:
+    """Warn of boxes that stick out of the soft body in which they hang: of each once, by `told`."""
+    for box in np.flatnonzero(model.box_host != NOBODY).tolist():
+        if box not in told:
+            host, corners = int(model.box_host[box]), corners_of(model, state, box)
+            triangles = model.triangle_particles[slice(*model.soft_triangle_start[host : host + 2])]
+            inside = points_in_polyhedron(corners, state.particle_position, triangles)
+            if not inside.all():
+                told.add(box)
+                where, out = (title_of(model, k, names) for k in (host, model.soft_count + box))
+                x, y, z = corners[inside.argmin()]
+                warn_user(
+                    f"{out} sticks out of {where}, in which it hangs, at ({x:.3g}, {y:.3g}, {z:.3g}) m: nothing "
+                    "keeps them from that; fill the body with more gas, make it stiffer, or the box lighter or "
+                    "smaller",
+                    OverloadWarning,
+                )
 
 
 def _room_of(pair: tuple[int, int], model: Model) -> str:

@@ -34,6 +34,7 @@ from softbody.stepping.checks import (
     warn_of_mass_ratios,
     warn_of_overlap,
     warn_of_pressed,
+    warn_of_what_sticks_out,
 )
 from softbody.stepping.memory import Memory
 from softbody.stepping.skins import is_look, next_look
@@ -124,6 +125,8 @@ class Runner:
                 advice = helpful_step(model, controls, state, settings, joints, body)
                 raise fault_of(fault, body, model, h / settings.substeps, advice, store.steps, store.names)
             self._warn_of_pressed()
+            if len(joints.suspension_box):
+                warn_of_what_sticks_out(store.model, store.state, self.memory.stuck_out, store.names)
             if model.box_count and self.memory.may_carry_too_much(model):
                 warn_of_mass_ratios(model, controls, store.contacts, store.names)
 

@@ -113,6 +113,8 @@ def _body_at_end(model: Model, joints: Joints, joint: int, end: int) -> int:
     if joints.joint_box[joint, end] != NOBODY:
         return model.soft_count + joints.joint_box[joint, end]
     particle, body = joints.joint_particles[joint, 3 * end], 0
+    if joints.joint_inside[joint, 2 * end] != NOBODY:
+        particle = joints.suspension_particles[joints.joint_inside[joint, 2 * end], 0]
     if particle == NOBODY:
         return NOBODY
     while model.soft_particle_start[body + 1] <= particle:

@@ -13,10 +13,11 @@ from typing import Any, NamedTuple, get_type_hints
 
 import numpy as np
 
+from softbody.bodies.builder import hosts_of
 from softbody.bodies.names import Names, names_of
 from softbody.collision.contact import ImpulseCache
 from softbody.dynamics.filling import liquid_mass
-from softbody.dynamics.joint_forces import no_joints
+from softbody.dynamics.joint_forces import no_joints, weights_of
 from softbody.errors import MeshError, ParameterError, SnapshotError
 from softbody.mesh.mesh import check_surface, unique_edges
 from softbody.model.arrays import NOBODY, Controls, Joints, Model, Property, Rows, State
@@ -28,10 +29,14 @@ from softbody.storage.snapshot_entries import Entries, Snapshot
 
 # Of snapshots and files. Format 1 has no number, and holds the vertex rings, too; before 3 there are no joints,
 # before 4 no times left, before 5 no names, before 6 nobody sleeps, before 7 soft contacts remember nothing, before 8
-# nobody holds itself, before 9 there is no liquid, and before 10 none in a body. A property may begin a new one.
+# nobody holds itself, before 9 there is no liquid, and before 10 none in a body and nothing hangs in one. A property of
+# bodies may begin a new one.
 SETTINGS_SINCE = {"sleep_speed": 6, "sleep_after": 6, "self_contact": 8}  # formats; worlds before did as by default
 LIQUID_SINCE = 9
-FORMAT = max(LIQUID_SINCE, *SETTINGS_SINCE.values(), *(note.since for note in known_properties().values()))
+SUSPENDED_SINCE = 10
+FORMAT = max(
+    LIQUID_SINCE, SUSPENDED_SINCE, *SETTINGS_SINCE.values(), *(note.since for note in known_properties().values())
+)
 
 GROUND = {  # limits of each of its numbers
     "ground_height": Rows(),
@@ -78,7 +83,8 @@ def snapshot_of(snapped: Snapped) -> Snapshot:
 
 def _counts_of(model: Model, joints: Joints) -> dict[str, int]:
     """Return how many there are of each kind that may have names."""
-    return {"soft": model.soft_count, "box": model.box_count, "joint": len(joints.joint_box)}
+    counts = {"soft": model.soft_count, "box": model.box_count, "joint": len(joints.joint_box)}
+    return counts | {"suspension": len(joints.suspension_box)}
 
 
 def named_arrays(name: str, part: Any) -> Iterator[tuple[str, np.ndarray]]:
@@ -113,7 +119,7 @@ def _checked(entries: Entries) -> Snapped:
     _check_masses(model)
     controls, state = _controls(entries, counts), _part(entries, "state", State, counts)
     _check_orientations(state.box_orientation)
-    joints = _joints(entries, model)
+    joints = _joints(entries, model, number)
     names = _names(entries, _counts_of(model, joints), number)
     rested = _rested(entries, model, number)
     impulses = _impulses(entries, model.box_count, number)
@@ -163,6 +169,8 @@ def _model(entries: Entries, number: int) -> tuple[Model, dict[str, int]]:
         known[field] = entries.real(f"model.{field}", limits)
     if number < LIQUID_SINCE:
         entries.put("model.liquid_velocity", np.zeros(3))
+    if number < SUSPENDED_SINCE:
+        entries.put("model.box_host", np.full(counts["box"], NOBODY))
     for field, note in known_properties().items():
         if number < note.since:
             entries.put(f"model.{field}", np.full(counts[field.split("_")[0]], note.default))
@@ -245,40 +253,87 @@ def _check_masses(model: Model) -> None:
         )
 
 
-def _joints(entries: Entries, model: Model) -> Joints:
-    """Take joints, if there are entries for them: each end of one is on a box, in one soft body, or in the world."""
+def _joints(entries: Entries, model: Model, number: int) -> Joints:
+    """Take joints, if there are entries for them, and what hangs in bodies.
+
+    Each end of a joint is on a box, in one soft body, or in the world.
+    """
     count = entries.length("joints.joint_box")
     if not count and not any(name.startswith("joints.") for name in entries.names()):
         return no_joints()
-    joints: Joints = _part(entries, "joints", Joints, {"joint": count})
+    if number < SUSPENDED_SINCE:
+        entries.put("joints.joint_inside", np.full((count, 4), NOBODY))
+        for field in ("suspension_particles", "suspension_box", "suspension_start", "weight"):
+            entries.put(f"joints.{field}", getattr(no_joints(), field))
+    hung = entries.length("joints.suspension_box")
+    known = {"suspension_box": entries.rows("joints.suspension_box", (hung,), Rows(whole=True, least=-1))}
+    start = known["suspension_start"] = entries.rows("joints.suspension_start", (hung + 1,), Rows(whole=True, least=0))
+    if start[0] != 0 or not (start[1:] > start[:-1]).all():
+        raise SnapshotError(f"joints.suspension_start is {start}; it must begin with 0 and grow with every suspension")
+    counts = {"joint": count, "suspension": hung, "weight": int(start[-1])}
+    joints: Joints = _part(entries, "joints", Joints, counts, known)
+    points = _check_suspensions(model, joints)
     box = joints.joint_box
     particles, weights = joints.joint_particles.reshape(count, 2, 3), joints.joint_weights.reshape(count, 2, 3)
-    on_box, on_soft = box >= 0, (particles >= 0).all(axis=2)
+    inside = joints.joint_inside.reshape(count, 2, 2)
+    on_box, on_soft, is_inside = box >= 0, (particles >= 0).all(axis=2), (inside >= 0).all(axis=2)
     body = np.searchsorted(model.soft_particle_start, particles, side="right")
     good = (
         (box < model.box_count)
         & (on_soft | (particles < 0).all(axis=2))
-        & ~(on_box & on_soft)
+        & (is_inside | (inside < 0).all(axis=2))
+        & (inside[:, :, 0] < len(points))
+        & (inside[:, :, 1] < np.append(points, 0)[np.minimum(inside[:, :, 0], len(points))])
+        & (on_box.astype(int) + on_soft + is_inside <= 1)
         & ~(on_soft & ((particles >= model.soft_particle_start[-1]) | (body != body[:, :, :1])).any(axis=2))
         & (np.abs(weights.sum(axis=2) - on_soft) <= SAME)
     )
     if not good.all():
         joint, end = (int(i) for i in np.argwhere(~good)[0])
         raise SnapshotError(
-            f"joints.joint_box, joint_particles and joint_weights say nothing that can be of end {end} of joint {joint}"
+            "joints.joint_box, joint_particles, joint_weights and joint_inside say nothing that can be of "
+            f"end {end} of joint {joint}"
         )
-    holds = (on_box | on_soft).any(axis=1)
+    holds = (on_box | on_soft | is_inside).any(axis=1)
     if not holds.all():
         raise SnapshotError(
-            f"joint_box and joint_particles of joints have both ends of joint {np.argmin(holds)} in the world; omit it"
+            "joint_box, joint_particles and joint_inside of joints have "
+            f"both ends of joint {np.argmin(holds)} in the world; omit it"
         )
     return joints
+
+
+def _check_suspensions(model: Model, joints: Joints) -> np.ndarray:
+    """Return how many points (s,) each suspension has; raises SnapshotError unless a soft body carries each of them."""
+    first, end = joints.suspension_particles.T
+    body = np.searchsorted(model.soft_particle_start, first, side="right") - 1
+    starts = np.append(model.soft_particle_start, -1)
+    is_body = (first == starts[body]) & (end == starts[np.minimum(body + 1, len(starts) - 1)])
+    if not is_body.all():
+        k = int(np.argmin(is_body))
+        raise SnapshotError(f"joints.suspension_particles[{k}] is {first[k]}, {end[k]}, the particles of no soft body")
+    sizes, particles = np.diff(joints.suspension_start), end - first
+    whole = sizes % particles == 0
+    if not whole.all():
+        raise SnapshotError(f"joints.suspension_start leaves suspension {np.argmin(whole)} no whole number of points")
+    for k in range(len(sizes)):
+        each = weights_of(joints, k)
+        if not (np.abs(each.sum(axis=1) - 1.0) <= SAME * np.abs(each).sum(axis=1)).all():
+            raise SnapshotError(f"joints.weight of a point of suspension {k} does not sum to 1")
+    box = joints.suspension_box[joints.suspension_box != NOBODY]
+    if not ((box < model.box_count).all() and len(set(box.tolist())) == len(box)):
+        raise SnapshotError(f"joints.suspension_box is {joints.suspension_box}; it must be boxes, each once, or −1")
+    if not np.array_equal(model.box_host, hosts_of(model, joints)):
+        raise SnapshotError(f"model.box_host is {model.box_host}; by joints.suspension_box it is other")
+    return np.asarray(sizes // particles)
 
 
 def _names(entries: Entries, counts: dict[str, int], number: int) -> Names:
     """Take the names of all bodies and joints, "" for none; before format 5 there are none."""
     if number < 5:
         return Names()
+    if number < SUSPENDED_SINCE:
+        entries.put("names.suspension", np.zeros(0, np.str_))
     return names_of({kind: entries.words(f"names.{kind}", count) for kind, count in counts.items()}, "names")
 
 

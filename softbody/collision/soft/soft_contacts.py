@@ -182,7 +182,10 @@ def even_shares(model: Model, start: np.ndarray, near: np.ndarray, shares: int) 
 def near_bodies(
     model: Model, state: State, shapes: Shapes, scratch: ThreadScratch, rest: SleepState | None, exhaustive: bool
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return (start, other) of `Pairs`. (Contacts of boxes among themselves are found elsewhere.)"""
+    """Return (start, other) of `Pairs`. (Contacts of boxes among themselves are found elsewhere.)
+
+    A soft body and a box that hangs in it are none: its surface would push the box out.
+    """
     soft = model.soft_count
     # Spheres about the middles of bounding boxes, in a grid; then the boxes.
     centre, radius = shapes.centre, shapes.radius
@@ -213,7 +216,9 @@ def near_bodies(
                 other = surface_of(model, state, shapes, scratch, 0, b)
                 meet = not faces_part(one.vertices.position, one.triangles, other.vertices.position, other.triangles)
         else:
-            meet = _sphere_may_meet_box(model, state, (load(centre, a), radius[a]), b - soft)
+            meet = model.box_host[b - soft] != a and _sphere_may_meet_box(
+                model, state, (load(centre, a), radius[a]), b - soft
+            )
         if meet:
             pairs[count, 0], pairs[count, 1] = a, b
             start[a + 1] += 1

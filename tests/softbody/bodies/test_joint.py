@@ -307,7 +307,8 @@ def test_ends_can_be_asked_for_while_others_remove_bodies(world):
                 last.stiffness = 2.0
                 world.boxes[0].friction = 0.1 + 0.001 * k
                 hold.stiffness = 1.0 + k
-            sizes = {len(array) for array in world.store.joints}
+            joints = world.store.joints._asdict().items()
+            sizes = {len(array) for name, array in joints if name.startswith("joint_")}
             assert len(sizes) == 1
             model = world.model
             assert len(model.box_friction) == model.box_count

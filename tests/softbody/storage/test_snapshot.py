@@ -92,7 +92,7 @@ def test_the_hash_sees_the_last_bit():
 
 @pytest.fixture(scope="module")
 def mixed():
-    """The snapshot of a world of two soft bodies, boxes and a ground that touch each other."""
+    """The snapshot of a world of two soft bodies, boxes and a ground that touch each other, and a point that hangs."""
     world = World()
     world.add_ground()
     world.add_soft_body(softbody.icosphere(1, 0.4), 1.0, 100.0, 20.0, (0.0, 0.0, 0.38), fixed=(3,))
@@ -102,6 +102,7 @@ def mixed():
     world.add_box((0.5, 0.4, 0.3), None, (5.0, 0.0, 0.0))
     for k in range(2):
         world.add_joint((world.soft_bodies[1], k), (world.boxes[k], (0.6, 0.0, 0.2)), 1.0)
+    world.suspend(world.soft_bodies[1].centre, world.soft_bodies[1])
     with pytest.warns(OverlapWarning):
         world.step(STEP, 5)
     assert world.store.contacts.cache.number[0] > 4

@@ -68,10 +68,10 @@ _BY_LIMITS: dict[Limits, str] = {
     UP_TO_ONE: "model.soft_deflated_below model.soft_restitution model.box_restitution model.ground_restitution",
     NO_LIMIT: "settings.speed_ceiling settings.angular_speed_ceiling settings.angular_speed_floor settings.sleep_speed"
     " settings.sleep_after",
-    only(REAL): "state.box_orientation",
     only(NOT_NEGATIVE): "model.soft_liquid_density model.box_inverse_mass model.box_inverse_inertia",
     only(POSITIVE): "model.box_size",
     only(UP_TO_ONE): "joints.joint_weights",
+    only(REAL): "state.box_orientation joints.weight",
 }
 NUMBERS = {name: limits for limits, names in _BY_LIMITS.items() for name in names.split()}
 # The same of those that hold one whole number. (Others are tried as what they say together.)
@@ -87,6 +87,9 @@ WHOLE: dict[str, Limits] = {
 }
 # By the letter of a kind of numbers, or of words: others.
 OTHER_KINDS = {"f": ("i8", "U1", "?", "c16"), "i": ("f8", "U1", "?", "c16"), "b": ("i8", "U1", "f8"), "U": ("i8", "f8")}
+
+
+TELL_ROWS = "joints.joint_box", "joints.suspension_box"  # by which others are counted
 
 
 class Trial(NamedTuple):
@@ -151,7 +154,7 @@ def of_turns(name: str, turns: np.ndarray, off: Iterable[float], said: str = "")
 def saved_world(rng: np.random.Generator) -> Arrays:
     """Return what is saved of two soft bodies, boxes that stand on each other, a light and a static one, and joints.
 
-    Some of them have names, and the solver remembers contacts.
+    Points hang in both bodies. Some of all have names, and the solver remembers contacts.
     """
     world = World(gravity=(0.0, 0.0, -9.0))
     world.add_ground()
@@ -167,6 +170,9 @@ def saved_world(rng: np.random.Generator) -> Arrays:
     world.add_joint((lid, lid.position + (0.1, 0.0, 0.1)), (0.0, 0.0, 1.0), 1e-3, name="string")
     world.add_joint((solid, 1), (light, light.position), 1e-3)
     world.add_joint((solid, solid.positions[[0, 2, 4]].mean(axis=0)), (other, 4), 1e-3)
+    hung = world.suspend(solid.centre + 0.1 * rng.uniform(-1.0, 1.0, (3, 3)), solid, name="marbles")
+    world.suspend(other.centre, other)
+    world.add_joint((hung, 1), (2.0, 0.0, 3.0), 1e-3)
     return world.snapshot()
 
 
@@ -180,7 +186,7 @@ def of_entry(name: str, array: np.ndarray, rng: np.random.Generator) -> Iterator
         zeros = np.zeros(array.shape, np.dtype(kind))
         yield altered(f"{zeros.dtype}", name, zeros, f"{name} holds {zeros.dtype}")
     if array.ndim:
-        yield altered("a row less", name, array[:-1], "joints." if name == "joints.joint_box" else name)
+        yield altered("a row less", name, array[:-1], "joints." if name in TELL_ROWS else name)
         yield altered("Fortran's order", name, np.asfortranarray(array), None)
         if array.dtype.kind in "fi":
             half = array.astype(np.float32 if array.dtype.kind == "f" else np.int32)
@@ -202,6 +208,7 @@ def together(saved: Arrays, rng: np.random.Generator) -> Iterator[Trial]:
     yield from of_masses(saved, rng)
     yield from of_turns("state.box_orientation", saved["state.box_orientation"], (*OFF, 1.0, -1.0))
     yield from of_joints(saved)
+    yield from of_suspensions(saved)
     yield from of_surfaces(saved, rng)
     yield from of_contacts(saved)
     for value, named in ((1, None), (0, None), (2, "rest.asleep[1] is 2"), (-1, "rest.asleep[1] is -1")):
@@ -233,33 +240,63 @@ def of_joints(saved: Arrays) -> Iterator[Trial]:
     n, last = int(starts[-1]), boxes - 1
     nothing, three, across = (-1, -1, -1), (0, 1, 2), (starts[1] - 1, starts[1] - 1, starts[1])
     none, whole = (0.0, 0.0, 0.0), (0.2, 0.3, 0.5)
-    right = [  # box, particles and weights
-        *((box, nothing, none) for box in (-1, 0, last)),
-        *((-1, particles, whole) for particles in (three, (n - 3, n - 2, n - 1))),
-        *((-1, three, weights) for weights in ((1.0, 0.0, 0.0), (0.2, 0.3, 0.5 + 0.9e-9))),
+    outside, hung = (-1, -1), len(saved["joints.suspension_box"])
+    right = [  # box, particles, weights, and a point that hangs
+        *((box, nothing, none, outside) for box in (-1, 0, last)),
+        *((-1, particles, whole, outside) for particles in (three, (n - 3, n - 2, n - 1))),
+        *((-1, three, weights, outside) for weights in ((1.0, 0.0, 0.0), (0.2, 0.3, 0.5 + 0.9e-9))),
+        *((-1, nothing, none, point) for point in ((0, 0), (0, 2), (1, 0))),
     ]
     wrong_particles = ((0, -1, 2), (-1, -1, 2), (n - 2, n - 1, n), (n, n, n), across, across[::-1])
     wrong = [
-        *((-1, three, weights) for weights in ((0.2, 0.3, 0.5 + 1.1e-9), (0.2, 0.3, 0.5 - 1.1e-9), none)),
-        *((box, nothing, whole) for box in (-1, 0)),
-        *((box, three, whole) for box in (0, boxes)),
-        *((-1, particles, whole) for particles in wrong_particles),
-        (boxes, nothing, none),
-        (-1, (0, -1, 2), none),
+        *((-1, three, weights, outside) for weights in ((0.2, 0.3, 0.5 + 1.1e-9), (0.2, 0.3, 0.5 - 1.1e-9), none)),
+        *((box, nothing, whole, outside) for box in (-1, 0)),
+        *((box, three, whole, outside) for box in (0, boxes)),
+        *((-1, particles, whole, outside) for particles in wrong_particles),
+        (boxes, nothing, none, outside),
+        (-1, (0, -1, 2), none, outside),
+        *((-1, nothing, none, point) for point in ((0, 3), (1, 1), (hung, 0), (0, -1), (-1, 0))),
+        (0, nothing, none, (0, 0)),
+        (-1, three, whole, (0, 0)),
     ]
-    names = [f"joints.joint_{field}" for field in ("box", "particles", "weights")]
+    names = [f"joints.joint_{field}" for field in ("box", "particles", "weights", "inside")]
     for joint, end in np.ndindex(saved["joints.joint_box"].shape):
-        places = (joint, end), *[(joint, slice(3 * end, 3 * end + 3))] * 2
+        places = (joint, end), *[(joint, slice(3 * end, 3 * end + 3))] * 2, (joint, slice(2 * end, 2 * end + 2))
         for each in (*right, *wrong):
             changes = {name: put(saved[name], place, value) for name, place, value in zip(names, places, each)}
             named = None if each in right else f"of end {end} of joint {joint}"
-            if each in right and all((changes[name][joint] < 0).all() for name in names[:2]):
+            if each in right and all((changes[name][joint] < 0).all() for name in (*names[:2], names[3])):
                 named = f"both ends of joint {joint}"
             yield Trial("an end of a joint", named, changes)
         for name, place in ((names[0], (joint, end)), (names[1], (joint, 3 * end))):
             yield Trial("a number below −1", f"{name}[", {name: put(saved[name], place, -2)})
     all_of_them = tuple(name for name in saved if name.startswith("joints."))
-    yield Trial("no joints", None, {"names.joint": np.array([], "U1")}, all_of_them)
+    no_names = {f"names.{kind}": np.array([], "U1") for kind in ("joint", "suspension")}
+    yield Trial("no joints", None, no_names, all_of_them)
+
+
+def of_suspensions(saved: Arrays) -> Iterator[Trial]:
+    """Yield trials of points that hang: in which soft body, by what weights, and for which box."""
+    name, starts = "joints.suspension_particles", saved["model.soft_particle_start"].tolist()
+    rows = saved[name]
+    for one, other in ((starts[0], starts[2]), (starts[0] + 1, starts[1]), (starts[2], starts[2]), (starts[1], 0)):
+        yield Trial("the particles of no body", f"{name}[1] is", {name: put(rows, 1, (one, other))})
+    name, begins = "joints.suspension_start", saved["joints.suspension_start"]
+    for wrong in (put(begins, 0, 1), put(begins, 1, 0), put(begins, 1, begins[2])):
+        yield Trial("where suspensions begin", f"{name} is", {name: wrong})
+    yield Trial("no whole number of points", f"{name} leaves", {name: put(begins, 1, begins[1] + 1)})
+    name, weights = "joints.weight", saved["joints.weight"]
+    least = np.abs(weights[: starts[1]]).sum()
+    for by, named in ((0.9e-9, None), (1.1e-9, f"{name} of"), (-1.1e-9, f"{name} of"), (1.0, f"{name} of")):
+        yield Trial("a sum that is off", named, {name: put(weights, 0, weights[0] + by * least)})
+    of_box, hosts = saved["joints.suspension_box"], saved["model.box_host"]
+    both = {"joints.suspension_box": put(of_box, 1, 2), "model.box_host": put(hosts, 2, 1)}
+    yield Trial("a box that hangs", None, both)
+    for key, value in both.items():
+        yield Trial("a box that hangs for one of two", "model.box_host is", {key: value})
+    yield Trial("another body", "model.box_host is", both | {"model.box_host": put(hosts, 2, 0)})
+    for wrong in (np.full(2, 2), put(of_box, 0, len(hosts)), put(of_box, 0, -2)):
+        yield Trial("a box twice, or none", "joints.suspension_box", {"joints.suspension_box": wrong})
 
 
 def of_surfaces(saved: Arrays, rng: np.random.Generator) -> Iterator[Trial]:
@@ -324,7 +361,7 @@ def of_contacts(saved: Arrays) -> Iterator[Trial]:
 def of_names(saved: Arrays) -> Iterator[Trial]:
     """Yield trials of names: 1 to 100 printable characters, no space first or last, and each one's own."""
     right, wrong = ("a", "two words", "ß漢", "x" * 100), ("x" * 101, " a", "a ", "a\n", "\u202e")
-    for kind in ("soft", "box", "joint"):
+    for kind in ("soft", "box", "joint", "suspension"):
         name = f"names.{kind}"
         count = len(saved[name])
         for word in (*right, *wrong):
@@ -364,6 +401,8 @@ def right_about(trial: Trial, saved: Arrays, world: World) -> bool:
         Fault("joints on boxes that are not there", snapshot._joints, "box < model.box_count → box <= model.box_count"),
         Fault("joints that hold nothing", snapshot._joints, "holds.all() → True"),
         Fault("weights of any sum", snapshot._joints, "np.abs(weights.sum(axis=2) - on_soft) <= SAME → True"),
+        Fault("hosts as they come", snapshot._check_suspensions, "np.array_equal(m_, h_) → True"),
+        Fault("points that are not there", snapshot._joints, "np.append(points, 0)[n_] → 10"),
         Fault("inertia as it comes", snapshot._check_masses, "good.all() → True", nth=0),
         Fault("limits that are left out", snapshot_entries._check, "array <= rows.most → True"),
         Fault("settings as they come", snapshot._settings, "check_settings(s_, n_) → "),
@@ -375,8 +414,8 @@ def entries_of_saved_worlds(run: Run) -> Comparison:
     """Saved worlds take an altered entry, or refuse it by its name.
 
     Each entry is altered, to and beyond the limits of what it may be, by itself and with those that it must go with:
-    numbers, kinds, shapes, masses, turns, ends of joints, surfaces, contacts, settings and names. What is taken is
-    taken as it is.
+    numbers, kinds, shapes, masses, turns, ends of joints, what hangs, surfaces, contacts, settings and names. What is
+    taken is taken as it is.
     """
     rng, answers, world = run.fresh_rng(), Answers(), World()
     for _ in range(run.count(1, 5, 50)):

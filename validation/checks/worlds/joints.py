@@ -220,7 +220,7 @@ def _pull(world: World, seconds: float, joints: list[Joint]) -> float:
             builder.joints_that_stay,
             "~(joints.joint_box == body).any(axis=1) → (joints.joint_box != joints.joint_box).any(axis=1)",
         ),
-        Fault("a handle that follows another joint", adding.remove, "int(stay[:number].sum()) → number"),
+        Fault("a handle that follows another joint", adding.remove, "int(stay[of][:number].sum()) → number"),
         Fault(
             "joints that are not read again",
             snapshot._checked,
