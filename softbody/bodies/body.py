@@ -127,7 +127,7 @@ class SleepyBody(Body):
 
     @property
     def submerged_volume(self) -> float:
-        """Volume [m³] of it that is below the surface of the world's liquid; 0 where there is none."""
+        """Volume [m³] of it that is below the surface of the world's liquid; 0 where there is none, and in a body."""
         return self._submerged().volume
 
     def buoyancy(self) -> np.ndarray:
@@ -137,10 +137,12 @@ class SleepyBody(Body):
 
     def _submerged(self) -> Submerged:
         """Return what of it is submerged."""
-        points, triangles = self._surface()
+        return submerged_part(*self._surface(), self._level())
+
+    def _level(self) -> float:
+        """Return the height [m] below which there is liquid around it; −inf: nowhere."""
         model = self.store.model
-        level = model.liquid_surface_height if model.liquid_density > 0.0 else -np.inf
-        return submerged_part(points, triangles, level)
+        return model.liquid_surface_height if model.liquid_density > 0.0 else -np.inf
 
     @abstractmethod
     def _surface(self) -> tuple[np.ndarray, np.ndarray]:

@@ -11,6 +11,7 @@ from softbody.compiler.interrupts import assign_together
 from softbody.dynamics.liquid_forces import BOX_TRIANGLES, corners_of
 from softbody.errors import ParameterError
 from softbody.linalg.quaternion import rotation_between
+from softbody.model.arrays import NOBODY
 from softbody.model.validation import check_range, unit_quaternion, vector
 
 
@@ -26,6 +27,9 @@ class Box(SleepyBody):
 
     def _surface(self) -> tuple[np.ndarray, np.ndarray]:
         return corners_of(self.store.model, self.store.state, self.row()), BOX_TRIANGLES
+
+    def _level(self) -> float:
+        return super()._level() if self.store.model.box_host[self.row()] == NOBODY else -np.inf
 
     def __repr__(self) -> str:
         """Say which box it is, how large and heavy, and where."""

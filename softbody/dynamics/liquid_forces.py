@@ -17,7 +17,7 @@ from softbody.geometry.box import box_corners
 from softbody.geometry.submerged import double_area, submerged_part, wet_part
 from softbody.linalg.quaternion import load_quaternion
 from softbody.linalg.vec import Vec, accumulate, add, cross, load, norm, scale, store, sub
-from softbody.model.arrays import Controls, Model, State
+from softbody.model.arrays import NOBODY, Controls, Model, State
 
 # Two triangles on each face of a box, by its corners, counter-clockwise seen from outside.
 BOX_TRIANGLES = np.array(
@@ -55,13 +55,19 @@ def add_liquid_forces(model: Model, gravity: np.ndarray, state: State, ahead: fl
     for box in range(model.box_count):
         centre = load(state.box_position, box)
         is_near = centre[2] - 0.5 * norm(load(model.box_size, box)) < medium.level
-        if is_near and model.box_inverse_mass[box] > 0.0:
+        if is_near and can_be_wet(model, box):
             corners = corners_of(model, state, box)
             force[:] = 0.0
             press(medium, Moving(corners, velocities_of(state, box, corners), 0.0), BOX_TRIANGLES, force)
             for k in range(8):
                 accumulate(acting.box_force, box, load(force, k))
                 accumulate(acting.box_torque, box, cross(sub(load(corners, k), centre), load(force, k)))
+
+
+@jit_lean
+def can_be_wet(model: Model, box: int) -> bool:
+    """Tell whether the world's liquid acts on a box: one that can move, and does not hang in a soft body."""
+    return model.box_inverse_mass[box] > 0.0 and model.box_host[box] == NOBODY
 
 
 @jit_lean
@@ -128,6 +134,6 @@ def liquid_energy(model: Model, gravity: np.ndarray, state: State) -> float:
         triangles = model.triangle_particles[model.soft_triangle_start[body] : model.soft_triangle_start[body + 1]]
         depth += submerged_part(state.particle_position, triangles, level).depth
     for box in range(model.box_count):
-        if model.box_inverse_mass[box] > 0.0:
+        if can_be_wet(model, box):
             depth += submerged_part(corners_of(model, state, box), BOX_TRIANGLES, level).depth
     return -model.liquid_density * gravity[2] * depth

@@ -65,7 +65,7 @@ def a_liquid(rng: np.random.Generator, world: World, drag: float = 0.0) -> dict[
             liquid_forces.add_liquid_forces,
             "accumulate(acting_.box_torque, box_, c_) → ",
         ),
-        Fault("a surface at zero", SleepyBody._submerged, "model_.liquid_surface_height if c_ else f_ → 0.0"),
+        Fault("a surface at zero", SleepyBody._level, "model_.liquid_surface_height if c_ else f_ → 0.0"),
         Fault("corners that do not turn", liquid_forces.corners_of, "load_quaternion(q_, b_) → (1.0, 0.0, 0.0, 0.0)"),
     ),
 )
@@ -132,7 +132,7 @@ def something(
             "pressure by thirds", liquid_forces.press, "wet_.load[c_] → (wet.load[0] + wet.load[1] + wet.load[2]) / 3.0"
         ),
         Fault("energy of the displaced at the surface", submerged.submerged_part, "0.5 * down_ * wet_.square → 0.0"),
-        Fault("boxes that have no energy", liquid_forces.liquid_energy, "model_.box_inverse_mass[box_] > 0.0 → False"),
+        Fault("boxes that have no energy", liquid_forces.liquid_energy, "can_be_wet(m_, b_) → False"),
         Fault(
             "a total without liquid", energies.potential_energy, "gravity_ + external_ + liquid_ → gravity + external"
         ),
@@ -163,6 +163,41 @@ def pushed_downhill(run: Run) -> Comparison:
                 way, small = rng.normal(size=points.shape), 1e-5
                 falls = (depth(points - small * way) - depth(points + small * way)) / (2.0 * small)
                 answers.add((force * way).sum() / weight, falls, 1.0, kind)
+    return answers.comparison()
+
+
+@check(
+    section=SECTION,
+    piece="softbody.World.suspend, softbody.World.add_liquid",
+    reference="Archimedes, of the soft body alone, with the surface as CGAL cuts it, by libigl",
+    engines=("igl",),
+    unit="of the whole body's share",
+    tolerance=5e-14,
+    because="rounding on both sides",
+    faults=(
+        Fault("a box that is wet in a body", liquid_forces.can_be_wet, "model_.box_host[box_] == NOBODY → True"),
+        Fault("a box that says that it is wet", Box, "self.store.model.box_host[self.row()] == NOBODY → True"),
+    ),
+)
+def dry_in_a_body(run: Run) -> Comparison:
+    """A box that hangs in a body displaces nothing.
+
+    Balls in a liquid, each with a box in it: in a step both together get the momentum of what the ball displaces. The
+    box tells that it displaces nothing, and energy has the ball's share alone.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    for _ in range(run.count(8, 30, 200)):
+        world, h = World(), 1e-4
+        liquid = a_liquid(rng, world)
+        body, surface = something(rng, world, "sphere", liquid["surface_height"])
+        box = world.add_box(rng.uniform(0.1, 0.3, 3), rng.uniform(1.0, 50.0), body.centre)
+        world.suspend(box, body, stiffness=1e3, damping=0.0)
+        wet, weight = floating.wet(*surface, liquid["surface_height"]), liquid["density"] * G
+        told = [box.submerged_volume, *box.buoyancy(), world.energies().liquid / weight]
+        world.step(h, allow_unstable=True)
+        force = world.linear_momentum() / h + [0.0, 0.0, (body.mass + float(box.mass or 0.0)) * G]
+        judged = [0.0, 0.0, 0.0, 0.0, floating.depth(*surface, liquid["surface_height"])]
+        answers.add([*told, *force / weight], [*judged, 0.0, 0.0, wet.volume], 1.0, kind="ball")
     return answers.comparison()
 
 
