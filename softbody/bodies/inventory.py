@@ -133,8 +133,9 @@ class Inventory(StrictNames):
         """Return the energy [J] of every body that can move, by kind: kinetic, spring, gas, gravity, external, liquid.
 
         Of gas it is what it gives when it expands from here to its mesh's volume as it was added (less than 0 if it is
-        larger): −nRT ln(V / V0). Of the liquid, ρ g ∫ depth dV over what is submerged. Only differences of those in
-        gas, gravity and external forces mean something, and `total` is the sum.
+        larger): −nRT ln(V / V0). Of liquids it is ρ g ∫ depth dV over what is submerged, and what it took to press
+        together those in bodies, whose weight is in gravity. Only differences of those in gas, gravity and external
+        forces mean something, and `total` is the sum.
         """
         return energies_of(self.store)
 

@@ -29,7 +29,6 @@ STIFFER = 100.0
 class Filling(NamedTuple):
     """A liquid in a soft body."""
 
-    mass: float  # [kg]
     density: float  # [kg/m³] of now
     middle: float  # g·(c − o) [m²/s²], with c the centre of the volume and o the body's first particle
     pressure: float  # [Pa] at the height of c, besides that of the gas
@@ -67,7 +66,7 @@ def add_filling_forces(model: Model, gravity: np.ndarray, moving: Moving, force:
             triangles = model.triangle_particles[model.soft_triangle_start[body] : model.soft_triangle_start[body + 1]]
             volume, middle = _middle(g, moving, triangles, first)
             pressure = liquid_pressure(model, gravity, body, volume)
-            _press(g, moving, triangles, first, Filling(mass, mass / volume, middle, pressure), force)
+            _press(g, moving, triangles, first, Filling(mass / volume, middle, pressure), force)
             for i in range(first, end):
                 accumulate(force, i, scale(-mass / (end - first), g))
 
