@@ -17,11 +17,20 @@ from reports.reading import CannotRead
 LARGEST = 2**26  # bytes of all arrays of a file
 MOST_CODE = 20_000  # characters
 MOST_FRAMES, MOST_VERTICES = 2_000, 65_536
-KINDS = {"code": "U", "smooth": "b", "places": "u", "vertices": "i", "faces": "i", "triangles": "u", "along": "i"}
+KINDS = {
+    "code": "U",
+    "smooth": "b",
+    "clear": "b",
+    "places": "u",
+    "vertices": "i",
+    "faces": "i",
+    "triangles": "u",
+    "along": "i",
+}
 SHAPES = {  # of each array: f frames, b things, n vertices, t triangles
     "code": "", "view": "", "ground": "", "part": "", "low": "3", "time": "f", "energy": "f", "depth": "f",
-    "camera": "f23", "places": "fn3", "vertices": "b", "faces": "b", "smooth": "b", "colours": "b23", "along": "n",
-    "triangles": "t3",
+    "camera": "f23", "places": "fn3", "vertices": "b", "faces": "b", "smooth": "b", "clear": "b", "colours": "b23",
+    "along": "n", "triangles": "t3",
 }  # fmt: skip
 
 
@@ -75,7 +84,8 @@ def _arrays(file: Path) -> dict[str, np.ndarray]:
         if sum(one.file_size for one in container.infolist()) > LARGEST:
             raise ValueError(f"more than {LARGEST} bytes")
     with np.load(file, allow_pickle=False) as data:
-        return {name: data[name] for name in SHAPES}
+        arrays = {name: data[name] for name in SHAPES if name != "clear" or name in data}
+    return {"clear": np.zeros_like(arrays["smooth"]), **arrays}  # older ones do not have it
 
 
 def _check(arrays: dict[str, np.ndarray]) -> None:
@@ -118,6 +128,7 @@ def _packed(arrays: dict[str, np.ndarray], time: np.ndarray, curves: list[Curve]
         "vertices": arrays["vertices"].tolist(),
         "faces": arrays["faces"].tolist(),
         "smooth": arrays["smooth"].tolist(),
+        "clear": arrays["clear"].tolist(),
         "colours": arrays["colours"].round(3).tolist(),
         "along": _deflated(arrays["along"].astype(np.int8).tobytes()),
         "triangles": _deflated(arrays["triangles"].astype("<u2").tobytes()),

@@ -47,7 +47,9 @@
       const texels = motion.colours[k].flatMap((colour) => [...colour.map((one) => Math.round(255 * one)), 255]);
       const map = new THREE.DataTexture(new Uint8Array(texels), 2, 1);
       map.needsUpdate = true;
-      const mesh = new THREE.Mesh(geometry, new THREE.MeshPhongMaterial({ map, shininess: 12, flatShading: !motion.smooth[k] }));
+      const look = { map, shininess: 12, flatShading: !motion.smooth[k] };
+      if (motion.clear[k]) Object.assign(look, { transparent: true, opacity: 0.45, depthWrite: false });
+      const mesh = new THREE.Mesh(geometry, new THREE.MeshPhongMaterial(look));
       mesh.castShadow = mesh.receiveShadow = true;
       mesh.frustumCulled = false;
       mesh.userData.first = vertex;

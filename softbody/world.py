@@ -216,7 +216,8 @@ class World(Inventory):
         `liquid_density` [kg/m³] of a liquid that fills it, with or without gas. `mass` is then that of the skin alone;
         the liquid has density × the mesh's volume, shared by the particles, too. It presses by its depth, so that the
         body sags, as a water bag does; sloshing is left out. `sound_speed` [m/s] says how hard it is to press together:
-        by p / (ρ c²). 0: as much as makes it give way by a hundredth or so under its own weight.
+        by p / (ρ c²). 0: as much as makes it give way by a hundredth or so under its own weight. `liquid_drag`
+        [N s/m³] acts on boxes inside, by their surface and their speed against the liquid (0).
         """
         number = adding.add_soft_body(
             self.store,
@@ -239,6 +240,7 @@ class World(Inventory):
         velocity: ArrayLike = (0.0, 0.0, 0.0),
         angular_velocity: ArrayLike = (0.0, 0.0, 0.0),
         *,
+        inside: SoftBody | None = None,
         name: str | None = None,
         **properties: float,
     ) -> Box:
@@ -249,9 +251,13 @@ class World(Inventory):
         `position` [m] of its centre, `orientation` a unit quaternion (w, x, y, z), `velocity` [m/s],
         `angular_velocity` [rad/s] in the world frame. Properties, both keywords: `restitution` 0 … 1 (0) and
         `friction` ≥ 0 (0.5). `name`, by which the world finds it, `world[name]`: one that nothing else in it has.
+
+        `inside`: a soft body in which it is. The skin holds it there from within. A liquid that fills the body makes
+        place for it, bears it up by ρ g V, and drags it by the body's `liquid_drag`; a gas has less room. It may be set
+        later, too, as `box.inside`. Raises ParameterError for a box that does not fit in.
         """
         pose, motion = (position, orientation), (velocity, angular_velocity)
-        return Box(self, adding.add_box(self.store, size, mass, pose, motion, name, properties))
+        return Box(self, adding.add_box(self.store, size, mass, pose, motion, inside, name, properties))
 
     def add_joint(
         self,
@@ -297,11 +303,11 @@ class World(Inventory):
         it bends.
 
         A box hangs by its eight corners, each pulled to its carried point by a joint of no length; the particles bear
-        what pulls it, by their weights, so that both momenta are kept. It and the body do not touch, but both touch all
-        else. `stiffness` [N/m] and `damping` [N s/m] of each joint: by default as firm as the step that is stable for
-        the body allows, and damped critically; the step stable for both is √2 times shorter. `name`, by which the world
-        finds it: one that nothing else in it has. To remove the box, the body or the suspension ends it; what stays
-        then touches all that is near.
+        what pulls it, by their weights, so that both momenta are kept. It is inside the body, as by `add_box`, and
+        stays so when the suspension is removed. `stiffness` [N/m] and `damping` [N s/m] of each joint: by default as
+        firm as the step that is stable for the body allows, and damped critically; the step stable for both is √2 times
+        shorter. `name`, by which the world finds it: one that nothing else in it has. To remove the box, the body or
+        the suspension ends it.
 
         Raises ParameterError for what is not inside the body, and for a box that hangs already.
         """

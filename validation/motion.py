@@ -55,6 +55,7 @@ class Motion:
             faces=np.array([len(thing.triangles) for thing in things]),
             triangles=np.concatenate([thing.triangles for thing in things]).astype(np.uint16),
             smooth=np.array([thing.smooth for thing in things]),
+            clear=np.array([thing.is_clear for thing in things]),
             colours=np.array([np.broadcast_to(thing.colours, (2, 3)) for thing in things]),
             along=np.concatenate([along_of(thing) for thing in things]),
         )

@@ -17,13 +17,14 @@ from softbody.bodies.builder import (
     without,
 )
 from softbody.bodies.ground import Ground
+from softbody.bodies.inside import check_fits, check_host, with_box_put
 from softbody.bodies.joint import End, ends_of
 from softbody.bodies.liquid import Liquid, check_level
 from softbody.bodies.names import GONE
 from softbody.bodies.rigid_box import Box
 from softbody.bodies.soft_body import SoftBody
 from softbody.bodies.store import FIRST_ROOM, Contents, Store
-from softbody.bodies.suspended import check_fits, checked_points, weights_in, with_box_hung
+from softbody.bodies.suspended import checked_points, weights_in, with_box_hung
 from softbody.collision.contact import remembered, remembering, without_box, without_soft
 from softbody.compiler.interrupts import set_together
 from softbody.dynamics.liquid_forces import corners_of
@@ -68,6 +69,7 @@ def add_box(
     mass: float | None,
     pose: tuple[ArrayLike, ArrayLike],
     motion: tuple[ArrayLike, ArrayLike],
+    inside: SoftBody | None,
     name: str | None,
     properties: dict[str, Any],
 ) -> int:
@@ -79,7 +81,8 @@ def add_box(
     with store.exclusive():
         number = store.model.box_count
         names = store.names.renamed(("box", number), name)
-        store.contents = Contents(with_box(store.parts, size, mass, pose, motion, checked), names)
+        parts = with_box(store.parts, size, mass, pose, motion, checked)
+        store.contents = Contents(parts if inside is None else with_box_put(store, parts, number, inside), names)
         return number
 
 
@@ -105,33 +108,35 @@ def suspend(
     """Do what `World.suspend` says; return the suspension's number."""
     stiffness = None if stiffness is None else check_range(stiffness, "stiffness", "N/m", least=0.0)
     damping = None if damping is None else check_range(damping, "damping", "N s/m", least=0.0)
-    if not isinstance(body, SoftBody) or body.store is not store:
-        raise ParameterError(f"body is {shown(body)}, which is no soft body of this world; give a handle of one")
+    check_host(store, body, "body")
     with store.exclusive():
         number, row, parts = len(store.joints.suspension_box), body.row(), store.parts
         names = store.names.renamed(("suspension", number), name)
         if isinstance(what, Box):
-            box = _free_box(store, what)
+            box = _free_box(store, what, body)
             corners = corners_of(store.model, store.state, box)
-            carried = weights_in(body, corners, weights, f"corner of box {box}, number")
-            check_fits(body, what)
+            check_fits(body, repr(what), corners)
+            carried = weights_in(body, corners, weights, f"corner {{}} of box {box}")
             parts = with_box_hung(parts, store.settings, (row, box), carried, stiffness, damping)
         elif stiffness is None and damping is None:
-            parts = with_suspension(parts, row, NOBODY, weights_in(body, checked_points(what), weights, "point"))
+            parts = with_suspension(
+                parts, row, NOBODY, weights_in(body, checked_points(what), weights, "point {} of what")
+            )
         else:
             raise ParameterError("stiffness and damping are for a box; points are carried as they are, leave them out")
         store.contents = Contents(parts, names)
         return number
 
 
-def _free_box(store: Store, box: Box) -> int:
-    """Return the number of a box that may be hung somewhere; raises ParameterError."""
+def _free_box(store: Store, box: Box, body: SoftBody) -> int:
+    """Return the number of a box that may be hung in a soft body; raises ParameterError."""
     if box.store is not store:
         raise ParameterError(f"what is {shown(box)}, a box of another world; give one of this world")
     row = box.row()
-    host = int(store.model.box_host[row])
-    if host != NOBODY:
-        raise ParameterError(f"{box!r} hangs in soft body {host} already; remove that suspension first")
+    if (store.joints.suspension_box == row).any():
+        raise ParameterError(f"{box!r} hangs in {box.inside!r} already; remove that suspension first")
+    if box.inside not in (None, body):
+        raise ParameterError(f"{box!r} is inside {box.inside!r}; let its inside be None first")
     return row
 
 

@@ -11,7 +11,7 @@ from softbody.bodies.names import GONE, Who
 from softbody.bodies.store import HasStore, Store
 from softbody.bodies.strict_names import StrictNames
 from softbody.errors import ParameterError
-from softbody.geometry.submerged import Submerged, submerged_part
+from softbody.geometry.submerged import submerged_part
 from softbody.model.properties import checked_property, known_properties
 from softbody.model.validation import check_whole
 
@@ -127,22 +127,20 @@ class SleepyBody(Body):
 
     @property
     def submerged_volume(self) -> float:
-        """Volume [m³] of it that is below the surface of the world's liquid; 0 where there is none, and in a body."""
-        return self._submerged().volume
+        """Volume [m³] of it that is in a liquid: the world's, or that of the soft body that it is inside."""
+        return self._in_liquid()[1]
 
     def buoyancy(self) -> np.ndarray:
         """Return the force (3,) [N] of the liquid's pressure on it, as it is now: ρ g V upwards."""
-        model, gravity = self.store.model, self.store.controls.gravity
-        return np.array([0.0, 0.0, -model.liquid_density * gravity[2] * self._submerged().volume]) + 0.0
+        density, volume = self._in_liquid()
+        return -density * self.store.controls.gravity * volume + 0.0
 
-    def _submerged(self) -> Submerged:
-        """Return what of it is submerged."""
-        return submerged_part(*self._surface(), self._level())
-
-    def _level(self) -> float:
-        """Return the height [m] below which there is liquid around it; −inf: nowhere."""
+    def _in_liquid(self) -> tuple[float, float]:
+        """Return the density [kg/m³] of the liquid around it, 0 for none, and the volume of it in that [m³]."""
         model = self.store.model
-        return model.liquid_surface_height if model.liquid_density > 0.0 else -np.inf
+        if not model.liquid_density > 0.0:
+            return 0.0, 0.0
+        return model.liquid_density, submerged_part(*self._surface(), model.liquid_surface_height).volume
 
     @abstractmethod
     def _surface(self) -> tuple[np.ndarray, np.ndarray]:

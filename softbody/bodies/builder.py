@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from softbody.collision.soft.skin import skin_distance
+from softbody.dynamics.filling import liquid_mass
 from softbody.dynamics.joint_forces import no_joints
 from softbody.dynamics.rigid_boxes import RESOLVED
 from softbody.dynamics.vertex_rings import build_rings, in_precision, no_rings, with_springs
@@ -144,6 +145,7 @@ def with_soft_body(
             soft_thickness=2.0 * mesh.volume / surface_area(mesh.vertices, mesh.triangles),
             soft_edge_length=lengths.mean(),
             soft_mesh_volume=mesh.volume,
+            soft_boxes_volume=0.0,
             **properties,
         )._replace(soft_count=model.soft_count + 1),
         _appended(
@@ -296,7 +298,7 @@ def _rows_of_body(model: Model, body: int) -> dict[str, slice]:
 
 def soft_body_alone(parts: Parts, body: int) -> Parts:
     """Return the parts of one soft body alone, in double precision; without boxes, joints, ground and liquid."""
-    model, controls, state, _, _ = parts
+    model, controls, state, _, _ = with_hosts(parts, np.full(parts.model.box_count, NOBODY))
     rows = _rows_of_body(model, body)
     model, controls, state = _rows_of(model, rows), _rows_of(controls, rows), _rows_of(state, rows)
     particles, first = len(model.particle_inverse_mass), rows["particle"].start
@@ -320,11 +322,14 @@ def without(parts: Parts, kind: str, body: int) -> Parts:
     """Return the parts without one of a `kind`, as of `who`: those after it are one number lower.
 
     What is joined to a body, or hangs in it, goes with it; `joints_that_stay` and `suspensions_that_stay` tell what.
+    Boxes inside a soft body stay.
     """
-    model, controls, state, rings, _ = parts
     joints = _joints_at(parts, joints_that_stay(parts, kind, body), suspensions_that_stay(parts, kind, body))
     if kind in ("joint", "suspension"):
-        return _with_hosts(parts._replace(joints=joints))
+        return parts._replace(joints=joints)
+    hosts = parts.model.box_host.copy()
+    hosts[body if kind == "box" else hosts == body] = NOBODY
+    model, controls, state, rings, _ = with_hosts(parts, hosts)
     rows = {"box": slice(body, body + 1)} if kind == "box" else _rows_of_body(model, body)
     model, controls, state = _without_rows(model, rows), _without_rows(controls, rows), _without_rows(state, rows)
     if kind == "box":
@@ -345,8 +350,9 @@ def without(parts: Parts, kind: str, body: int) -> Parts:
         soft_particle_start=_without_part(model.soft_particle_start, body),
         soft_edge_start=_without_part(model.soft_edge_start, body),
         soft_triangle_start=_without_part(model.soft_triangle_start, body),
+        box_host=model.box_host - (model.box_host > body),
     )
-    return _with_hosts(Parts(model, controls, state, rings_of(model, rings.rest_tension.dtype.type), joints))
+    return Parts(model, controls, state, rings_of(model, rings.rest_tension.dtype.type), joints)
 
 
 def joints_that_stay(parts: Parts, kind: str, body: int) -> np.ndarray:
@@ -391,12 +397,44 @@ def _joints_at(parts: Parts, stay: np.ndarray, suspended: np.ndarray) -> Joints:
     )
 
 
-def _with_hosts(parts: Parts) -> Parts:
-    """Return the parts where each box knows the soft body that it hangs in."""
-    return parts._replace(model=parts.model._replace(box_host=hosts_of(parts.model, parts.joints)))
+def with_hosts(parts: Parts, hosts: np.ndarray) -> Parts:
+    """Return the parts where each box is inside its soft body of `hosts` (m,), or in none, −1.
+
+    It takes the place of liquid, whose mass leaves that of the particles, or comes back. Raises ParameterError where it
+    leaves no place.
+    """
+    before, inverse_mass = parts.model, parts.model.particle_inverse_mass.copy()
+    model = before._replace(box_host=hosts, soft_boxes_volume=boxes_volumes(before, hosts))
+    for body in np.flatnonzero(model.soft_boxes_volume != before.soft_boxes_volume).tolist():
+        room = float(model.soft_mesh_volume[body] - model.soft_boxes_volume[body])
+        if not room > 0.0:
+            raise ParameterError(
+                f"boxes inside soft body {body} have {model.soft_boxes_volume[body]:.3g} m³, and its mesh has no more "
+                f"than {model.soft_mesh_volume[body]:.3g} m³; take smaller boxes, or a larger body"
+            )
+        rows = slice(*model.soft_particle_start[body : body + 2])
+        if model.soft_liquid_density[body] > 0.0:
+            count = rows.stop - rows.start
+            mass = count / inverse_mass[rows].max() - liquid_mass(before, body) + liquid_mass(model, body)
+            inverse_mass[rows] = inverse_of(mass, count) * (inverse_mass[rows] > 0.0)
+    return parts._replace(model=model._replace(particle_inverse_mass=inverse_mass))
 
 
-def hosts_of(model: Model, joints: Joints) -> np.ndarray:
+def with_box_inside(parts: Parts, box: int, body: int) -> Parts:
+    """Return the parts where a box is inside a soft body, or in none, −1; raises ParameterError as `with_hosts`."""
+    hosts = parts.model.box_host.copy()
+    hosts[box] = body
+    return with_hosts(parts, hosts)
+
+
+def boxes_volumes(model: Model, hosts: np.ndarray) -> np.ndarray:
+    """Return the volume (b,) [m³] of all boxes inside each soft body, by `hosts` (m,)."""
+    volumes, inside = np.zeros(model.soft_count), hosts != NOBODY
+    np.add.at(volumes, hosts[inside], model.box_size[inside].prod(axis=1))
+    return volumes
+
+
+def hanging_hosts(model: Model, joints: Joints) -> np.ndarray:
     """Return the soft body (m,) in which each box hangs, or −1."""
     hosts, hangs = np.full(model.box_count, NOBODY), joints.suspension_box != NOBODY
     first = joints.suspension_particles[hangs, 0]
@@ -413,7 +451,7 @@ def with_suspension(parts: Parts, body: int, box: int, weights: np.ndarray) -> P
         suspension_start=len(parts.joints.weight) + weights.size,
         weight=weights.ravel(),
     )
-    return _with_hosts(parts._replace(joints=joints))
+    return with_box_inside(parts._replace(joints=joints), box, body) if box != NOBODY else parts
 
 
 def with_joint(parts: Parts, ends: list[dict[str, ArrayLike]], numbers: dict[str, float]) -> Parts:

@@ -19,6 +19,7 @@ def energies_of(store: Store) -> Energies:
     model, controls = store.model, store.controls
     spring, gas, gravity, external, liquid = potential_energies(model, controls, store.state)
     filled = controls.soft_gas > 0.0
-    gas += float((controls.soft_gas[filled] * np.log(model.soft_mesh_volume[filled])).sum())
+    room = model.soft_mesh_volume - model.soft_boxes_volume
+    gas += float((controls.soft_gas[filled] * np.log(room[filled])).sum())
     spring += joint_energy(store.joints, store.state)
     return Energies(kinetic_energy(model, store.state), spring, gas, gravity, external, liquid)

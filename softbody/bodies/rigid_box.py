@@ -6,9 +6,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from softbody.bodies.body import BodyProperty, SleepyBody
+from softbody.bodies.inside import with_box_put
+from softbody.bodies.soft_body import SoftBody
 from softbody.bodies.store import HasStore
 from softbody.compiler.interrupts import assign_together
+from softbody.dynamics.filling import liquid_mass, volume_of_box
 from softbody.dynamics.liquid_forces import BOX_TRIANGLES, corners_of
+from softbody.dynamics.pressure import room_in
 from softbody.errors import ParameterError
 from softbody.linalg.quaternion import rotation_between
 from softbody.model.arrays import NOBODY
@@ -28,8 +32,12 @@ class Box(SleepyBody):
     def _surface(self) -> tuple[np.ndarray, np.ndarray]:
         return corners_of(self.store.model, self.store.state, self.row()), BOX_TRIANGLES
 
-    def _level(self) -> float:
-        return super()._level() if self.store.model.box_host[self.row()] == NOBODY else -np.inf
+    def _in_liquid(self) -> tuple[float, float]:
+        model, host = self.store.model, int(self.store.model.box_host[self.row()])
+        if host == NOBODY:
+            return super()._in_liquid()
+        mass, room = liquid_mass(model, host), room_in(model, self.store.state.particle_position, host)
+        return mass / room, volume_of_box(model, self.row()) if mass > 0.0 else 0.0
 
     def __repr__(self) -> str:
         """Say which box it is, how large and heavy, and where."""
@@ -54,6 +62,23 @@ class Box(SleepyBody):
     def is_kinematic(self) -> bool:
         """Whether it has no mass, and moves: by its velocities, which nothing in the world changes."""
         return self.mass is None and bool(self.velocity.any() or self.angular_velocity.any())
+
+    @property
+    def inside(self) -> SoftBody | None:
+        """The soft body that it is inside, whose skin holds it from within; None for none. May be set between steps.
+
+        Raises ParameterError where it does not fit, and where it hangs by a suspension.
+        """
+        host = int(self.store.model.box_host[self.row()])
+        return None if host == NOBODY else SoftBody(self.world, host)
+
+    @inside.setter
+    def inside(self, value: SoftBody | None) -> None:
+        with self.store.exclusive():
+            store, row = self.store, self.row()
+            if (store.joints.suspension_box == row).any():
+                raise ParameterError(f"{self!r} hangs in {self.inside!r}; remove that suspension first")
+            store.replace(model=with_box_put(store, store.parts, row, value).model)
 
     restitution = BodyProperty()
     friction = BodyProperty()

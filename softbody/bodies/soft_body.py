@@ -9,7 +9,7 @@ from softbody.bodies.body import BodyProperty, SleepyBody, set_row
 from softbody.bodies.builder import distance_of_skin, inverse_of
 from softbody.bodies.store import HasStore
 from softbody.dynamics.filling import liquid_mass, liquid_pressure
-from softbody.dynamics.pressure import gas_pressure, soft_volume
+from softbody.dynamics.pressure import gas_pressure, room_in, soft_volume
 from softbody.dynamics.vertex_rings import with_springs
 from softbody.errors import ParameterError
 from softbody.model.properties import check_self_contact, checked_property, properties_of
@@ -77,6 +77,7 @@ class SoftBody(SleepyBody):
     friction = BodyProperty()
     deflated_below = BodyProperty()
     sound_speed = BodyProperty()
+    liquid_drag = BodyProperty()
 
     @property
     def self_contact(self) -> float:
@@ -107,6 +108,8 @@ class SoftBody(SleepyBody):
     def liquid_density(self) -> float:
         """Density [kg/m³] of the liquid that fills it, in its mesh as it was added; 0: none. May be set between steps.
 
+        Where boxes are inside there is no liquid.
+
         Its mass goes into the body, or out of it, with the body's velocity.
         """
         return float(self.store.model.soft_liquid_density[self.row()])
@@ -117,10 +120,11 @@ class SoftBody(SleepyBody):
         with self.store.exclusive():
             model, row, rows = self.store.model, self.row(), self._rows()
             density, inverse_mass = model.soft_liquid_density.copy(), model.particle_inverse_mass.copy()
-            mass = self.mass - liquid_mass(model, row) + value * model.soft_mesh_volume[row]
-            inverse_mass[rows] = inverse_of(mass, rows.stop - rows.start) * (inverse_mass[rows] > 0.0)
             density[row] = value
-            self.store.replace(model=model._replace(soft_liquid_density=density, particle_inverse_mass=inverse_mass))
+            after = model._replace(soft_liquid_density=density)
+            mass = self.mass - liquid_mass(model, row) + liquid_mass(after, row)
+            inverse_mass[rows] = inverse_of(mass, rows.stop - rows.start) * (inverse_mass[rows] > 0.0)
+            self.store.replace(model=after._replace(particle_inverse_mass=inverse_mass))
 
     @property
     def stiffness(self) -> np.ndarray:
@@ -200,15 +204,15 @@ class SoftBody(SleepyBody):
 
     @property
     def volume(self) -> float:
-        """Enclosed volume [m³]."""
+        """Enclosed volume [m³], with that of boxes inside."""
         return soft_volume(self.store.model, self.store.state.particle_position, self.row())
 
     @property
     def pressure(self) -> float:
-        """Pressure of the gas [Pa]; of a body that is full of liquid, at the height of its volume's centre."""
+        """Pressure of the gas [Pa]; of a body that is full of liquid, at the height of the liquid's centre."""
         store, row = self.store, self.row()
-        liquid = liquid_pressure(store.model, store.controls.gravity, row, self.volume)
-        return gas_pressure(self.gas, self.volume) + liquid
+        room = room_in(store.model, store.state.particle_position, row)
+        return gas_pressure(self.gas, room) + liquid_pressure(store.model, store.controls.gravity, row, room)
 
     @property
     def strain(self) -> np.ndarray:

@@ -8,19 +8,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from softbody.bodies.body import Body
-from softbody.bodies.builder import Parts, end_inside, end_on_box, with_joint, with_suspension
+from softbody.bodies.builder import Parts, end_inside, end_on_box, with_box_inside, with_joint, with_suspension
 from softbody.bodies.rigid_box import Box
 from softbody.bodies.soft_body import SoftBody
 from softbody.dynamics.integrators import STABILITY_LIMIT
 from softbody.dynamics.joint_forces import carried, joint_rates, no_joints, weights_of
-from softbody.dynamics.liquid_forces import BOX_TRIANGLES, corners_of
 from softbody.dynamics.stability import highest_damping, highest_frequency, longest_stable_step
 from softbody.errors import ParameterError
 from softbody.geometry import points_in_mesh
 from softbody.geometry.box import corner_signs
 from softbody.geometry.mean_value import mean_value_weights, tetrahedron_weights
-from softbody.geometry.self_intersections import self_intersections
-from softbody.mesh.weld import first_at_place
 from softbody.model.arrays import NOBODY
 from softbody.model.settings import Settings
 from softbody.model.validation import NO_NUMBERS, doubles, shown
@@ -92,12 +89,16 @@ def checked_points(what: ArrayLike) -> np.ndarray:
         raise ParameterError(f"what has shape {points.shape}; give a box of this world, or points (k, 3) [m]")
     finite = np.isfinite(points).all(axis=1)
     if not finite.all():
-        raise ParameterError(f"point {np.argmin(finite)} is {points[np.argmin(finite)]}; give finite numbers [m]")
+        raise ParameterError(
+            f"point {np.argmin(finite)} of what is {points[np.argmin(finite)]}; give finite numbers [m]"
+        )
     return points
 
 
 def weights_in(body: SoftBody, points: np.ndarray, weights: str, called: str) -> np.ndarray:
-    """Return the weights (k, n) of `points` (k, 3) [m] in a soft body, by their name; `called`: one of them, in words.
+    """Return the weights (k, n) of `points` (k, 3) [m] in a soft body, by their name.
+
+    `called`: one of them in words, with {} for its number.
 
     Raises ParameterError for a name that there is none of, and for points that are not inside.
     """
@@ -108,30 +109,16 @@ def weights_in(body: SoftBody, points: np.ndarray, weights: str, called: str) ->
     if not inside.all():
         k = int(np.argmin(inside))
         raise ParameterError(
-            f"{called} {k}, at {points[k]} m, is not inside {body!r}: move it in, or take a larger body"
+            f"{called.format(k)}, at {points[k]} m, is not inside {body!r}: move it in, or take a larger body"
         )
     found = WEIGHTS[weights](points, vertices, triangles)
     nowhere = np.isnan(found[:, 0])
     if nowhere.any():
         k = int(np.argmax(nowhere))
         raise ParameterError(
-            f"{called} {k}, at {points[k]} m, is in no tetrahedron of {body!r}: let weights be 'mean-value'"
+            f"{called.format(k)}, at {points[k]} m, is in no tetrahedron of {body!r}: let weights be 'mean-value'"
         )
     return found
-
-
-def check_fits(body: SoftBody, box: Box) -> None:
-    """Raise ParameterError if the surface of a soft body passes through that of a box."""
-    model, state = body.store.model, body.store.state
-    vertices = np.concatenate([corners_of(model, state, box.row()), body.positions])
-    triangles = np.concatenate([BOX_TRIANGLES, body.triangles + 8])
-    meets, _ = self_intersections(vertices, triangles, first_at_place(vertices))
-    through = (meets < len(BOX_TRIANGLES)).sum(axis=1) == 1
-    if through.any():
-        triangle = int(meets[through].max(axis=1)[0]) - len(BOX_TRIANGLES)
-        raise ParameterError(
-            f"triangle {triangle} of {body!r} passes through {box!r}: move the box, or take a smaller one"
-        )
 
 
 def with_box_hung(
@@ -149,6 +136,7 @@ def with_box_hung(
     joints of k and c have ω = Ω √k and γ = Ω² c, where Ω is that of 1 N/m; c is critical for the fastest, 2 √k / Ω.
     Raises ParameterError where neither can move.
     """
+    parts = with_box_inside(parts, pair[1], pair[0])
     if stiffness is None or damping is None:
         alone = _hung(parts._replace(joints=no_joints()), pair, weights, 1.0, 0.0)
         one, _ = joint_rates(alone.joints, parts.model)

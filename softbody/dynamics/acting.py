@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from softbody.compiler.jit import jit
+from softbody.dynamics.boxes_inside import add_forces_inside
 from softbody.dynamics.filling import add_filling_forces
 from softbody.dynamics.joint_forces import add_joint_forces
 from softbody.dynamics.liquid_forces import Moving, add_liquid_forces
@@ -45,7 +46,8 @@ def all_that_acts(
     if model.liquid_density > 0.0:
         add_liquid_forces(model, controls.gravity, state, ahead, acting)
     moving = Moving(state.particle_position, state.particle_velocity, ahead)
-    add_filling_forces(model, controls.gravity, moving, acting.particle_force)
+    add_filling_forces(model, controls.gravity, moving, state.box_position, acting.particle_force)
+    add_forces_inside(model, controls.gravity, state, ahead, acting)
     return Controls(controls.gravity, controls.soft_gas, acting.particle_force, acting.box_force, acting.box_torque)
 
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from softbody.compiler.jit import jit
 from softbody.dynamics.filling import filling_energies
 from softbody.dynamics.liquid_forces import liquid_energy
-from softbody.dynamics.pressure import gas_energy, soft_volume
+from softbody.dynamics.pressure import gas_energy, room_in
 from softbody.dynamics.reference_forces import spring_energy
 from softbody.linalg.quaternion import load_quaternion, rotate_diagonal
 from softbody.linalg.vec import Vec, add, cross, dot, load, scale
@@ -59,7 +59,7 @@ def potential_energies(model: Model, controls: Controls, state: State) -> tuple[
             model.edge_stiffness[edges],
         )
         if controls.soft_gas[body] > 0.0:
-            gas += gas_energy(controls.soft_gas[body], soft_volume(model, state.particle_position, body))
+            gas += gas_energy(controls.soft_gas[body], room_in(model, state.particle_position, body))
     g = controls.gravity[0], controls.gravity[1], controls.gravity[2]
     for i in range(state.particle_position.shape[0]):
         if model.particle_inverse_mass[i] > 0.0:
@@ -69,7 +69,7 @@ def potential_energies(model: Model, controls: Controls, state: State) -> tuple[
     for i in range(state.box_position.shape[0]):
         if model.box_inverse_mass[i] > 0.0:
             gravity -= dot(g, load(state.box_position, i)) / model.box_inverse_mass[i]
-    weight, liquid = filling_energies(model, controls.gravity, state.particle_position)
+    weight, liquid = filling_energies(model, controls.gravity, state)
     gravity += weight
     if model.liquid_density > 0.0:
         liquid += liquid_energy(model, controls.gravity, state)

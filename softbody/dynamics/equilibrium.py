@@ -82,6 +82,6 @@ def _accelerate(model: Model, bodies: SoftBodies, motion: Motion, force: np.ndar
     """Overwrite `acceleration` (n, 3) [m/s²] with that of all particles; `force` (n, 3) is scratch."""
     ring_accelerations(bodies, motion, acceleration)
     force[:] = 0.0
-    add_filling_forces(model, bodies.gravity, Moving(bodies.position, bodies.velocity, 0.0), force)
+    add_filling_forces(model, bodies.gravity, Moving(bodies.position, bodies.velocity, 0.0), np.empty((0, 3)), force)
     for i in range(force.shape[0]):
         accumulate(acceleration, i, scale(bodies.inverse_mass[i], load(force, i)))

@@ -137,10 +137,9 @@ def _advance_body(
                 steps = -1
         if step >= steps:
             break
+        push = gas_pressure(bodies.gas[body], volume - bodies.boxes_volume[body])
         lead = h if stage >= 2 or integrator == SYMPLECTIC_EULER else 0.5 * h
-        coefficients = StageCoefficients(
-            stage, real(gas_pressure(bodies.gas[body], volume) / 6.0), real(lead), real(h / 6.0), damped
-        )
+        coefficients = StageCoefficients(stage, real(push / 6.0), real(lead), real(h / 6.0), damped)
         for share in prange(cut.shape[0] - 1):
             if cut[share] < cut[share + 1]:
                 part = rings.block[cut[share], FIRST], rings.block[cut[share + 1] - 1, END]

@@ -28,3 +28,9 @@ def soft_volume(model: Model, position: np.ndarray, body: int) -> float:
     """Return the signed volume [m³] of one soft body at `position` (n, 3) [m]; paper §2.3."""
     triangles = model.triangle_particles[model.soft_triangle_start[body] : model.soft_triangle_start[body + 1]]
     return signed_volume(position, triangles)
+
+
+@jit
+def room_in(model: Model, position: np.ndarray, body: int) -> float:
+    """Return the room [m³] for gas and liquid in a soft body at `position` (n, 3) [m]: boxes inside take some."""
+    return soft_volume(model, position, body) - model.soft_boxes_volume[body]

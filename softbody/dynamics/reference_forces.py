@@ -9,8 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from softbody.compiler.jit import jit
-from softbody.dynamics.pressure import gas_pressure
-from softbody.geometry.polyhedron import signed_volume
+from softbody.dynamics.pressure import gas_pressure, room_in
 from softbody.geometry.triangle import area_vector
 from softbody.linalg.vec import accumulate, load, norm, scale, sub
 from softbody.model.arrays import Controls, Model
@@ -89,7 +88,7 @@ def plain_accelerations(model: Model, controls: Controls, position: np.ndarray, 
             model.edge_stiffness[edges],
             acceleration,
         )
-        pressure = gas_pressure(controls.soft_gas[body], signed_volume(position, triangles))
+        pressure = gas_pressure(controls.soft_gas[body], room_in(model, position, body))
         add_pressure_forces(position, triangles, pressure, acceleration)
     loaded = controls.particle_force.shape[0] > 0
     for i in range(position.shape[0]):

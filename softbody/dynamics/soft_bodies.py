@@ -258,6 +258,8 @@ def move_body(
     _load_body(bodies, rings, body, work)
     cut = rings.block_start[body : body + 2] if threads is None else even_cut(rings, body, threads)
     least_volume = bodies.deflated_below[body] * bodies.mesh_volume[body]
+    if bodies.boxes_volume[body] > 0.0:
+        least_volume = max(least_volume, bodies.boxes_volume[body])
     done, fault, look, most = 0, 0, LOOK, memory.most_extent[body]
     h, _, steps, integrator, landing, height, restitution, friction, abort_mid_step = batch
     is_watched, has_left = watch.room[body] < inf, False
@@ -405,7 +407,7 @@ def ring_accelerations(bodies: SoftBodies, motion: Motion, acceleration: np.ndar
         ring_forces(rings, springs, (start, end), Forces(x, speed, pull, area), moments)
         outside = Load(rings.start[body], bodies.drag[body], bodies.force)
         add_load(rings, outside, (start, end), work[INVERSE_MASS], (speed, pull))
-        push = gas_pressure(bodies.gas[body], moments[start:end].sum() / 18.0) / 6.0
+        push = gas_pressure(bodies.gas[body], moments[start:end].sum() / 18.0 - bodies.boxes_volume[body]) / 6.0
         for i in range(particle.shape[0]):
             inverse_mass = bodies.inverse_mass[particle[i]]
             for c in range(3):

@@ -7,7 +7,7 @@ from math import sqrt
 import numpy as np
 
 from softbody.compiler.jit import jit
-from softbody.dynamics.pressure import soft_volume
+from softbody.dynamics.pressure import room_in
 from softbody.linalg.vec import add, cross, dot, load, norm, scale, sub
 from softbody.model.arrays import Controls, Model
 
@@ -45,7 +45,7 @@ def highest_frequency(model: Model, controls: Controls, position: np.ndarray, bo
             bend[i - first] += (medians[(corner + 1) % 3] + medians[(corner + 2) % 3]) / 6.0
             for d in range(3):
                 gradient[i - first, d] += six_gradients[d] / 6.0
-    volume = soft_volume(model, position, body)
+    volume = room_in(model, position, body)
     pressure = controls.soft_gas[body] / volume
     springs = 0.0
     for e in edge_range:

@@ -41,6 +41,17 @@ def turned_by(rows: Rows3, x: Vec) -> Vec:
 
 
 @jit
+def inertia_of(points: np.ndarray, middle: Vec) -> Rows3:
+    """Return the rows of the inertia about a `middle` [m] of `points` (n, 3) [m] of mass 1 each."""
+    xx = yy = zz = xy = yz = zx = 0.0
+    for i in range(points.shape[0]):
+        r = sub(load(points, i), middle)
+        xx, yy, zz = xx + r[0] * r[0], yy + r[1] * r[1], zz + r[2] * r[2]
+        xy, yz, zx = xy + r[0] * r[1], yz + r[1] * r[2], zx + r[2] * r[0]
+    return (yy + zz, -xy, -zx), (-xy, zz + xx, -yz), (-zx, -yz, xx + yy)
+
+
+@jit
 def fit_affine(before: np.ndarray, after: np.ndarray, carried: np.ndarray) -> float:
     """Write into `carried` (n, 3) where the affine motion nearest to that from `before` to `after` takes all points.
 

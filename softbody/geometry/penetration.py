@@ -158,21 +158,31 @@ def _find_closest(points: Points, mesh: Points, tree: BVH, search: Search, found
 
 
 @jit_lean
-def find_penetrations(points: Points, mesh: Points, tree: BVH, search: Search, found: Penetrations) -> int:
-    """Find those of `points` that are inside a closed mesh, and its triangle closest to each; paper §4.3.
+def find_inside(points: Points, mesh: Points, tree: BVH, search: Search, outcode: np.ndarray) -> int:
+    """Write the `outcode` of each of `points`, INSIDE for those inside a closed mesh; return how many are.
 
-    `mesh` are its vertices, and `tree` must have been fitted to them; `search` from `search_space`. Returns how many
-    are inside; the first rows of `found` hold them. If there are more than it has room for, the rest are counted only;
-    its outcodes need room for all. If any number is not finite, nothing is inside.
+    `mesh` are its vertices, and `tree` must have been fitted to them; `search` from `search_space`. If any number is
+    not finite, nothing is inside.
+    """
+    if find_outcodes(points, mesh, outcode) == 0:
+        return 0
+    heading = shortest_way_out(_middle_of_both(points.bounds, mesh.bounds), mesh.bounds)
+    inside, undecided = _find_inside(points, mesh, tree, search, outcode, heading)
+    if undecided > 0:
+        inside += _decide_exactly(points, mesh, tree, search, outcode, heading)
+    return inside
+
+
+@jit_lean
+def find_penetrations(points: Points, mesh: Points, tree: BVH, search: Search, found: Penetrations) -> int:
+    """Find those of `points` that are inside a closed mesh, as `find_inside` does, and its triangle closest to each.
+
+    Paper §4.3. Returns how many are inside; the first rows of `found` hold them. If there are more than it has room
+    for, the rest are counted only; its outcodes need room for all.
     """
     if not boxes_meet(points.bounds, mesh.bounds):
         return 0
-    if find_outcodes(points, mesh, found.outcode) == 0:
-        return 0
-    heading = shortest_way_out(_middle_of_both(points.bounds, mesh.bounds), mesh.bounds)
-    inside, undecided = _find_inside(points, mesh, tree, search, found.outcode, heading)
-    if undecided > 0:
-        inside += _decide_exactly(points, mesh, tree, search, found.outcode, heading)
+    inside = find_inside(points, mesh, tree, search, found.outcode)
     if inside > 0:
         _find_closest(points, mesh, tree, search, found)
     return inside

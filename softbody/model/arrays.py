@@ -67,6 +67,7 @@ class Model(NamedTuple):
     soft_thickness: Annotated[np.ndarray, Rows(above=0.0)]
     soft_edge_length: Annotated[np.ndarray, Rows(above=0.0)]  # (b,) mean, of the mesh as it was added [m]
     soft_mesh_volume: Annotated[np.ndarray, Rows(above=0.0)]  # (b,) of the mesh as it was added [m³]
+    soft_boxes_volume: Annotated[np.ndarray, Rows(least=0.0)]  # (b,) [m³] of all boxes inside it
     soft_deflated_below: Annotated[
         np.ndarray, Property(0.0, "Fraction of the mesh's volume at which it has collapsed, 0 … 1.", most=1.0)
     ]  # (b,)
@@ -84,7 +85,7 @@ class Model(NamedTuple):
             0.0, "Distance [m] that its surface keeps from itself; 0: it does not.", "m", -inf, since=8, is_chosen=True
         ),
     ]
-    # (b,) [kg/m³], of the liquid in the mesh as it was added: its mass stays, and is in that of the particles
+    # (b,) [kg/m³], of the liquid in the mesh as it was added, but for boxes inside: its mass is in that of particles
     soft_liquid_density: Annotated[
         np.ndarray, Property(0.0, "Density [kg/m³] of the liquid that fills it; 0: none does.", "kg/m³", since=10)
     ]
@@ -92,12 +93,16 @@ class Model(NamedTuple):
         np.ndarray,
         Property(0.0, "Speed of sound [m/s] in that; 0: its weight presses it together by 1 %.", "m/s", since=10),
     ]  # (b,)
+    soft_liquid_drag: Annotated[
+        np.ndarray,
+        Property(0.0, "Drag [N s/m³] of that on boxes inside, by their speed and surface.", "N s/m³", since=11),
+    ]  # (b,)
     box_size: Annotated[np.ndarray, Rows(3, above=0.0)]  # (m, 3) full extent [m]
     box_inverse_mass: Annotated[np.ndarray, Rows(least=0.0)]  # (m,) [1/kg]; 0 for a static or kinematic box
     box_inverse_inertia: Annotated[np.ndarray, Rows(3, least=0.0)]  # (m, 3) diagonal in the box's own frame [1/(kg m²)]
     box_restitution: Annotated[np.ndarray, Property(0.0, RESTITUTION, most=1.0)]  # (m,)
     box_friction: Annotated[np.ndarray, Property(0.5, FRICTION)]  # (m,)
-    box_host: Annotated[np.ndarray, Rows(whole=True, least=-1)]  # (m,) soft body in which it hangs, or −1
+    box_host: Annotated[np.ndarray, Rows(whole=True, least=-1)]  # (m,) soft body that it is inside, or −1
     ground_height: float  # the ground is z ≤ height [m]; −inf: no ground
     ground_restitution: float  # 0 … 1
     ground_friction: float  # Coulomb coefficient, ≥ 0
@@ -244,6 +249,7 @@ class SoftBodies(NamedTuple):
     damping: np.ndarray  # (b,) [N s/m]
     drag: np.ndarray  # (b,) [1/s]
     mesh_volume: np.ndarray  # (b,) [m³]
+    boxes_volume: np.ndarray  # (b,) [m³] of boxes inside
     deflated_below: np.ndarray  # (b,) of it
     gravity: np.ndarray  # (3,) [m/s²]
 
@@ -261,6 +267,7 @@ def soft_bodies_of(model: Model, controls: Controls, state: State) -> SoftBodies
         model.soft_damping,
         model.soft_drag,
         model.soft_mesh_volume,
+        model.soft_boxes_volume,
         model.soft_deflated_below,
         controls.gravity,
     )

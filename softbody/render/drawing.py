@@ -14,6 +14,7 @@ from softbody.dynamics.joint_forces import joint_ends
 from softbody.errors import ParameterError
 from softbody.mesh.mesh import Mesh
 from softbody.mesh.mesh import box as box_mesh
+from softbody.model.arrays import NOBODY
 from softbody.model.colours import STATIC, Colour, colour_of
 from softbody.model.settings import check_name
 from softbody.model.validation import check_range, check_yes_or_no, shown
@@ -55,10 +56,15 @@ class Drawing:
         self._stripes: list[np.ndarray] = []
 
     def things(self) -> list[Thing]:
-        """Return everything as meshes: soft bodies, then boxes; raises ParameterError for what is nowhere."""
+        """Return everything as meshes: soft bodies, then boxes; one looks into bodies with boxes inside.
+
+        Raises ParameterError for what is nowhere.
+        """
         world = self._world
         bodies, boxes = soft_bodies_of(world), [self._box(each) for each in boxes_of(world)]
         things = [*(self._by_quantity(bodies) if self._colour in QUANTITIES else map(self._soft, bodies)), *boxes]
+        for host in set(world.store.model.box_host.tolist()) - {NOBODY}:
+            things[host].is_clear = True
         for i, thing in enumerate(things):
             if not np.isfinite(thing.vertices).all():
                 what = f"soft body {i}" if i < len(bodies) else f"box {i - len(bodies)}"

@@ -22,6 +22,7 @@ AMBIENT, FROM_ABOVE = 0.36, 0.3  # light from all around, and how much more of i
 DIFFUSE, SHINE = 0.65, 0.25
 DOUBLINGS = 5  # of the highlight's exponent, from 1: 32, at a fifth of the cost of a power
 SHADOW = 0.62  # of the ground's brightness
+CLEAR = 0.2  # how much of its own colour covers what is behind the near side of a thing that is clear
 LIQUID, MURK = np.array([0.36, 0.6, 0.78]), 0.45  # its colour, and how much of that covers what is below it
 HAZE = 40.0  # squares of the ground away it has the colour of the sky
 
@@ -40,6 +41,7 @@ class Thing:
     smooth: bool = True
     along: np.ndarray | None = None
     casts_shadow: bool = True
+    is_clear: bool = False  # one looks into it
 
 
 class Film(NamedTuple):
@@ -83,9 +85,13 @@ def render(
     film = Film(colour, distance, np.array(camera.eye, float), camera.axes(), float(focus), square)
     shadow = shadow_of([(thing.vertices, thing.triangles) for thing in things if thing.casts_shadow], square)
     for thing in things:
-        faces = _faces_of(thing)
-        _draw_faces(film, faces, _seen(film, faces.vertices), shadow)
+        faces = _inside_out(_faces_of(thing)) if thing.is_clear else _faces_of(thing)
+        _draw_faces(film, faces, _seen(film, faces.vertices), shadow, 1.0)
     _draw_rest(film, -np.inf if ground is None else float(ground), shadow)
+    for thing in things:
+        if thing.is_clear:
+            faces = _faces_of(thing)
+            _draw_faces(film, faces, _seen(film, faces.vertices), shadow, CLEAR)
     if liquid is not None:
         _draw_surface(film, float(liquid), -np.inf if ground is None else float(ground))
     return _shrunk(colour)
@@ -114,6 +120,11 @@ def _faces_of(thing: Thing) -> Faces:
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     colours = np.atleast_2d(np.asarray(thing.colours, float))
     return Faces(vertices, normals / np.where(length > 0.0, length, 1.0), along, triangles, colours)
+
+
+def _inside_out(faces: Faces) -> Faces:
+    """Return the far side of a thing, as it is seen from within."""
+    return faces._replace(normals=-faces.normals, triangles=np.ascontiguousarray(faces.triangles[:, ::-1]))
 
 
 @jit_lean
@@ -178,8 +189,11 @@ def _seen(film: Film, vertices: np.ndarray) -> np.ndarray:
 
 
 @jit_lean
-def _draw_faces(film, faces, seen, shadow):
-    """Draw the triangles that face the eye, where they are nearer than what is there."""
+def _draw_faces(film, faces, seen, shadow, cover):
+    """Draw the triangles that face the eye, where they are nearer than what is there.
+
+    Of a `cover` below 1 they cover no more than that part of it, and are not there for what comes after.
+    """
     rows, columns = film.distance.shape
     for t in range(faces.triangles.shape[0]):
         i, j, k = faces.triangles[t, 0], faces.triangles[t, 1], faces.triangles[t, 2]
@@ -194,11 +208,15 @@ def _draw_faces(film, faces, seen, shadow):
                 far = 1.0 / (u / a[2] + v / b[2] + w / c[2])
                 if far >= film.distance[r, s]:
                     continue
-                film.distance[r, s] = far
+                if cover == 1.0:
+                    film.distance[r, s] = far
                 weights = u * far / a[2], v * far / b[2], w * far / c[2]  # in space, not in the picture
                 colour, bright, gleam = _surface(faces, (i, j, k), weights, film.axes[2], shadow)
                 for q in range(3):
-                    film.colour[r, s, q] = bright * faces.colours[colour, q] + gleam
+                    shade = bright * faces.colours[colour, q] + gleam
+                    film.colour[r, s, q] = (
+                        shade if cover == 1.0 else (1.0 - cover) * film.colour[r, s, q] + cover * shade
+                    )
 
 
 @jit_lean

@@ -1,4 +1,4 @@
-"""Scenes, each one file with a `build` that returns a World ready to run: the paper's four (§9), and seven more.
+"""Scenes, each one file with a `build` that returns a World ready to run: the paper's four (§9), and eight more.
 
 All take a `world` to fill, such as `World.paper()`, in place of a new one. `from_file` builds any other, from TOML.
 """
@@ -7,6 +7,7 @@ from softbody.scenes import (
     ball_drop,
     box_pile,
     box_stack,
+    boxes_in_bags,
     boxes_on_torus,
     limp,
     pool,
@@ -22,6 +23,7 @@ __all__ = [
     "ball_drop",
     "box_pile",
     "box_stack",
+    "boxes_in_bags",
     "boxes_on_torus",
     "limp",
     "pool",

@@ -15,6 +15,7 @@ import numpy as np
 from softbody.bodies.names import names_listed
 from softbody.bodies.rigid_box import Box
 from softbody.bodies.soft_body import SoftBody
+from softbody.bodies.suspended import Suspended
 from softbody.errors import MissingPackageError, ParameterError, SceneError, SoftbodyError
 from softbody.extras import library
 from softbody.linalg.quaternion import rotation_matrix
@@ -29,9 +30,11 @@ from softbody.scenes.scene_keys import (
     JOINT,
     LIQUID,
     MESH_FILE,
+    PLACES,
     RUN,
     SHAPES,
     SOFT_BODY,
+    SUSPENSION,
     WORLD,
     Check,
 )
@@ -44,7 +47,7 @@ MOST_BYTES = 2**20  # that a scene file may have: some ten thousand bodies
 MOST_PARTS = 200  # that a key may have: for each pair of them, Python's parser makes a list of all before
 
 TABLES, BODIES = ("world", "ground", "liquid", "run", "film"), ("soft_body", "box")
-LISTS = (*BODIES, "joint")
+LISTS = (*BODIES, "suspension", "joint")
 END_HINT = "give a place, [x, y, z], or one on a body, { soft_body | box = its name or number, at = [x, y, z] }"
 
 
@@ -140,7 +143,7 @@ class _Reading:
         self.wrong: list[tuple[Path, str]] = []
         self.missing: MissingPackageError | None = None  # to be said when nothing is wrong with the file itself
         self._folder = folder
-        self._bodies: dict[Path, SoftBody | Box | None] = {}  # of each table; None where that is wrong
+        self._bodies: dict[Path, SoftBody | Box | Suspended | None] = {}  # of each table; None where that is wrong
         self._called: dict[str, Path] = {}  # which table has each name
 
     def scene(self, found: dict[str, Any], world: World | None, choices: dict[str, Any], content: bytes) -> SceneFile:
@@ -161,6 +164,8 @@ class _Reading:
             self._soft_body(world, at, table)
         for at, table in self._list(found, "box"):
             self._box(world, at, table)
+        for at, table in self._list(found, "suspension"):
+            self._suspension(world, at, table)
         for at, table in self._list(found, "joint"):
             self._joint(world, at, table)
         return SceneFile(world, self._run(found, world), self._film(found), content)
@@ -231,7 +236,9 @@ class _Reading:
         before, self._bodies[at] = len(self.wrong), None
         given = self._checked(table, at, BOX, ("size",))
         self._note_name(given, at)
-        if len(self.wrong) > before:
+        if "inside" in given:
+            given["inside"] = self._body("soft_body", given["inside"], at, "inside")
+        if len(self.wrong) > before or ("inside" in given and given["inside"] is None):
             return
         with self._telling(at):
             is_static, is_kinematic = given.pop("static", False), given.pop("kinematic", False)
@@ -241,6 +248,20 @@ class _Reading:
                 if np.any(given.get(name, 0.0)):
                     raise ParameterError(f"{name} is not for a static box; say kinematic = true for it to move by it")
             self._bodies[at] = world.add_box(given.pop("size"), given.pop("mass", None), **given)
+
+    def _suspension(self, world: World, at: Path, table: Any) -> None:
+        before, self._bodies[at] = len(self.wrong), None
+        given = self._checked(table, at, SUSPENSION, ("soft_body",))
+        self._note_name(given, at)
+        if len(self.wrong) == before and ("box" in given) == ("points" in given):
+            self.wrong.append((at, f"{_name(at)} needs a box, or points; give one of them"))
+        if len(self.wrong) > before:
+            return
+        body = self._body("soft_body", given.pop("soft_body"), at)
+        what = given.pop("points") if "points" in given else self._body("box", given.pop("box"), at)
+        if body is not None and what is not None:
+            with self._telling(at):
+                self._bodies[at] = world.suspend(what, body, **given)
 
     def _joint(self, world: World, at: Path, table: Any) -> None:
         before = len(self.wrong)
@@ -268,9 +289,12 @@ class _Reading:
             with self._telling(at, at[:-1]):
                 return END["at"](found, at[-1])
             return None
-        kinds = [kind for kind in BODIES if isinstance(found, dict) and kind in found]
-        if len(kinds) != 1 or ("at" in found) == ("particle" in found) or ("particle" in found and "box" in found):
-            hint = "; of a soft body there may be particle = … in place of at" if kinds else ""
+        kinds = [kind for kind in PLACES if isinstance(found, dict) and kind in found]
+        places = [place for place in ("at", "particle", "point") if kinds and place in found]
+        if len(kinds) != 1 or len(places) != 1 or places[0] not in PLACES[kinds[0]]:
+            hint = (
+                "; of a soft body there may be particle = … in place of at, and of a suspension point" if kinds else ""
+            )
             self.wrong.append((at, f"{_name(at)} is {shown(found)}; {END_HINT}{hint}"))
             return None
         before = len(self.wrong)
@@ -280,15 +304,15 @@ class _Reading:
         body = self._body(kinds[0], given.pop(kinds[0]), at)
         return None if body is None else (body, *given.values())
 
-    def _body(self, kind: str, which: int | str, at: Path) -> SoftBody | Box | None:
-        """Return the body of a kind that an end of a joint is said to be on; None if it, or its table, is wrong."""
+    def _body(self, kind: str, which: int | str, at: Path, key: str | None = None) -> Any:
+        """Return the body of a kind that a `key`, if not the kind, names; None if it, or its table, is wrong."""
         table = self._called.get(which, (kind, which)) if isinstance(which, str) else (kind, which)
         if table not in self._bodies or table[0] != kind:
             names = [name for name, (of, _) in self._called.items() if of == kind]
             count = sum(of == kind for of, _ in self._bodies)
             there = names_listed(which, names) if isinstance(which, str) else f"give a number from 0 to {count - 1}"
             hint = there if count else f"there is none: add [[{kind}]]"
-            self.wrong.append(((*at, kind), f"{_name(at)}: there is no {kind} {shown(which)}; {hint}"))
+            self.wrong.append(((*at, key or kind), f"{_name(at)}: there is no {kind} {shown(which)}; {hint}"))
         return self._bodies.get(table)
 
     def _run(self, found: dict[str, Any], world: World) -> Run | None:

@@ -55,6 +55,12 @@ def _vector(value: Any, name: str) -> np.ndarray:
     return vector(_no_truth(value, name), name)
 
 
+def _points(value: Any, name: str) -> np.ndarray:
+    if not isinstance(value, list) or not value:
+        raise ParameterError(f"{name} is {shown(value)}; give a list of places, [[x, y, z], …]")
+    return np.array([_vector(each, f"each of {name}") for each in value])
+
+
 def _springs(unit: str) -> Check:
     def check(value: Any, name: str) -> Any:
         try:
@@ -217,7 +223,17 @@ BOX: dict[str, Check] = {
     "orientation": _orientation,
     "velocity": _vector,
     "angular_velocity": _vector,
+    "inside": _whose,
     **_properties("box"),
+}
+SUSPENSION: dict[str, Check] = {
+    "name": checked_name,
+    "soft_body": _whose,
+    "box": _whose,
+    "points": _points,
+    "stiffness": _number("N/m", least=0.0),
+    "damping": _number("N s/m", least=0.0),
+    "weights": _one_of("mean-value", "tetrahedron"),
 }
 JOINT: dict[str, Check] = {
     "name": checked_name,
@@ -230,9 +246,12 @@ JOINT: dict[str, Check] = {
 END: dict[str, Check] = {  # of a joint, where it is on a body
     "soft_body": _whose,
     "box": _whose,
+    "suspension": _whose,
     "at": _vector,
     "particle": _whole(0),
+    "point": _whole(0),
 }
+PLACES = {"soft_body": ("at", "particle"), "box": ("at",), "suspension": ("point",)}  # of an end on each
 RUN: dict[str, Check] = {
     "seconds": _number("s", above=0.0),
     "frames_per_second": RATE,

@@ -26,7 +26,7 @@ from softbody.errors import (
     SimulationError,
     warn_user,
 )
-from softbody.geometry.polyhedron import points_in_polyhedron
+from softbody.geometry.polyhedron import point_in_polyhedron
 from softbody.model.arrays import NOBODY, Controls, Joints, Model, State
 from softbody.model.settings import Settings, integrator_name
 
@@ -258,9 +258,19 @@ def warn_of_overlap(model: Model, surfaces: Surfaces, names: Names) -> None:
         a, b = (title_of(model, int(k), names) for k in pair)
         warn_user(
             f"{a} and {b} start {depth:.3g} m inside each other: they are pushed apart, from deep inside not all "
-            "the way; move one of them first",
+            f"the way; {_parted(pair, model)}",
             OverlapWarning,
         )
+
+
+def _parted(pair: np.ndarray, model: Model) -> str:
+    """Say what a user can do for a pair that starts inside each other."""
+    body, box = int(pair[0]), int(pair[1]) - model.soft_count
+    if body >= model.soft_count or box < 0:
+        return "move one of them first"
+    if model.box_host[box] == body:
+        return "move the box in first, or let its inside be None"
+    return "move one of them first, or say inside= if the box is to be in there"
 
 
 def sides_of(model: Model, sides: np.ndarray) -> tuple[int, int]:
@@ -302,21 +312,19 @@ def pressed_through(pressed: Pressed, model: Model, steps: int, names: Names) ->
     )
 
 
-def warn_of_what_sticks_out(model: Model, state: State, told: set[int], names: Names) -> None:
-    """Warn of boxes that stick out of the soft body in which they hang: of each once, by `told`."""
+def warn_of_what_is_out(model: Model, state: State, told: set[int], names: Names) -> None:
+    """Warn of boxes that are outside of the soft body that they are to be inside: of each once, by `told`."""
     for box in np.flatnonzero(model.box_host != NOBODY).tolist():
         if box not in told:
             host, corners = int(model.box_host[box]), corners_of(model, state, box)
             triangles = model.triangle_particles[slice(*model.soft_triangle_start[host : host + 2])]
-            inside = points_in_polyhedron(corners, state.particle_position, triangles)
-            if not inside.all():
+            if not any(point_in_polyhedron(tuple(p), state.particle_position, triangles) for p in corners):
                 told.add(box)
                 where, out = (title_of(model, k, names) for k in (host, model.soft_count + box))
-                x, y, z = corners[inside.argmin()]
+                x, y, z = state.box_position[box]
                 warn_user(
-                    f"{out} sticks out of {where}, in which it hangs, at ({x:.3g}, {y:.3g}, {z:.3g}) m: nothing "
-                    "keeps them from that; fill the body with more gas, make it stiffer, or the box lighter or "
-                    "smaller",
+                    f"{out}, at ({x:.3g}, {y:.3g}, {z:.3g}) m, is outside of {where}, which it is to be inside: what "
+                    "of them touches draws it back; put it in, or let its inside be None",
                     OverloadWarning,
                 )
 
@@ -415,7 +423,7 @@ def fault_of(
     stable, why = advice
     what = "diverged"
     if fault == COLLAPSED:
-        least = model.soft_deflated_below[body] * model.soft_mesh_volume[body]
+        least = max(model.soft_deflated_below[body] * model.soft_mesh_volume[body], model.soft_boxes_volume[body])
         what = f"collapsed (deflated to {least:.3g} m³ or less)" if least else "collapsed (no volume left)"
     if part > stable > 0.0:
         cure = f"a stable time step here is {stable:.3g} s, not {part:.3g} s"

@@ -36,7 +36,7 @@ class Memory:
         self.pressed = never_pressed()
         self.told = set[tuple[int, int]]()  # pairs of bodies that were said to be pressed
         self.started_inside = set[tuple[int, int]]()
-        self.stuck_out = set[int]()  # boxes that were said to stick out of what they hang in
+        self.said_out = set[int]()  # boxes that were said to be outside of what they are to be inside
         self._skins: Skins | None = None
         self._skin: Skin | None = None
         self._start: State | None = None  # memory for that of a step

@@ -17,6 +17,7 @@ from softbody.compiler.interrupts import NEVER_SET, InterruptFlag, listening
 from softbody.compiler.threads import team_of
 from softbody.dynamics.liquid_rates import feels_liquid
 from softbody.errors import ParameterError
+from softbody.model.arrays import NOBODY
 from softbody.model.settings import Settings
 from softbody.model.validation import check_range, check_whole, check_yes_or_no, shown
 from softbody.stepping.checks import (
@@ -34,7 +35,7 @@ from softbody.stepping.checks import (
     warn_of_mass_ratios,
     warn_of_overlap,
     warn_of_pressed,
-    warn_of_what_sticks_out,
+    warn_of_what_is_out,
 )
 from softbody.stepping.memory import Memory
 from softbody.stepping.skins import is_look, next_look
@@ -125,8 +126,8 @@ class Runner:
                 advice = helpful_step(model, controls, state, settings, joints, body)
                 raise fault_of(fault, body, model, h / settings.substeps, advice, store.steps, store.names)
             self._warn_of_pressed()
-            if len(joints.suspension_box):
-                warn_of_what_sticks_out(store.model, store.state, self.memory.stuck_out, store.names)
+            if (model.box_host != NOBODY).any():
+                warn_of_what_is_out(model, state, self.memory.said_out, store.names)
             if model.box_count and self.memory.may_carry_too_much(model):
                 warn_of_mass_ratios(model, controls, store.contacts, store.names)
 

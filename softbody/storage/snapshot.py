@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, get_type_hints
 
 import numpy as np
 
-from softbody.bodies.builder import hosts_of
+from softbody.bodies.builder import boxes_volumes, hanging_hosts
 from softbody.bodies.names import Names, names_of
 from softbody.collision.contact import ImpulseCache
 from softbody.dynamics.filling import liquid_mass
@@ -29,14 +29,13 @@ from softbody.storage.snapshot_entries import Entries, Snapshot
 
 # Of snapshots and files. Format 1 has no number, and holds the vertex rings, too; before 3 there are no joints,
 # before 4 no times left, before 5 no names, before 6 nobody sleeps, before 7 soft contacts remember nothing, before 8
-# nobody holds itself, before 9 there is no liquid, and before 10 none in a body and nothing hangs in one. A property of
-# bodies may begin a new one.
+# nobody holds itself, before 9 there is no liquid, before 10 none in a body and nothing hangs in one, before 11 what
+# hangs in a body takes no place there. A property of bodies may begin a new one.
 SETTINGS_SINCE = {"sleep_speed": 6, "sleep_after": 6, "self_contact": 8}  # formats; worlds before did as by default
 LIQUID_SINCE = 9
 SUSPENDED_SINCE = 10
-FORMAT = max(
-    LIQUID_SINCE, SUSPENDED_SINCE, *SETTINGS_SINCE.values(), *(note.since for note in known_properties().values())
-)
+INSIDE_SINCE = 11
+FORMAT = max(INSIDE_SINCE, *SETTINGS_SINCE.values(), *(note.since for note in known_properties().values()))
 
 GROUND = {  # limits of each of its numbers
     "ground_height": Rows(),
@@ -116,6 +115,7 @@ def _checked(entries: Entries) -> Snapped:
     if number < 4:
         entries.put("state.box_time_left", np.zeros(model.box_count))
     _check_surfaces(model)
+    model = _with_boxes_volumes(model, number)
     _check_masses(model)
     controls, state = _controls(entries, counts), _part(entries, "state", State, counts)
     _check_orientations(state.box_orientation)
@@ -171,6 +171,8 @@ def _model(entries: Entries, number: int) -> tuple[Model, dict[str, int]]:
         entries.put("model.liquid_velocity", np.zeros(3))
     if number < SUSPENDED_SINCE:
         entries.put("model.box_host", np.full(counts["box"], NOBODY))
+    if number < INSIDE_SINCE:
+        entries.put("model.soft_boxes_volume", np.zeros(counts["soft"]))
     for field, note in known_properties().items():
         if number < note.since:
             entries.put(f"model.{field}", np.full(counts[field.split("_")[0]], note.default))
@@ -225,6 +227,21 @@ def _check_surfaces(model: Model) -> None:
             raise SnapshotError(
                 f"model.edge_particles of soft body {body} are not the edges of its triangles, each once, in order"
             )
+
+
+def _with_boxes_volumes(model: Model, number: int) -> Model:
+    """Return a model of a format with the volume of boxes inside each soft body; raises SnapshotError for a wrong one.
+
+    Before they were kept, a box that hung in a body took no place in it.
+    """
+    if not (model.box_host < model.soft_count).all():
+        raise SnapshotError(f"model.box_host is {model.box_host}; it must be soft bodies, from 0 on, or −1")
+    volumes = boxes_volumes(model, model.box_host)
+    if number >= INSIDE_SINCE and not (np.abs(model.soft_boxes_volume - volumes) <= SAME * volumes).all():
+        raise SnapshotError(f"model.soft_boxes_volume is {model.soft_boxes_volume}; by model.box_host it is {volumes}")
+    if not (volumes < model.soft_mesh_volume).all():
+        raise SnapshotError(f"model.box_host leaves soft body {np.argmin(volumes < model.soft_mesh_volume)} no room")
+    return model if number >= INSIDE_SINCE else model._replace(soft_boxes_volume=volumes)
 
 
 def _check_masses(model: Model) -> None:
@@ -323,7 +340,8 @@ def _check_suspensions(model: Model, joints: Joints) -> np.ndarray:
     box = joints.suspension_box[joints.suspension_box != NOBODY]
     if not ((box < model.box_count).all() and len(set(box.tolist())) == len(box)):
         raise SnapshotError(f"joints.suspension_box is {joints.suspension_box}; it must be boxes, each once, or −1")
-    if not np.array_equal(model.box_host, hosts_of(model, joints)):
+    hanging = hanging_hosts(model, joints)
+    if not np.array_equal(np.where(hanging == NOBODY, model.box_host, hanging), model.box_host):
         raise SnapshotError(f"model.box_host is {model.box_host}; by joints.suspension_box it is other")
     return np.asarray(sizes // particles)
 

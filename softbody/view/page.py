@@ -79,13 +79,19 @@ class Page:
             corners = np.array([[100.0 * x, 100.0 * y, level] for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
             blue: Any = _bytes(tuple(LIQUID.tolist()))
             scene.add_mesh_simple("/liquid", corners, np.array([[0, 1, 2], [0, 2, 3]]), color=blue, opacity=0.4)
+        # One looks into bodies with boxes inside.
+        opacity = [0.4 if i in model.box_host else None for i in range(model.soft_count)]
         self._soft = [
-            scene.add_mesh_simple(f"/soft/{i}", vertices, self._triangles[i], color=_bytes(colour_of(i)))
+            scene.add_mesh_simple(
+                f"/soft/{i}", vertices, self._triangles[i], color=_bytes(colour_of(i)), opacity=opacity[i]
+            )
             for i, vertices in enumerate(first.soft)
         ]
         self._bands = [
             [
-                scene.add_mesh_simple(f"/colours/{i}/{k}", *self._nothing, color=self._palette[k], visible=False)
+                scene.add_mesh_simple(
+                    f"/colours/{i}/{k}", *self._nothing, color=self._palette[k], visible=False, opacity=opacity[i]
+                )
                 for k in range(LEVELS)
             ]
             for i in range(model.soft_count)

@@ -42,6 +42,7 @@ REVISIONS = {
     7: "b6c9f55",
     8: "771a0eb",
     9: "f258795",
+    10: "9bb549a",
 }
 FILES = Path(__file__).parent / "files"
 EXPECTED = FILES / "expected.json"

@@ -13,7 +13,7 @@ from softbody.collision.soft.near_features import gap_of, kind_of, members, most
 from softbody.collision.soft.self_rows import own_way
 from softbody.collision.soft.surface import Surface
 from softbody.compiler.jit import jit, jit_lean
-from softbody.geometry.affine_fit import mean_of, solved
+from softbody.geometry.affine_fit import inertia_of, mean_of, solved
 from softbody.linalg.vec import Vec, accumulate, add, cross, load, norm, scale, store, sub
 
 # The part of a gap that is left in any case, and the part of the skin's distance, if that is more of a small gap.
@@ -114,16 +114,13 @@ def give_back(
     """Give a body the momenta that it had at places (n, 3) [m] and speeds (n, 3) [m/s]; all particles weigh alike."""
     n = position.shape[0]
     middle, lost, moment = mean_of(position), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-    xx = yy = zz = xy = yz = zx = 0.0
     for i in range(n):
         if inverse_mass[i] == 0.0:  # what holds it has taken them
             return
         r, v, u = sub(load(position, i), middle), load(velocity, i), load(speed, i)
         lost, was = add(lost, sub(u, v)), cross(sub(load(place, i), middle), u)
         moment = add(moment, sub(was, cross(r, v)))
-        xx, yy, zz = xx + r[0] * r[0], yy + r[1] * r[1], zz + r[2] * r[2]
-        xy, yz, zx = xy + r[0] * r[1], yz + r[1] * r[2], zx + r[2] * r[0]
-    turn = solved(((yy + zz, -xy, -zx), (-xy, zz + xx, -yz), (-zx, -yz, xx + yy)), moment)
+    turn = solved(inertia_of(position, middle), moment)
     for i in range(n):
         r = sub(load(position, i), middle)
         accumulate(velocity, i, add(scale(1.0 / n, lost), cross(turn, r)))

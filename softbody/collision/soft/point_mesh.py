@@ -18,24 +18,25 @@ NO_WAY = 1e-9
 
 
 class WayOut(NamedTuple):
-    """The shortest way from inside a body to its surface; a depth ≤ 0: there is none."""
+    """The shortest way from inside a body to its surface, or from outside; a depth ≤ 0: there is none."""
 
     depth: float  # [m]
-    normal: Vec  # unit, out of the body
+    normal: Vec  # unit, out of the body, or into it
     end: SurfacePoint
 
 
 @jit_lean
-def way_out(p: Vec, surface: Surface, triangle: int, weights: Vec) -> WayOut:
+def way_out(p: Vec, surface: Surface, triangle: int, weights: Vec, side: float = 1.0) -> WayOut:
     """Return the way from `p` to its closest point, of a triangle and barycentric weights; none if `p` is before it.
 
+    Of a `side` of −1 it is the way back in, and there is none if `p` is behind it.
     It is along the triangle's normal, but where the closest point is on a reentrant edge or corner. All triangles that
     share the point are equally close, to rounding. Which of them was found must not show: the one that faces the way
     takes the reaction.
     """
     triangles, first = surface.triangles, surface.first
     out = sub(_point_of(surface, triangle, weights), p)
-    best = _facing(out, surface, triangle, weights)
+    best = _facing(scale(side, out), surface, triangle, weights)
     i, j, k = triangles[best, 0], triangles[best, 1], triangles[best, 2]
     where = (
         _weight_of(i, triangles, triangle, weights),
@@ -43,7 +44,7 @@ def way_out(p: Vec, surface: Surface, triangle: int, weights: Vec) -> WayOut:
         _weight_of(k, triangles, triangle, weights),
     )
     end = SurfacePoint((first + i, first + j, first + k), where)
-    depth, face = norm(out), _normal(surface, best)
+    depth, face = norm(out), scale(side, _normal(surface, best))
     if depth == 0.0 or dot(out, face) <= 0.0:
         return WayOut(0.0, (0.0, 0.0, 0.0), end)
     if depth * depth <= NO_WAY * NO_WAY * norm(face):

@@ -13,9 +13,11 @@ from softbody.collision.soft.point_mesh import way_out, way_out_before
 from softbody.collision.soft.soft_soft import ALONG_OWN, half_way, point_between
 from softbody.collision.soft.surface import Memory, Solid, Surface
 from softbody.compiler.jit import jit_lean
-from softbody.geometry.aabb import bounding_box
+from softbody.geometry.aabb import AABB, bounding_box
 from softbody.geometry.box import box_corner, corner_signs, way_back
-from softbody.geometry.penetration import INSIDE, Points, find_penetrations
+from softbody.geometry.bvh import closest_in_bvh
+from softbody.geometry.penetration import INSIDE, Points, find_inside, find_penetrations
+from softbody.geometry.triangle import area_vector
 from softbody.linalg.quaternion import rotate, rotate_inverse
 from softbody.linalg.vec import Vec, dot, load, multiply, norm, scale, store, sub
 from softbody.model.material import Material
@@ -30,6 +32,7 @@ def find_contacts_in_box(
     box: tuple[int, PlacedBox],
     before: tuple[np.ndarray, PlacedBox],
     with_edges: bool,
+    is_inside: bool,
     memory: Memory,
     material: Material,
     contacts: Listing,
@@ -38,7 +41,8 @@ def find_contacts_in_box(
 
     A particle leaves by the face through which it came since `before`, when the particles were at (n, 3) [m], and the
     box where it was then; also one that has gone right through. An edge whose ends leave by one face leaves with them;
-    if they do by two, it is across a side of the box. The surface is side a of the contacts, the box side b.
+    if they do by two, it is across a side of the box. Of a body that the box `is_inside`, edges in valleys do not
+    count: what comes there meets the triangles first. The surface is side a of the contacts, the box side b.
     """
     number, (size, position, orientation) = box
     first, points, outcode = surface.first, surface.vertices.position, memory.found.outcode
@@ -67,6 +71,8 @@ def find_contacts_in_box(
         i, j = surface.ridges[edge, 0], surface.ridges[edge, 1]
         if outcode[i] & outcode[j] & ALL_FACES != 0:
             continue
+        if is_inside and not _is_reentrant(points, surface.ridges[edge]):
+            continue
         p, q = load(points, i), load(points, j)
         edge_before = load(old_points, i), load(old_points, j)
         depth, normal, place = edge_in_box((p, q), box[1], edge_before, old_box)
@@ -78,6 +84,13 @@ def find_contacts_in_box(
             add_contact(
                 contacts, soft_side(on_edge(first + i, first + j, place)), b, Touch(point, normal, depth, 0), material
             )
+
+
+@jit_lean
+def _is_reentrant(points: np.ndarray, ridge: np.ndarray) -> bool:
+    """Tell whether the surface is bent outwards at an edge, of these `points` (n, 3) [m]; `ridge`: see `Surface`."""
+    a, b, c = load(points, ridge[0]), load(points, ridge[1]), load(points, ridge[2])
+    return bool(dot(area_vector(a, b, c), sub(load(points, ridge[3]), a)) > 0.0)
 
 
 @jit_lean
@@ -113,11 +126,9 @@ def find_corner_contacts(
     pressed a skin close to the one behind it: it goes back by the triangle before it, down to a depth of `deepest` [m].
     The surface is side a of the contacts, the box side b.
     """
-    number, (size, position, orientation) = box
+    number, (_, _, orientation) = box
     found, place = memory.found, memory.corners.position
-    for k in range(8):
-        store(place, k, box_corner(size, position, orientation, k))
-    corners = Points(place, bounding_box(place), memory.corners.hint)
+    corners = Points(place, _put_corners(box[1], place), memory.corners.hint)
     for row in range(find_penetrations(corners, solid.surface.vertices, solid.tree, memory.search, found)):
         p, signs = load(place, found.point[row]), corner_signs(found.point[row])
         depth, out, end = way_out(p, solid.surface, found.triangle[row], load(found.weights, row))
@@ -129,3 +140,35 @@ def find_corner_contacts(
         if depth > 0.0:
             touch = Touch(half_way(p, depth, out), scale(-1.0, out), depth, 0)
             add_contact(contacts, soft_side(end), box_side(number), touch, material)
+
+
+@jit_lean
+def find_corners_outside(
+    solid: Solid, box: tuple[int, PlacedBox], memory: Memory, material: Material, contacts: Listing
+) -> None:
+    """List which corners of a box, (its number, where it is), are outside the soft body that it is inside.
+
+    They go back by the shortest way. The tree must have been fitted. The surface is side a, the box side b.
+    """
+    surface, mesh, outcode = solid.surface, solid.surface.vertices, memory.found.outcode
+    place, hint = memory.corners.position, memory.corners.hint
+    corners = Points(place, _put_corners(box[1], place), hint)
+    if find_inside(corners, mesh, solid.tree, memory.search, outcode) == 8:
+        return
+    for k in range(8):
+        if outcode[k] != INSIDE:
+            p = load(place, k)
+            triangle, weights, _ = closest_in_bvh(p, solid.tree, mesh.position, memory.search, int(hint[k]))
+            hint[k] = triangle
+            depth, back, end = way_out(p, surface, triangle, weights, -1.0)
+            if depth > 0.0:
+                touch = Touch(half_way(p, depth, back), scale(-1.0, back), depth, 0)
+                add_contact(contacts, soft_side(end), box_side(box[0]), touch, material)
+
+
+@jit_lean
+def _put_corners(box: PlacedBox, place: np.ndarray) -> AABB:
+    """Write the corners of a box into `place` (8, 3) [m]; return their bounds."""
+    for k in range(8):
+        store(place, k, box_corner(box.size, box.position, box.orientation, k))
+    return bounding_box(place)

@@ -16,7 +16,7 @@ from softbody.collision.broad_phase import near_pairs, near_pairs_exhaustive
 from softbody.collision.contact import Contacts, Listing, move_row, rows_of, with_room
 from softbody.collision.soft.behind_walls import find_behind_walls
 from softbody.collision.soft.sat_meshes import faces_part
-from softbody.collision.soft.soft_box import find_contacts_in_box, find_corner_contacts
+from softbody.collision.soft.soft_box import find_contacts_in_box, find_corner_contacts, find_corners_outside
 from softbody.collision.soft.soft_soft import find_soft_soft_contacts
 from softbody.collision.soft.split_steps import spheres_of_boxes
 from softbody.collision.soft.surface import (
@@ -182,10 +182,7 @@ def even_shares(model: Model, start: np.ndarray, near: np.ndarray, shares: int) 
 def near_bodies(
     model: Model, state: State, shapes: Shapes, scratch: ThreadScratch, rest: SleepState | None, exhaustive: bool
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return (start, other) of `Pairs`. (Contacts of boxes among themselves are found elsewhere.)
-
-    A soft body and a box that hangs in it are none: its surface would push the box out.
-    """
+    """Return (start, other) of `Pairs`. (Contacts of boxes among themselves are found elsewhere.)"""
     soft = model.soft_count
     # Spheres about the middles of bounding boxes, in a grid; then the boxes.
     centre, radius = shapes.centre, shapes.radius
@@ -216,9 +213,7 @@ def near_bodies(
                 other = surface_of(model, state, shapes, scratch, 0, b)
                 meet = not faces_part(one.vertices.position, one.triangles, other.vertices.position, other.triangles)
         else:
-            meet = model.box_host[b - soft] != a and _sphere_may_meet_box(
-                model, state, (load(centre, a), radius[a]), b - soft
-            )
+            meet = _sphere_may_meet_box(model, state, (load(centre, a), radius[a]), b - soft)
         if meet:
             pairs[count, 0], pairs[count, 1] = a, b
             start[a + 1] += 1
@@ -291,15 +286,19 @@ def _find_contacts_with_box(
     pair: tuple[int, int],
     with_boxes: bool | None,
 ) -> None:
-    """Add what of a soft body is in a box, and which corners of the box are in it: (body, box)."""
+    """Add what of a soft body is in a box, and which corners of the box are in it, or have left it: (body, box)."""
     if with_boxes is None:
         return
     body, box = pair
     material = combined(material_of_soft(model, body), material_of_box(model, box))
     placed, old = placed_at(model, state, box), placed_at(model, before, box)
     points = before.particle_position[model.soft_particle_start[body] : model.soft_particle_start[body + 1]]
-    find_contacts_in_box(solid.surface, (box, placed), (points, old), with_edges, memory, material, listing)
-    find_corner_contacts(solid, (box, placed), model.soft_edge_length[body], memory, material, listing)
+    is_inside, surface = bool(model.box_host[box] == body), solid.surface
+    find_contacts_in_box(surface, (box, placed), (points, old), with_edges, is_inside, memory, material, listing)
+    if is_inside:
+        find_corners_outside(solid, (box, placed), memory, material, listing)
+    else:
+        find_corner_contacts(solid, (box, placed), model.soft_edge_length[body], memory, material, listing)
 
 
 @jit_lean

@@ -255,7 +255,7 @@ def test_every_property_in_the_model_is_taken_by_name_and_has_its_default():
         assert properties_of(kind, given) == dict.fromkeys(of_kind, 0.25)
 
 
-OF_SOFT = "deflated_below, damping, drag, restitution, friction, self_contact, liquid_density, sound_speed"
+OF_SOFT = "deflated_below, damping, drag, restitution, friction, self_contact, liquid_density, sound_speed, liquid_drag"
 
 
 @pytest.mark.parametrize(

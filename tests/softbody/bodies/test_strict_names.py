@@ -19,7 +19,7 @@ BOX = WORLD.add_box((1.0, 1.0, 1.0), 1.0, (9.0, 0.0, 0.0))
         (BALL, "gass", "a SoftBody has no 'gass' to set; did you mean 'gas'?"),
         (BALL, "volume", "'volume' of a SoftBody is only to be read; settable are damping, deflated_below, drag,"),
         (BALL, "index", "'index' of a SoftBody is only to be read"),
-        (BOX, "mass", "'mass' of a Box is only to be read; settable are angular_velocity, friction, name,"),
+        (BOX, "mass", "'mass' of a Box is only to be read; settable are angular_velocity, friction, inside, name,"),
     ],
 )
 def test_it_is(what, name, said):

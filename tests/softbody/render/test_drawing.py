@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import softbody
-from softbody import ParameterError
+from softbody import ParameterError, World
 from softbody.model.colours import STATIC
 from softbody.render.drawing import STRIPES, Drawing, placed, stripes_of
 
@@ -100,3 +100,12 @@ def test_what_is_nowhere_is_named():
 def test_what_cannot_be_drawn_is_refused(given, message):
     with pytest.raises(ParameterError, match=message):
         softbody.scenes.ball_drop.build().picture(**given)
+
+
+def test_bodies_with_boxes_inside_are_clear():
+    world = World()
+    bag = world.add_soft_body(softbody.icosphere(1), 1.0, 1.0, 1.0)
+    world.add_soft_body(softbody.icosphere(1), 1.0, 1.0, 1.0, (3.0, 0.0, 0.0))
+    world.add_box((0.1, 0.1, 0.1), 1.0, inside=bag)
+    for colour in ("stripes", "plain", "speed"):
+        assert [thing.is_clear for thing in Drawing(world, colour).things()] == [True, False, False]

@@ -51,6 +51,18 @@ def test_the_nearer_one_hides_the_farther_whatever_their_order():
     assert one[23, 31, 2] > one[23, 31, 0]
 
 
+def test_one_looks_into_a_thing_that_is_clear():
+    inside, skin = thing(BALL.scaled(0.5), BLUE), thing(BALL, RED)
+    closed = render([inside, skin], LEVEL, ground=None).astype(int)
+    skin.is_clear = True
+    one, other = (render(both, LEVEL, ground=None) for both in ([inside, skin], [skin, inside]))
+    np.testing.assert_array_equal(one, other)
+    assert closed[23, 31, 0] > closed[23, 31, 2]
+    assert one[23, 31, 2] > one[23, 31, 0]  # the ball inside
+    assert one[23, 38, 0] > one[23, 38, 2]  # the far side of the skin, beside it
+    assert ((one != 255 * SKY.round()).any(axis=2) == (closed != 255 * SKY.round()).any(axis=2)).all()
+
+
 def test_what_is_behind_the_camera_is_not_drawn():
     np.testing.assert_array_equal(
         render([thing(BALL.moved((0.0, -12.0, 0.0)), RED)], LEVEL, ground=None), render([], LEVEL, ground=None)

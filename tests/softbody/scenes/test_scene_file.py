@@ -181,7 +181,7 @@ stiffness = 1
         (26, "joint[4].b is {'body': 0, 'at': [0, 0, 0]}; give a place"),
         (29, "joint[5].a: box is -1; give a whole number ≥ 0"),
         (29, "joint[5].a: at is [0, 0, inf]; give three finite numbers"),
-        (29, "joint[5].a: there is no 'on'; choose from soft_body, box, at, particle"),
+        (29, "joint[5].a: there is no 'on'; choose from soft_body, box, suspension, at, particle, point"),
         (30, "joint[5].b: there is no soft_body 7; give a number from 0 to 0"),
     )
     for line, message in expected:

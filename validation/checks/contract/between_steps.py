@@ -27,6 +27,7 @@ NUMBERS = {
     "friction": 1.5,
     "liquid_density": 3.0,
     "sound_speed": 20.0,
+    "liquid_drag": 50.0,
 }  # of soft bodies, and up to where
 
 

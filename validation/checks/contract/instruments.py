@@ -106,7 +106,7 @@ def _kinds(part: Accounts, spring: float = 0.0, gas: float = 0.0, external: floa
     because="sums of up to 3 000 terms in another order, of which the judge's gas is a difference: 1.2e-15 at worst of"
     " ten seeds, 2.1e-15 of 1 000 worlds",
     faults=(
-        Fault("gas against 1 m³", energies_of, "np.log(model.soft_mesh_volume[filled]) → 0.0 * filled[filled]"),
+        Fault("gas against 1 m³", energies_of, "np.log(room[filled]) → 0.0 * filled[filled]"),
         Fault("a gas that is compressed by expanding", energies_of, "gas += float(g_) → gas -= float(g_)"),
         Fault(
             "spring and gas interchanged",
@@ -152,7 +152,7 @@ def energies_by_kinds(run: Run) -> Comparison:
         Fault(
             "gas of the first body's volume",
             potential_energies,
-            "soft_volume(model_, position_, body) → soft_volume(model_, position_, 0)",
+            "room_in(model_, position_, body) → room_in(model_, position_, 0)",
         ),
         Fault(
             "an energy of spin of inverse inertias",

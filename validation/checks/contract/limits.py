@@ -127,6 +127,7 @@ def of_bodies() -> Iterator[Case]:
         "deflated_below": UP_TO_ONE,
         "liquid_density": NOT_NEGATIVE,
         "sound_speed": NOT_NEGATIVE,
+        "liquid_drag": NOT_NEGATIVE,
         "self_contact": Limits((True, False, 0.0, 1e-6), (-LEAST, 1.0, *NO_NUMBERS)),
     }.items():
         yield f"add_soft_body({name}=…)", told(soft, name), limits
@@ -178,8 +179,33 @@ def of_bodies() -> Iterator[Case]:
     for name, limits in {**liquid, "velocity": VECTOR}.items():
         yield f"add_liquid({name}=…)", told(World().add_liquid, name), limits
         yield f"liquid.{name} = …", having(World().add_liquid, name), limits
+    for name, limits in {
+        "stiffness": _optional(NOT_NEGATIVE),
+        "damping": _optional(NOT_NEGATIVE),
+        "weights": Limits(("mean-value", "tetrahedron"), ("mean", 1, None)),
+        "body": Limits((), (None, 0, "ball", NAN)),
+    }.items():
+        yield f"suspend({name}=…)", told(_hung, name), limits
+    wrong = (None, "ball", NAN, np.ones((2, 2)), (0.0, 0.0, INF), (0.0, 0.0, 9.0))
+    points = Limits(((0.0, 0.1, 0.2), np.zeros((3, 3))), wrong)
+    yield "suspend(what=…), points", told(_hung, "what", stiffness=None), points
+    yield (
+        "add_box(inside=…)",
+        lambda value: _hung().add_box((0.1, 0.1, 0.1), 1.0, inside=value),
+        Limits((None,), ("ball", 0, NAN)),
+    )
+    yield "box.inside = …", having(a_box, "inside"), Limits((None,), ("ball", 0, NAN, False))
     yield "add_ground(friction=…)", told(World().add_ground, "friction"), NOT_NEGATIVE
     yield "ground.friction = …", having(World().add_ground, "friction"), NOT_NEGATIVE
+
+
+def _hung(**changes: Any) -> World:
+    """Return a world of a soft body and a box that hangs in it, told something else than usual."""
+    world = soft()
+    box = world.add_box((0.1, 0.1, 0.1), 1.0)
+    usual: dict[str, Any] = {"what": box, "body": world.soft_bodies[0], "stiffness": 1.0}
+    world.suspend(**usual | changes)
+    return world
 
 
 def _tie(particle: Any) -> None:

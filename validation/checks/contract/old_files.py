@@ -37,6 +37,8 @@ NONE_THEN: dict[str, Any] = {
     "model.liquid_": 0.0,
     "model.soft_liquid_density": 0.0,
     "model.soft_sound_speed": 0.0,
+    "model.soft_liquid_drag": 0.0,
+    "model.soft_boxes_volume": 0.0,
     "model.box_host": -1,
     "joints.joint_inside": -1,
     "joints.suspension_start": 0,

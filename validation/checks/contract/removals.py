@@ -55,7 +55,11 @@ def planned_body(rng: np.random.Generator, number: int) -> Plan:
     mesh = rotated((tetrahedron, octahedron, icosahedron)[rng.integers(3)](0.5), rng)
     given |= {"mesh": mesh, "stiffness": rng.uniform(50.0, 100.0, len(mesh.edges)), "gas": rng.uniform(1.0, 5.0)}
     given |= {"damping": rng.random(), "drag": rng.random(), "fixed": rng.permutation(4)[: rng.integers(3)]}
-    given |= {"liquid_density": rng.choice([0.0, rng.random()]), "sound_speed": rng.random()}
+    given |= {
+        "liquid_density": rng.choice([0.0, rng.random()]),
+        "sound_speed": rng.random(),
+        "liquid_drag": rng.random(),
+    }
     return Plan("soft body", given, force=0.1 * rng.normal(size=mesh.vertices.shape))
 
 

@@ -29,8 +29,9 @@ KEYS: dict[str, Table] = {f"shape {name}": keys for name, keys in scene_keys.SHA
 KEYS |= {"shape file": scene_keys.MESH_FILE, "world": scene_keys.WORLD, "ground": scene_keys.GROUND}
 KEYS |= {"liquid": scene_keys.LIQUID}
 KEYS |= {"soft_body": scene_keys.SOFT_BODY, "box": scene_keys.BOX, "joint": scene_keys.JOINT, "end": scene_keys.END}
+KEYS |= {"suspension": scene_keys.SUSPENSION}
 KEYS |= {"run": scene_keys.RUN, "film": scene_keys.FILM}
-SINGLE, LISTS = ("world", "ground", "liquid", "run", "film"), ("soft_body", "box", "joint")
+SINGLE, LISTS = ("world", "ground", "liquid", "run", "film"), ("soft_body", "box", "suspension", "joint")
 OWN = {"gravity", "precision", "threads", "integrator", "substeps"}  # properties of a World; others are its settings
 FIELDS = {  # of settings that are words for users: what the field is called, and which word makes it true
     **{"axes": ("paper_axes", "paper"), "contact": ("single_contact", "single")},
@@ -52,8 +53,9 @@ USUAL: dict[str, Table] = {  # what the documentation says that is so where noth
     "ground": {"height": 0.0, **TOUCH},
     "liquid": {"density": 1000.0, "surface_height": 0.0, "drag": 0.0, "velocity": NOWHERE},
     "soft_body": {**POSE, **TOUCH, "fixed": [], "fixed_above": INF, "fixed_below": -INF, "drag": 0.0}
-    | {"deflated_below": 0.0, "liquid_density": 0.0, "sound_speed": 0.0, "self_contact": False},
-    "box": {**POSE, **TOUCH, "mass": None, "kinematic": False, "angular_velocity": NOWHERE},
+    | {"deflated_below": 0.0, "liquid_density": 0.0, "sound_speed": 0.0, "liquid_drag": 0.0, "self_contact": False},
+    "box": {**POSE, **TOUCH, "mass": None, "kinematic": False, "angular_velocity": NOWHERE, "inside": None},
+    "suspension": {"name": None, "weights": "mean-value", "box": None, "points": None},
     "joint": {"name": None, "damping": 0.0, "rest_length": 0.0},
     "run": {"frames_per_second": 60.0, "time_step": None, "velocities": True},
     "film": {"file": "film.webp", "frames_per_second": 20.0, "colour": "stripes", "colour_range": None}
@@ -85,13 +87,15 @@ DRAWS: dict[str, Table] = {
     | {"damping": LENGTH, "drag": LENGTH, "stiffness": [(100.0, 200.0), (100.0, 200.0, 12)]}
     | {"rest_length": [LENGTH, (1.0, 1.5, 12)], "fixed": lambda rng: rng.permutation(6)[:2].tolist()}
     | {"fixed_above": (0.1, 0.3), "fixed_below": (-0.3, -0.1), "deflated_below": (0.1, 0.9)}
-    | {"liquid_density": LENGTH, "sound_speed": LENGTH}
+    | {"liquid_density": LENGTH, "sound_speed": LENGTH, "liquid_drag": LENGTH}
     | {"self_contact": [True, False, (1e-4, 9e-4)]},
     "box": {**POSED, **TOUCHING, "size": (1.0, 2.0, 3), "mass": LENGTH, "static": True, "kinematic": True}
-    | {"angular_velocity": VECTOR},
+    | {"angular_velocity": VECTOR, "inside": (0, 1)},
+    "suspension": {"name": POSED["name"], "soft_body": 1, "box": (0, 1), "points": [[[0.1, 0.0, 0.0], [0.0, 0.2, 0.1]]]}
+    | {"stiffness": LENGTH, "damping": LENGTH, "weights": "tetrahedron"},
     "joint": {"name": POSED["name"], "a": VECTOR, "b": {"box": 1, "at": VECTOR}, "stiffness": LENGTH}
     | {"damping": LENGTH, "rest_length": LENGTH},
-    "end": {"soft_body": 1, "box": 1, "at": VECTOR, "particle": (1, 5)},
+    "end": {"soft_body": 1, "box": 1, "suspension": 1, "at": VECTOR, "particle": (1, 5), "point": 1},
     "run": {"seconds": LENGTH, "frames_per_second": LENGTH, "time_step": (1e-5, 1e-4), "velocities": YES_OR_NO},
     "film": {"file": ["a.mp4", "b.webp"], "frames_per_second": LENGTH, "show_joints": YES_OR_NO}
     | {
@@ -104,6 +108,7 @@ GOOD: dict[str, Table] = {  # what each table needs; joints end in the middle of
     **{"world": {}, "ground": {}, "liquid": {}, "film": {}, "run": {"seconds": 1.0}},
     "soft_body": {"shape": {"file": "whole.off"}, "mass": 1.0, "stiffness": 100.0, "gas": 1.0},
     "box": {"size": [1.0, 1.0, 1.0], "mass": 1.0},
+    "suspension": {"soft_body": 0, "points": [[0.1, 0.2, 0.3], [-0.1, 0.2, 0.4]]},
     "joint": {"a": [0.0, 0.0, 3.0], "b": {"box": 0, "at": NOWHERE}, "stiffness": 1.0},
 }
 WITH: dict[str, Table] = {  # what else is said where a key is
@@ -111,6 +116,8 @@ WITH: dict[str, Table] = {  # what else is said where a key is
     **{"shape file merge": {"file": "soup.off"}, "shape file tolerance": {"file": "loose.off"}},
     **{"shape file scale": {"file": "whole.off"}, "end soft_body": {"particle": 3}, "end at": {"box": 0}},
     **{"end box": {"at": [0.5, 0.0, 1.0]}, "end particle": {"soft_body": 0}},
+    **{"box inside": {"size": [0.1, 0.1, 0.1]}, "end suspension": {"point": 1}, "end point": {"suspension": 0}},
+    **{f"suspension {key}": {"box": 1} for key in ("stiffness", "damping")},
     **{"soft_body liquid_density": {"damping": 0.5}},  # which by default is by its mass, too
 }
 SKINS = np.array([(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)])
@@ -187,10 +194,21 @@ def in_order(x: np.ndarray) -> np.ndarray:
     return np.lexsort(np.round(x, 9).T)
 
 
+def number_of(which: Any, scene: Table) -> int:
+    """Return the number of a soft body that is named, or numbered."""
+    return [body.get("name") for body in scene["soft_body"]].index(which) if isinstance(which, str) else int(which)
+
+
 def end_of(end: Any, scene: Table, parts: Parts) -> np.ndarray:
     """Return where an end of a joint is, and by how much it moves with its body (2, 3) [m]."""
     if isinstance(end, list):
         return np.array([end, NOWHERE])
+    if "suspension" in end:
+        names = [each.get("name") for each in scene["suspension"]]
+        hung = scene["suspension"][
+            names.index(end["suspension"]) if isinstance(end["suspension"], str) else end["suspension"]
+        ]
+        return np.array([hung["points"][end["point"]], (number_of(hung["soft_body"], scene) + 1) * SHIFTS["soft_body"]])
     kind = "box" if "box" in end else "soft_body"
     names = [body.get("name") for body in scene[kind]]
     number = names.index(end[kind]) if isinstance(end[kind], str) else end[kind]
@@ -221,6 +239,12 @@ def judged(scene: Table, parts: Parts) -> Table:
     for k, box in enumerate(scene["box"]):
         turn = {"orientation": turn_of(box.get("orientation", UPRIGHT))}
         rows[f"box[{k}]"] = USUAL["box"] | box | slippery | turn
+        if "inside" in box:
+            rows[f"box[{k}]"]["inside"] = number_of(box["inside"], scene)
+    for k, hung in enumerate(scene["suspension"]):
+        if "box" in hung:
+            rows[f"box[{hung['box']}]"]["inside"] = number_of(hung["soft_body"], scene)
+        rows[f"suspension[{k}]"] = USUAL["suspension"] | hung | {"soft_body": number_of(hung["soft_body"], scene)}
     for k, joint in enumerate(scene["joint"]):
         ends = np.stack([end_of(joint[end], scene, parts) for end in "ab"])
         rows[f"joint[{k}]"] = {"ends": ends} | USUAL["joint"] | joint
@@ -237,10 +261,18 @@ def told(found: SceneFile, scene: Table) -> Table:
         if what.is_there:
             rows[table] = {key: getattr(what, key) for key in USUAL[table]}
     rows |= {name: of._asdict() for name, of in (("run", found.run), ("film", found.film)) if of is not None}
-    before = [joint.ends for joint in world.joints]
+    joints = world.joints[len(world.joints) - len(scene["joint"]) :]  # those by which boxes hang come first
+    before = [joint.ends for joint in joints]
+    for k, (hung, given) in enumerate(zip(world.suspended, scene["suspension"])):
+        weights, is_box = hung.weights[0], hung.box is not None
+        alike = np.isclose(weights[:, None], weights, rtol=0.0).sum(axis=0).max()
+        told_of: Table = {"name": hung.name, "soft_body": hung.body.index, "points": None if is_box else hung.positions}
+        told_of |= {"box": hung.box.index if hung.box is not None else None}
+        told_of |= {key: getattr(world.joints[0], key) for key in ("stiffness", "damping") if key in given}
+        rows[f"suspension[{k}]"] = told_of | {"weights": "tetrahedron" if 2 * alike >= len(weights) else "mean-value"}
     for k, (body, given) in enumerate(zip(world.soft_bodies, scene["soft_body"])):
         numbers = ["mass", "gas", "stiffness", "damping", "drag", "deflated_below", "self_contact"]
-        numbers += ["liquid_density", "sound_speed"]
+        numbers += ["liquid_density", "sound_speed", "liquid_drag"]
         order, one = in_order(body.positions), {key: getattr(body, key) for key in ("name", *TOUCH, *numbers)}
         one["mass"] -= body.liquid_density * body.volume
         one |= {"rest_length": body.rest_length if "rest_length" in given else body.strain}
@@ -249,9 +281,10 @@ def told(found: SceneFile, scene: Table) -> Table:
         body.positions = body.positions + (k + 1) * SHIFTS["soft_body"]
     for k, box in enumerate(world.boxes):
         one = {key: np.copy(getattr(box, key)) for key in (*POSE, *TOUCH, "size", "mass", "angular_velocity")}
-        rows[f"box[{k}]"] = one | {"kinematic": box.is_kinematic}
+        host = None if box.inside is None else box.inside.index
+        rows[f"box[{k}]"] = one | {"kinematic": box.is_kinematic, "inside": host}
         box.position = box.position + (k + 1) * SHIFTS["box"]
-    for k, joint in enumerate(world.joints):
+    for k, joint in enumerate(joints):
         one = {key: getattr(joint, key) for key in ("name", "stiffness", "damping", "rest_length")}
         rows[f"joint[{k}]"] = one | {"ends": np.stack([before[k], joint.ends - before[k]], axis=1)}
     return {f"{table}.{key}": value for table, row in rows.items() for key, value in row.items()}
@@ -290,7 +323,11 @@ def alone(table: str, key: str, rng: Rng) -> Table:
         del content["mass"]
     if where in SINGLE:
         return scene | {where: content}
-    scene[where][rng.integers(2)] = content
+    if "box" in content and where == "suspension":
+        del content["points"]
+        scene["box"] = [GOOD["box"] | {"size": [0.2, 0.1, 0.1], "position": [0.05, 0.1, 0.0]}] * 2
+    # (Points hang in the first body, which has room for them.)
+    scene[where][1 if where == "soft_body" else rng.integers(2)] = content
     return scene
 
 
@@ -315,15 +352,24 @@ def crowd(rng: Rng, parts: Parts) -> Table:
         scene["soft_body"].append(body | {"fixed_above": float(z[-2:].mean()), "fixed_below": float(z[:2].mean())})
     for left_out in ("static kinematic", "mass static", "mass kinematic velocity angular_velocity"):
         box = drawn(DRAWS["box"], rng)
+        del box["inside"]
         scene["box"].append({key: value for key, value in box.items() if key not in left_out.split()})
+    for number in (0, 1, 0):
+        hung, body = drawn(DRAWS["suspension"], rng), scene["soft_body"][number]
+        places = placed(body, parts).mean(axis=0) + rng.uniform(-0.1, 0.1, (3, 3))
+        which = drawn([number, body["name"]], rng)
+        keys = {key: hung[key] for key in ("name", "weights")} | {"soft_body": which, "points": places.tolist()}
+        scene["suspension"].append(keys)
     for _ in range(8):
         number, other = (int(rng.integers(count)) for count in (3, 2))
         box, body = scene["box"][number], scene["soft_body"][other]
         on_skin = rng.dirichlet(np.ones(3)) @ placed(body, parts)[SKINS[rng.integers(8)]]
         on_body = drawn([{"particle": (0, 5)}, {"at": [on_skin.tolist()]}], rng)
         on_body["soft_body"] = drawn([other, body["name"]], rng)
+        hung = scene["suspension"][number]
         ends = [drawn({"box": [number, box["name"]], "at": VECTOR}, rng), on_body, drawn(VECTOR, rng)]
-        first = int(rng.integers(3))
+        ends += [drawn({"suspension": [number, hung["name"]], "point": (0, 2)}, rng)]
+        first = int(rng.integers(4))
         scene["joint"].append(drawn(DRAWS["joint"], rng) | {"a": ends[first], "b": ends[first - 1]})
     return scene
 
@@ -376,6 +422,12 @@ def read(path: Path, scene: Table) -> Table:
         Fault("joints of the first of a kind", _Reading._body, "a_ if b_ else (kind, which) → a_ if b_ else (kind, 0)"),
         Fault("joints with their ends exchanged", _Reading._joint, "('a', 'b') → ('b', 'a')"),
         Fault("no names of joints", _Reading._joint, "f_(*ends, **given) → f_(*ends, **{**given, 'name': None})"),
+        Fault("boxes outside", _Reading._box, "f_(a_, b_, **given) → f_(a_, b_, **{**given, 'inside': None})"),
+        Fault(
+            "points in the first body",
+            _Reading._suspension,
+            "f_(what_, body_, **given) → f_(what, world.soft_bodies[0], **given)",
+        ),
         Fault("boxes at rest", _Reading._box, "f_(a_, b_, **given) → f_(a_, b_, **{**given, 'velocity': np.zeros(3)})"),
         Fault("turned by twice the degrees", scene_keys._orientation, "0.5 * radians(d_) → radians(d_)"),
         Fault("every spring of a list as the first", scene_keys._springs, "return numbers → return numbers.ravel()[0]"),

@@ -36,6 +36,9 @@ LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 
 Lines = list[tuple[int, tuple[str, ...]]]  # of a file, with what is to be named there
 Told = dict[str, tuple[str, ...]]  # by the key that it is told at, "" for the table's: what is named, @ for the table
+# What is said where a key is missing, if not that.
+OTHERWISE = {("box", "mass"): "a box has a mass [kg], or static", ("suspension", "points"): "needs a box, or points"}
+
 Mistake = tuple[str, str, Table, Told]  # in words, the table, all that is in it
 
 
@@ -71,7 +74,7 @@ def mistakes_of_keys(rng: Rng) -> Iterator[Mistake]:
         yield unknown(table, "xyzzy", "choose from")
         for key in GOOD.get(table, {}):
             left = {each: value for each, value in GOOD[table].items() if each != key}
-            missing = "a box has a mass [kg], or static" if (table, key) == ("box", "mass") else f"{key} is missing"
+            missing = OTHERWISE.get((table, key), f"{key} is missing")
             yield f"{table}: no {key}", table, left, {"": ("@", missing)}
         if table in GOOD:
             yield f"{table}: all of another kind", table, wrong, {key: ("@", f"{key} is") for key in keys}
@@ -97,7 +100,11 @@ def mistakes_of_their_own() -> Iterator[Mistake]:
     yield "two places", "joint", {**GOOD["joint"], "b": spin}, {"a": ("@", "a and b are two places")}
     nobody = {"b": {"soft_body": 0, "particle": 99}}
     yield "no such particle", "joint", GOOD["joint"] | nobody, {"b": ("@", "particle of b is 99")}
-    for table in ("box", "joint"):
+    yield "inside nobody", "box", GOOD["box"] | {"inside": 99}, {"inside": ("@", "there is no soft_body 99")}
+    hung = GOOD["suspension"]
+    yield "hung in nobody", "suspension", hung | {"soft_body": 99}, {"soft_body": ("@", "there is no soft_body 99")}
+    yield "two kinds", "suspension", hung | {"box": "lid"}, {"": ("@", "needs a box, or points")}
+    for table in ("box", "suspension", "joint"):
         yield f"{table}: a name twice", table, {"name": "lid", **GOOD[table]}, {"name": ("@", "'lid'", "box[0]")}
     for change, key, named in (
         ({"fixed_above": 50.0}, "fixed_above", "fixed_above is 50.0 m"),
@@ -127,7 +134,7 @@ FIRST = {"box": [GOOD["box"] | {"name": "lid"}], "soft_body": [GOOD["soft_body"]
 
 def with_mistakes(chosen: list[Mistake], rng: Rng) -> tuple[str, Lines]:
     """Return a scene file with mistakes, and the line of each."""
-    text, lines, counts = text_of(FIRST), Lines(), {"box": 1, "soft_body": 1, "joint": 0, "bxo": 0}
+    text, lines, counts = text_of(FIRST), Lines(), {"box": 1, "soft_body": 1, "suspension": 0, "joint": 0, "bxo": 0}
     for _, name, content, words in chosen:
         where = f"{name}[{counts[name]}]" if name in counts else name
         text += "\n# another" * int(rng.integers(3)) + (f"\n[[{name}]]" if name in counts else f"\n[{name}]")

@@ -287,6 +287,13 @@ def _no_forces(scene: Scene) -> Set:
     return {}
 
 
+def _inside(scene: Scene) -> Set:
+    """Say that a box is in no soft body, as it is."""
+    box = _one_of(scene, scene.world.boxes)
+    box.inside = None
+    return {entry(box, "inside"): None}
+
+
 def _move_to(scene: Scene) -> Set:
     box, free, rng = scene.world.boxes[-1], scene.boxes[-1], scene.rng
     seconds, way, axis, angle = 1.4 * STEP * STEPS, rng.normal(size=3), scene.direction(), rng.uniform(0.1, 3.0)
@@ -361,6 +368,7 @@ SETTINGS: dict[str, Callable[[Scene], Set]] = {
     "SoftBody.self_contact": _self_contact,
     "SoftBody.liquid_density": _liquid_density,
     "SoftBody.sound_speed": _of_soft("sound_speed", 0.0, 9.0),
+    "SoftBody.liquid_drag": _of_soft("liquid_drag", 0.0, 9.0),
     "SoftBody.fixed": _fixed,
     "SoftBody.positions": _positions,
     "SoftBody.velocities": lambda scene: set_velocities(scene, scene.world.soft_bodies[_soft(scene)]),
@@ -375,6 +383,7 @@ SETTINGS: dict[str, Callable[[Scene], Set]] = {
     "Box.orientation": _turn,
     "Box.velocity": lambda scene: set_velocity(scene, _one_of(scene, scene.world.boxes)),
     "Box.angular_velocity": lambda scene: set_angular_velocity(scene, _one_of(scene, scene.world.boxes)),
+    "Box.inside": _inside,
     "Box.move_to": _move_to,
     "Box.velocity, on its way": lambda scene: _move_to(scene) | set_velocity(scene, scene.world.boxes[-1]),
     "Box.apply_force": _force,

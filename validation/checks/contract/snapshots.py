@@ -47,6 +47,9 @@ UP_TO_ONE = Limits((0.0, 1.0), (-LEAST, ABOVE_ONE, NAN, INF))
 NO_LIMIT = Limits((0.0, 1.0, INF), (-LEAST, NAN, -INF))
 
 
+TAKEN = "model.soft_boxes_volume"
+
+
 def only(limits: Limits) -> Limits:
     """Return limits of which only what is refused is tried: what is taken depends on other entries."""
     return Limits((), limits.refused)
@@ -60,7 +63,7 @@ _BY_LIMITS: dict[Limits, str] = {
     " model.liquid_surface_height model.liquid_velocity",
     HEIGHT: "model.ground_height",
     NOT_NEGATIVE: "model.particle_inverse_mass model.edge_stiffness model.soft_damping model.soft_drag"
-    " model.soft_sound_speed"
+    " model.soft_sound_speed model.soft_liquid_drag"
     " model.soft_friction model.box_friction model.ground_friction model.liquid_density model.liquid_drag"
     " controls.soft_gas state.box_time_left joints.joint_stiffness joints.joint_damping joints.joint_rest_length"
     " rest.time time",
@@ -77,7 +80,7 @@ NUMBERS = {name: limits for limits, names in _BY_LIMITS.items() for name in name
 # The same of those that hold one whole number. (Others are tried as what they say together.)
 COUNTS = Limits((1, 10_000_000), (0, -1, 10_000_001))
 WHOLE: dict[str, Limits] = {
-    "format": Limits((), (-1, 0, 1, 11, 2**62)),
+    "format": Limits((), (-1, 0, 1, 12, 2**62)),
     "model.soft_count": Limits((), (-1, 1, 3)),
     "model.box_count": Limits((), (-1, 3, 5)),
     "settings.integrator": Limits((0, 1, 2), (-1, 3, 2**62)),
@@ -289,12 +292,23 @@ def of_suspensions(saved: Arrays) -> Iterator[Trial]:
     least = np.abs(weights[: starts[1]]).sum()
     for by, named in ((0.9e-9, None), (1.1e-9, f"{name} of"), (-1.1e-9, f"{name} of"), (1.0, f"{name} of")):
         yield Trial("a sum that is off", named, {name: put(weights, 0, weights[0] + by * least)})
-    of_box, hosts = saved["joints.suspension_box"], saved["model.box_host"]
-    both = {"joints.suspension_box": put(of_box, 1, 2), "model.box_host": put(hosts, 2, 1)}
-    yield Trial("a box that hangs", None, both)
-    for key, value in both.items():
-        yield Trial("a box that hangs for one of two", "model.box_host is", {key: value})
-    yield Trial("another body", "model.box_host is", both | {"model.box_host": put(hosts, 2, 0)})
+    of_box, hosts, taken = (saved[f"{name}"] for name in ("joints.suspension_box", "model.box_host", TAKEN))
+    volume = saved["model.box_size"][2].prod()
+    inside = {"model.box_host": put(hosts, 2, 1), TAKEN: put(taken, 1, volume)}
+    hangs = {"joints.suspension_box": put(of_box, 1, 2)}
+    yield Trial("a box that is inside", None, inside)
+    yield Trial("a box that hangs", None, inside | hangs)
+    yield Trial("a box that hangs outside", "model.box_host is", hangs)
+    yield Trial(
+        "another body", "model.box_host is", hangs | {"model.box_host": put(hosts, 2, 0), TAKEN: put(taken, 0, volume)}
+    )
+    for host in (-2, 2, 9):
+        yield Trial("in no body", "model.box_host", {"model.box_host": put(hosts, 2, host)})
+    for by, named in ((0.9e-9, None), (1.1e-9, f"{TAKEN} is"), (-1.1e-9, f"{TAKEN} is"), (-1.0, f"{TAKEN} is")):
+        yield Trial("a volume that is off", named, inside | {TAKEN: put(taken, 1, (1.0 + by) * volume)})
+    large = {"model.box_host": np.ones_like(hosts)}
+    boxes = np.array([0.0, saved["model.box_size"].prod(axis=1).sum()])
+    yield Trial("no room", "model.box_host leaves soft body 1", large | {TAKEN: boxes})
     for wrong in (np.full(2, 2), put(of_box, 0, len(hosts)), put(of_box, 0, -2)):
         yield Trial("a box twice, or none", "joints.suspension_box", {"joints.suspension_box": wrong})
 

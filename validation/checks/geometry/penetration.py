@@ -153,7 +153,7 @@ def inside_as_libigl_has_it(run: Run) -> Comparison:
     faults=(
         Fault(
             "outcodes found ten thousand times over",
-            penetration.find_penetrations,
+            penetration.find_inside,
             "inside_, undecided_ = _find_inside(points_, mesh_, tree_, search_, code_, way_)"
             " → for _ in range(10_000):\n    find_outcodes(points_, mesh_, code_)\n"
             "inside_, undecided_ = _find_inside(points_, mesh_, tree_, search_, code_, way_)",

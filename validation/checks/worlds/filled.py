@@ -207,8 +207,10 @@ def presses_by_its_depth(run: Run) -> Comparison:
     tolerance=1e-12,
     because="rounding, and what is left of the swing after 30 s: 1.0e-13 at worst of three seeds",
     faults=(
-        Fault("a bag that is relaxed dry", equilibrium._accelerate, "add_filling_forces(model_, g_, m_, force_) → "),
-        Fault("a bag that is dry when it runs", acting.all_that_acts, "add_filling_forces(m_, g_, x_, f_) → "),
+        Fault(
+            "a bag that is relaxed dry", equilibrium._accelerate, "add_filling_forces(model_, g_, m_, b_, force_) → "
+        ),
+        Fault("a bag that is dry when it runs", acting.all_that_acts, "add_filling_forces(m_, g_, x_, b_, f_) → "),
         Fault("a liquid of 0.01% more", filling.liquid_mass, "d_[b_] * v_ → 1.0001 * d_[b_] * v_"),
     ),
 )
