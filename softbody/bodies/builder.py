@@ -451,7 +451,8 @@ def with_suspension(parts: Parts, body: int, box: int, weights: np.ndarray) -> P
         suspension_start=len(parts.joints.weight) + weights.size,
         weight=weights.ravel(),
     )
-    return with_box_inside(parts._replace(joints=joints), box, body) if box != NOBODY else parts
+    parts = parts._replace(joints=joints)
+    return with_box_inside(parts, box, body) if box != NOBODY else parts
 
 
 def with_joint(parts: Parts, ends: list[dict[str, ArrayLike]], numbers: dict[str, float]) -> Parts:
