@@ -196,7 +196,7 @@ def is_told(found: list[tuple[int, str]], lines: Lines) -> bool:
         Fault("a static box that has a mass", _Reading._box, "a_ + b_ + c_ != 1 → a_ + b_ + c_ < 1"),
         Fault("static boxes that spin", _Reading._box, "('velocity', 'angular_velocity') → ('velocity',)"),
         Fault("names of any kind of body", _Reading._body, "a_ or table[0] != kind → a_"),
-        Fault("particles of boxes", _Reading._end, "'particle' in found and 'box' in found → False"),
+        Fault("particles of boxes", _Reading._end, "places_[0] not in PLACES[kind_] → False"),
         Fault("names that the world is to find twice", _Reading._note_name, "name in self._called → False"),
         Fault("nothing held, and nothing said", _Reading._soft_body, "not held and a_ → False"),
         Fault("steps of any length", _Reading._run, "run.time_step > stable → False"),
