@@ -572,20 +572,20 @@ def boxes_in_bags_rise_hang_and_sink(run: Run) -> Comparison:
     world.run(16.0)
     touching, volume = world.contact_points(), boxes_in_bags.EDGE**3
     whole = softbody.icosphere(2, boxes_in_bags.RADIUS).volume
-    for body, box in zip(world.soft_bodies, world.boxes):
+    masses = [*(volume * density for density in boxes_in_bags.DENSITIES), boxes_in_bags.SKIN]
+    for body, box, mass, side in zip(world.soft_bodies, world.boxes, masses, (-1.0, 0.0, 1.0, 0.0)):
         liquid = body.liquid_density * (whole - volume)
         density = liquid / (trimesh.volume(body.positions, body.triangles) - volume)
-        weight, kind = 9.81 * (box.mass or 0.0), str(box.name)
+        weight, kind = 9.81 * mass, str(box.name)
         borne = weight - 9.81 * density * volume
         told = float(touching.force_on(box)[2]) / weight
         if kind == "marble":
             off = float(np.linalg.norm(box.position - body.centre)) / boxes_in_bags.EDGE
             answers.extend([told, off], [0.0, 0.0], 1.0, kind)
         else:
-            is_between = abs(borne) < 0.01 * weight
             below = float(np.sign(body.centre[2] - box.position[2]))
-            expected = [0.0, 0.0] if is_between else [borne / weight, float(np.sign(borne))]
-            answers.extend([told, 0.0 if is_between else below], expected, 1.0, kind)
+            expected = [borne / weight, side] if side else [0.0, 0.0]
+            answers.extend([told, below if side else 0.0], expected, 1.0, kind)
         ground = told * weight + float(touching.force_on(body)[2])
         total = 9.81 * (boxes_in_bags.SKIN + liquid) + weight
         answers.add(ground / total, 1.0, 1.0, kind)
