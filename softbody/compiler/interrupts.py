@@ -19,6 +19,8 @@ from typing import Any
 
 import numpy as np
 
+MOST_TOLD = 2**16 - 1  # signals of one call that others are told of: no more go into a pipe at once
+
 
 def assign_together(*pairs: tuple[np.ndarray, Any]) -> None:
     """Overwrite each array with what comes with it: all of them, without an instruction of Python on the way."""
@@ -43,13 +45,14 @@ class InterruptFlag:
 
     def clear(self) -> None:
         """Set the byte to 0. A signal that came before is handled before the next call of a kernel."""
-        if self.is_set[0] != 0:  # signals have numbers from 1 on
-            came = os.lseek(self.file, 0, os.SEEK_CUR)
-            os.lseek(self.file, 0, os.SEEK_SET)
-            numbers = os.pread(self.file, came, 0)
-            self.is_set[0] = 0
-            if came and self.others >= 0:
-                os.write(self.others, numbers)
+        if self.file < 0 or os.lseek(self.file, 0, os.SEEK_CUR) == 0:
+            return
+        # A signal may come between any two of these. Where it does, the next one still comes to the byte.
+        first, self.is_set[0] = int(self.is_set[0]), 0
+        os.lseek(self.file, 0, os.SEEK_SET)
+        if self.others >= 0:
+            os.write(self.others, bytes([first]) + os.pread(self.file, MOST_TOLD, 1))
+        os.ftruncate(self.file, 1)
 
 
 NEVER_SET = InterruptFlag(np.zeros(1, np.uint8))
