@@ -27,6 +27,7 @@ class Kind(NamedTuple):
     threads: int = 1
     precision: str = "double"
     self_contact: bool = False
+    liquid: bool = False
 
 
 MIXED, BALLS, BOXES, BALL = (1, 2), (2, 0), (0, 2), (1, 0)
@@ -39,6 +40,7 @@ KINDS = (
     *(Kind(*bodies, precision="single") for bodies in (MIXED, BALLS)),
     *(Kind(*bodies, self_contact=True) for bodies in (MIXED, BALL)),
     *(Kind(*BOXES, joint=joint, may_sleep=sleeps) for joint, sleeps, threads in ALL if threads == 1),
+    *(Kind(*BALL, threads=threads, liquid=True) for threads in (2, 1)),
     *(Kind(*BALL, joint=joint, may_sleep=sleeps, threads=threads) for joint, sleeps, threads in ALL),
     Kind(*BALL, precision="single"),
 )
@@ -65,6 +67,8 @@ def run_small_world(kind: Kind) -> None:
     for k in range(kind.soft):
         place, holds = (0.0, 0.0, 1.0 + k), kind.self_contact
         bodies.append(world.add_soft_body(mesh, mass=1.0, stiffness=50.0, gas=1.0, position=place, self_contact=holds))
+    if kind.liquid:
+        float_in_a_pool(world)
     for k in range(kind.boxes):
         bodies.append(world.add_box((1.0, 1.0, 1.0), mass=1.0, position=(5.0, 0.0, 0.5 + 0.9 * k)))
     if kind.joint:
@@ -76,6 +80,14 @@ def run_small_world(kind: Kind) -> None:
             lie_on_itself(world)
         if kind == Kind(*MIXED):
             use_the_rest(world)
+
+
+def float_in_a_pool(world: softbody.World) -> None:
+    """Pour liquids around the first body and into it, and ask for all that is told of them."""
+    body = world.soft_bodies[0]
+    world.add_liquid(1000.0, 1.0)
+    body.liquid_density = 500.0
+    assert np.isfinite([body.submerged_volume, *body.buoyancy(), world.energies().liquid]).all()
 
 
 def lie_on_itself(world: softbody.World) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from softbody.compiler.jit import jit
 from softbody.dynamics.filling import add_filling_forces
-from softbody.dynamics.liquid_forces import Moving
+from softbody.dynamics.ring_pressure import Moving, RingWork, memory_for_rings
 from softbody.dynamics.soft_bodies import Motion, ring_accelerations
 from softbody.linalg.vec import accumulate, load, scale
 from softbody.model.arrays import Model, SoftBodies
@@ -44,9 +44,10 @@ def relax(
     """
     position, velocity = bodies.position, glide.velocity
     acceleration, force = np.empty_like(position), np.empty_like(position)
+    rows = memory_for_rings(motion.rings)
     h, mixing, downhill = glide.step_size[0], glide.step_size[1], glide.step_size[2]
     left = 0
-    _accelerate(model, bodies, motion, force, acceleration)
+    _accelerate(model, bodies, motion, rows, force, acceleration)
     for done in range(1, steps + 1):
         power = along = speed = 0.0
         for i in range(position.shape[0]):
@@ -69,7 +70,7 @@ def relax(
             for c in range(3):
                 velocity[i, c] = keep * velocity[i, c] + (turn + h) * acceleration[i, c]
                 position[i, c] += h * velocity[i, c]
-        _accelerate(model, bodies, motion, force, acceleration)
+        _accelerate(model, bodies, motion, rows, force, acceleration)
         if motion.memory.stop[0] != 0:
             left = steps - done
             break
@@ -78,10 +79,18 @@ def relax(
 
 
 @jit
-def _accelerate(model: Model, bodies: SoftBodies, motion: Motion, force: np.ndarray, acceleration: np.ndarray) -> None:
-    """Overwrite `acceleration` (n, 3) [m/s²] with that of all particles; `force` (n, 3) is scratch."""
+def _accelerate(
+    model: Model,
+    bodies: SoftBodies,
+    motion: Motion,
+    rows: np.ndarray,
+    force: np.ndarray,
+    acceleration: np.ndarray,
+) -> None:
+    """Overwrite `acceleration` (n, 3) [m/s²] with that of all particles; `rows` (see RingWork), `force` are scratch."""
     ring_accelerations(bodies, motion, acceleration)
     force[:] = 0.0
-    add_filling_forces(model, bodies.gravity, Moving(bodies.position, bodies.velocity, 0.0), np.empty((0, 3)), force)
+    work, moving = RingWork(motion.rings, rows), Moving(bodies.position, bodies.velocity, 0.0)
+    add_filling_forces(model, bodies.gravity, work, moving, np.empty((0, 3)), force)
     for i in range(force.shape[0]):
         accumulate(acceleration, i, scale(bodies.inverse_mass[i], load(force, i)))

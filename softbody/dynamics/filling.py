@@ -9,16 +9,28 @@ does: sloshing is left out, and in a free fall the pressure is that of a liquid 
 
 from __future__ import annotations
 
-from math import log
+from math import inf, log
 from typing import NamedTuple
 
 import numpy as np
 
 from softbody.compiler.jit import jit, jit_lean
-from softbody.dynamics.liquid_forces import Moving, place_of
+from softbody.compiler.simd import LANES, first_lanes, spread, sum_of_lanes
+from softbody.dynamics.liquid_forces import place_of
+from softbody.dynamics.ring_pressure import (
+    Moving,
+    RingWork,
+    add_to_particles,
+    load_places,
+    origin_of_rows,
+    place_of_rows,
+    pressed,
+    sum_around,
+    turn_of_rows,
+)
 from softbody.geometry.submerged import double_area
-from softbody.linalg.vec import Vec, accumulate, dot, load, norm, scale, sub
-from softbody.model.arrays import Model, State
+from softbody.linalg.vec import Vec, add, dot, load, norm, scale, sub
+from softbody.model.arrays import FIRST, NUMBER, Model, State
 
 # Of c² over that of a liquid which its own weight would press together by all of it: as for weakly compressible liquids
 # (Monaghan 1994), it gives way by about a hundredth.
@@ -56,7 +68,7 @@ def liquid_pressure(model: Model, gravity: np.ndarray, body: int, room: float) -
 
 @jit
 def add_filling_forces(
-    model: Model, gravity: np.ndarray, moving: Moving, box_position: np.ndarray, force: np.ndarray
+    model: Model, gravity: np.ndarray, work: RingWork, moving: Moving, box_position: np.ndarray, force: np.ndarray
 ) -> None:
     """Add to the `force` (n, 3) [N] on particles what liquid in them adds to m g: it presses where it is deep.
 
@@ -66,14 +78,29 @@ def add_filling_forces(
     for body in range(model.soft_count):
         mass = liquid_mass(model, body)
         if mass > 0.0:
-            first, end = model.soft_particle_start[body], model.soft_particle_start[body + 1]
-            triangles = model.triangle_particles[model.soft_triangle_start[body] : model.soft_triangle_start[body + 1]]
-            volume, middle = _middle(g, moving, triangles, first)
-            room, middle = _around_boxes(model, g, box_position, body, place_of(moving, first), (volume, middle))
-            pressure = liquid_pressure(model, gravity, body, room)
-            _press(g, moving, triangles, first, Filling(mass / room, middle, pressure), force)
-            for i in range(first, end):
-                accumulate(force, i, scale(-mass / (end - first), g))
+            load_places(work, body, moving)
+            sum_around(work, body, g, inf, False)
+            origin = origin_of_rows(work)
+            whole = _middle_of_rows(g, work, body)
+            room, middle = _around_boxes(model, g, box_position, body, origin, whole)
+            filling = Filling(mass / room, middle, liquid_pressure(model, gravity, body, room))
+            each = scale(-mass / (model.soft_particle_start[body + 1] - model.soft_particle_start[body]), g)
+            _press(g, work, body, filling, each, force)
+
+
+@jit_lean
+def _middle_of_rows(g: Vec, work: RingWork, body: int) -> tuple[float, float]:
+    """Return what `_middle` does of a body, with o its first particle in the rings."""
+    rings, origin, six, sums = work.rings, origin_of_rows(work), spread(0.0), spread(0.0)
+    for block in range(rings.block_start[body], rings.block_start[body + 1]):
+        first, number = rings.block[block, FIRST], rings.block[block, NUMBER]
+        for q in range(0, number, LANES):
+            arm = sub(place_of_rows(work, first + q), origin)
+            volumes = first_lanes(dot(arm, turn_of_rows(work, first + q)), number - q)
+            six = six + volumes
+            sums = sums + dot(g, arm) * volumes
+    whole = sum_of_lanes(six) / 3.0
+    return whole / 6.0, 0.25 * sum_of_lanes(sums) / whole
 
 
 @jit_lean
@@ -118,20 +145,14 @@ def volume_of_box(model: Model, box: int) -> float:
 
 
 @jit_lean
-def _press(g: Vec, moving: Moving, triangles: np.ndarray, first: int, filling: Filling, force: np.ndarray) -> None:
-    """Add what a liquid in `triangles` (t, 3) does to the `force` (n, 3) [N] on their corners."""
-    origin, density = place_of(moving, first), filling.density
+def _press(g: Vec, work: RingWork, body: int, filling: Filling, each: Vec, force: np.ndarray) -> None:
+    """Add what a liquid in a body does to the `force` (n, 3) [N] on its particles, and `each` [N] to that on each."""
+    origin, density = origin_of_rows(work), filling.density
     base = filling.pressure - density * filling.middle
-    for t in range(triangles.shape[0]):
-        i, j, k = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        a, b, c = place_of(moving, i), place_of(moving, j), place_of(moving, k)
-        push = scale(1.0 / 24.0, double_area(a, b, c))
-        p = base + density * dot(g, sub(a, origin))
-        q = base + density * dot(g, sub(b, origin))
-        r = base + density * dot(g, sub(c, origin))
-        accumulate(force, i, scale(p + q + r + p, push))
-        accumulate(force, j, scale(p + q + r + q, push))
-        accumulate(force, k, scale(p + q + r + r, push))
+    for i in range(0, work.rings.start[body + 1] - work.rings.start[body], LANES):
+        pressure = base + density * dot(g, sub(place_of_rows(work, i), origin))
+        on = scale(1.0 / 24.0, pressed(work, i, pressure, density))
+        add_to_particles(work, body, i, add(on, each), force)
 
 
 @jit

@@ -12,11 +12,11 @@ from softbody.collision.soft.soft_response import parting_times
 from softbody.collision.soft.surface import Surfaces, build_surfaces
 from softbody.compiler.interrupts import NEVER_SET, InterruptFlag
 from softbody.compiler.threads import Team
-from softbody.dynamics.acting import memory_for_forces
+from softbody.dynamics.acting import Acting, memory_for_forces
 from softbody.dynamics.liquid_rates import feels_liquid
 from softbody.dynamics.soft_bodies import Motion, motion_of
 from softbody.dynamics.stability import most_extents
-from softbody.model.arrays import Controls, Model, State
+from softbody.model.arrays import Joints, Model, State
 from softbody.stepping.checks import may_carry_too_much
 from softbody.stepping.skins import Skins
 from softbody.stepping.step import Work
@@ -41,7 +41,7 @@ class Memory:
         self._skin: Skin | None = None
         self._start: State | None = None  # memory for that of a step
         self._grounded: np.ndarray | None = None  # memory for which boxes touch the ground
-        self._acting: Controls | None = None  # memory for what acts in a step with joints or liquids
+        self._acting: Acting | None = None  # memory for what acts in a step with joints or liquids
         self._limits_of: tuple[Model | None, bytes] = None, b""  # for which springs and gas extents are limited
         self._times_of: tuple[Model | None, bytes] = None, b""  # for which springs and gas parting times are known
         self._unlike_of: tuple[Model | None, bool] = None, False  # of which masses, and whether any are too unlike
@@ -52,11 +52,10 @@ class Memory:
         """Return what a step needs, with nothing for a kind of bodies that there is none of."""
         store, has_boxes = self._store, self._store.model.box_count > 0
         motion = self.motion(flag) if store.model.soft_count else None
+        joints, acting = self.acting()
         if self._start is None:
             self._start = store.state.copy()
             self._grounded = np.zeros(store.model.box_count, bool) if has_boxes else None
-        if self._acting is None and (len(store.joints.joint_box) or feels_liquid(store.model)):
-            self._acting = memory_for_forces(store.state, store.controls)
         return Work(
             motion,
             self.surfaces(),
@@ -65,12 +64,19 @@ class Memory:
             self._start,
             self._grounded,
             self.contents.ground_impulse,
-            store.joints if self._acting is not None else None,
-            self._acting,
+            joints,
+            acting,
             self.contents.sleep.rest if store.may_sleep else None,
             flag.is_set,
             self.pressed,
         )
+
+    def acting(self) -> tuple[Joints, Acting] | tuple[None, None]:
+        """Return the joints, and memory for what acts in a step, where there are joints or liquids."""
+        store = self._store
+        if self._acting is None and (len(store.joints.joint_box) or feels_liquid(store.model)):
+            self._acting = memory_for_forces(store.state, store.controls, store.rings)
+        return (None, None) if self._acting is None else (store.joints, self._acting)
 
     def motion(self, flag: InterruptFlag) -> Motion:
         """Return what moves soft bodies."""

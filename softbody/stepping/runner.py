@@ -15,7 +15,6 @@ from softbody.collision.contact import remembered, remembering
 from softbody.collision.pressed import FIRST, NOW
 from softbody.compiler.interrupts import NEVER_SET, InterruptFlag, listening
 from softbody.compiler.threads import team_of
-from softbody.dynamics.liquid_rates import feels_liquid
 from softbody.errors import ParameterError
 from softbody.model.arrays import NOBODY
 from softbody.model.settings import Settings
@@ -184,7 +183,15 @@ class Runner:
                 if is_alone:
                     order = Order(call.h, left, *call.begun, is_seen, abort_mid_step)
                     surfaces = memory.surfaces() if skin is not None else None
-                    how = surfaces, skin, call.settings, store.clock, order, store.contents.ground_impulse
+                    how = (
+                        surfaces,
+                        skin,
+                        call.settings,
+                        store.clock,
+                        order,
+                        store.contents.ground_impulse,
+                        *memory.acting(),
+                    )
                     fault, body = run_alone_by_clock(model, controls, state, memory.motion(flag), *how)
                     if skin is not None and store.steps > before:
                         self._forget_contacts()
@@ -246,10 +253,10 @@ class Runner:
             check_level(self.store.controls.gravity)
 
     def _is_alone(self) -> bool:
-        """Tell whether there is one soft body at most, perhaps the ground, no liquids, and nobody who may sleep."""
+        """Tell whether there is one soft body at most, perhaps the ground and liquids, and nobody who may sleep."""
         store, model = self.store, self.store.model
         is_only = model.box_count == 0 and model.soft_count <= 1
-        return is_only and not (len(store.joints.joint_box) or store.may_sleep or feels_liquid(model))
+        return is_only and not (len(store.joints.joint_box) or store.may_sleep)
 
     def stable_time_step(self) -> float:
         """Do what `World.stable_time_step` says."""

@@ -25,7 +25,7 @@ from softbody.collision.soft.split_steps import MOST_PARTS, closes_too_far, subd
 from softbody.collision.soft.surface import Surfaces
 from softbody.collision.solver.warm_start import cache_impulses, copied_cache, copy_cache
 from softbody.compiler.jit import jit, jit_inlined, jit_lean
-from softbody.dynamics.acting import all_that_acts
+from softbody.dynamics.acting import Acting, all_that_acts
 from softbody.dynamics.particle_ground import material_on_ground, resolve_ground
 from softbody.dynamics.rigid_boxes import diverged_box, limit_boxes, limit_speeds, slow_boxes, stop_boxes
 from softbody.dynamics.soft_bodies import BARE, COLLAPSED, DIVERGED, Motion, move_in_place, move_soft_bodies
@@ -73,7 +73,7 @@ class Work(NamedTuple):
     grounded: np.ndarray | None  # (m,) of bool: which boxes touch the ground
     ground_impulse: np.ndarray  # (n, 3) [N s] of the ground on each particle in the last step
     joints: Joints | None
-    acting: Controls | None  # memory for what acts in a step with joints or liquids; None: there are none
+    acting: Acting | None  # memory for what acts in a step with joints or liquids; None: there are none
     rest: SleepState | None  # None: nobody may sleep
     stop: np.ndarray  # (1,) what is not 0 ends a run early; somebody else may write it
     pressed: Pressed
@@ -111,7 +111,7 @@ def step(
     """
     begin_step(model, state, work.start, work.ground_impulse, work.rest)
     slow_boxes(model, state, work.grounded, h)
-    controls = all_that_acts(model, controls, state, work.joints, work.acting, settings, h)
+    controls = all_that_acts(model, controls, state, work.motion, work.joints, work.acting, settings, h)
     bodies = soft_bodies_of(model, controls, state)
     done, fault, body = move_in_place(bodies, work.motion, settings, h, abort_mid_step)
     if fault or done == 0:
@@ -357,22 +357,26 @@ def run_alone_by_clock(
     clock: Clock,
     order: Order,
     ground_impulse: np.ndarray,
+    joints: Joints | None,
+    acting: Acting | None,
 ) -> tuple[int, int]:
     """Advance a world of one soft body like `run_alone`, and its clock, like `run`; return (fault, body).
 
-    The last step is taken by itself, so that it is known what the ground gave: `ground_impulse` (n, 3) [N s]. With a
-    `skin` the run ends, without a fault, before a step in which the body may touch itself, or has a fault.
+    The last step is taken by itself, so that it is known what the ground gave: `ground_impulse` (n, 3) [N s]; and each
+    is where there is memory for liquids, that are `acting` anew in each. With a `skin` the run ends, without a fault,
+    before a step in which the body may touch itself, or has a fault.
     """
     h, steps, abort_mid_step = order.h, order.steps, order.abort_mid_step
     if not (order.is_seen or _looks_as_left(controls, state, clock)):
         return UNSEEN, -1
-    bodies = soft_bodies_of(model, controls, state)
     done, fault, body = 0, 0, -1
     while done < steps and fault == 0 and give_room(model, state, surfaces, skin, motion.watch):
-        left = max(1, steps - 1 - done)
+        left = max(1, steps - 1 - done) if acting is None else 1
+        acts = all_that_acts(model, controls, state, motion, joints, acting, settings, h)
         if done < steps - 1:
-            made, fault, body = run_alone(model, controls, state, motion, settings, h, left, abort_mid_step)
+            made, fault, body = run_alone(model, acts, state, motion, settings, h, left, abort_mid_step)
         else:
+            bodies = soft_bodies_of(model, acts, state)
             motion.watch.room[:] = inf  # what it does then counts where the ground has acted
             note_places(skin, state)
             made, fault, body = move_soft_bodies(bodies, motion, settings, h, 1, -inf, BARE, abort_mid_step)

@@ -34,19 +34,20 @@ def main() -> int:
     """Return 0 if all is as it was, or was written; 1 if anything differs."""
     parser = argparse.ArgumentParser(prog="python -m validation.golden", description=__doc__.partition("\n")[0])
     parser.add_argument("--write", action="store_true", help=f"keep what is computed now in {HASHES.name}")
-    parser.add_argument("-k", metavar="TEXT", default="", help="only worlds whose name contains TEXT")
+    parser.add_argument("-k", metavar="TEXT", default="", help="only worlds whose name contains TEXT; the others are as they were")
     given = parser.parse_args()
-    if given.write and given.k:
-        parser.error("--write keeps all worlds; leave out -k")
+    kept = json.loads(HASHES.read_text())
+    if given.write and given.k and kept["made with"] != made_with():
+        parser.error(f"the others in {HASHES.name} were made with {kept['made with']}; leave out -k")
     warnings.simplefilter("ignore")  # of the scenes' own
     wanted = {name: case for name, case in cases().items() if given.k in name}
     found = computed(wanted)
     seconds = f"{process_time():.0f} s of the processor"
     if given.write:
-        HASHES.write_text(json.dumps({"made with": made_with(), "worlds": found}, indent=1) + "\n")
+        worlds = kept["worlds"] | found if given.k else found
+        HASHES.write_text(json.dumps({"made with": made_with(), "worlds": worlds}, indent=1) + "\n")
         print(f"{HASHES.name}: {len(found)} worlds, {seconds}")
         return 0
-    kept = json.loads(HASHES.read_text())
     before = {name: told for name, told in kept["worlds"].items() if given.k in name}
     for what, now in made_with().items():
         if kept["made with"].get(what) != now:

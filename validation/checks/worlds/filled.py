@@ -10,7 +10,7 @@ import softbody
 from references import bag, trimesh
 from softbody import SoftBody, World
 from softbody.bodies import builder
-from softbody.dynamics import acting, equilibrium, filling
+from softbody.dynamics import acting, equilibrium, filling, ring_pressure
 from softbody.dynamics import energy as energies
 from softbody.scenes import water_bags
 from validation.answers import Answers
@@ -91,10 +91,10 @@ def weighs_at_its_centre(run: Run) -> Comparison:
     faults=(
         Fault(
             "pressure in a bag by thirds",
-            filling._press,
-            "p_ + q_ + r_ + p_ → 4.0 / 3.0 * (p + q + r)",
+            ring_pressure.pressed,
+            "scale(g_, s_) → scale(4.0 / 3.0 * growth, slope)",
         ),
-        Fault("a density that stays", filling.add_filling_forces, "mass_ / volume_ → 1.01 * mass / volume"),
+        Fault("a density that stays", filling.add_filling_forces, "mass_ / room_ → 1.01 * mass / room"),
         Fault("a liquid that gives way", filling.liquid_pressure, "lost_ > 0.0 → False"),
         Fault("a liquid that pulls", filling.liquid_pressure, "lost_ > 0.0 → True"),
         Fault("twice as hard to press", filling.square_of_sound, "c_ * c_ → 2.0 * c * c"),
@@ -161,8 +161,8 @@ def sinks_downhill(run: Run) -> Comparison:
     tolerance=2e-14,
     because="rounding of a velocity that one step gives: 4.3e-15 at worst of three seeds",
     faults=(
-        Fault("depth from the top", filling._middle, "0.25 * sums_ / six_ → 0.0"),
-        Fault("pressure of one height", filling._press, "base + density * dot(g_, sub(b_, o_)) → base"),
+        Fault("depth from the top", filling._middle_of_rows, "0.25 * s_ / w_ → 0.0"),
+        Fault("pressure of one height", filling._press, "pressed(w_, i_, p_, d_) → pressed(work, i, base, 0.0)"),
     ),
 )
 def presses_by_its_depth(run: Run) -> Comparison:
@@ -208,9 +208,11 @@ def presses_by_its_depth(run: Run) -> Comparison:
     because="rounding, and what is left of the swing after 30 s: 1.0e-13 at worst of three seeds",
     faults=(
         Fault(
-            "a bag that is relaxed dry", equilibrium._accelerate, "add_filling_forces(model_, g_, m_, b_, force_) → "
+            "a bag that is relaxed dry",
+            equilibrium._accelerate,
+            "add_filling_forces(model_, g_, w_, m_, b_, force_) → ",
         ),
-        Fault("a bag that is dry when it runs", acting.all_that_acts, "add_filling_forces(m_, g_, x_, b_, f_) → "),
+        Fault("a bag that is dry when it runs", acting.all_that_acts, "add_filling_forces(m_, g_, w_, x_, b_, f_) → "),
         Fault("a liquid of 0.01% more", filling.liquid_mass, "d_[b_] * v_ → 1.0001 * d_[b_] * v_"),
     ),
 )
