@@ -16,8 +16,8 @@ from softbody.compiler.jit import jit
 from softbody.dynamics.boxes_inside import add_forces_inside
 from softbody.dynamics.filling import add_filling_forces
 from softbody.dynamics.joint_forces import add_joint_forces
-from softbody.dynamics.liquid_forces import add_liquid_forces
-from softbody.dynamics.ring_pressure import Moving, RingWork, memory_for_rings
+from softbody.dynamics.liquid_forces import Moving, add_liquid_forces
+from softbody.dynamics.ring_pressure import RingWork, memory_for_rings
 from softbody.dynamics.soft_bodies import Motion
 from softbody.model.arrays import Controls, Joints, Model, State, VertexRings
 from softbody.model.settings import RK4, Settings
@@ -56,10 +56,10 @@ def all_that_acts(
     # x' = x + h v + β h² a: of n sub-steps of x' = x + h v', β is (1 + 1/n) / 2. The part is 1 − β.
     ahead = 0.5 * h * (1.0 if settings.integrator == RK4 else 1.0 - 1.0 / settings.substeps)
     add_joint_forces(state, joints, ahead, acting)
-    work = None if motion is None else RingWork(motion.rings, memory.rows)
     if model.liquid_density > 0.0:
-        add_liquid_forces(model, controls.gravity, work, state, ahead, acting)
-    if work is not None:
+        add_liquid_forces(model, controls.gravity, state, ahead, acting)
+    if motion is not None:
+        work = RingWork(motion.rings, memory.rows)
         moving = Moving(state.particle_position, state.particle_velocity, ahead)
         add_filling_forces(model, controls.gravity, work, moving, state.box_position, acting.particle_force)
         add_forces_inside(model, controls.gravity, state, ahead, acting)

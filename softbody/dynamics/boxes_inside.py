@@ -11,8 +11,7 @@ import numpy as np
 
 from softbody.compiler.jit import jit
 from softbody.dynamics.filling import liquid_mass, volume_in, volume_of_box
-from softbody.dynamics.liquid_forces import BOX_TRIANGLES, Medium, corners_of, press, velocities_of
-from softbody.dynamics.ring_pressure import Moving
+from softbody.dynamics.liquid_forces import BOX_TRIANGLES, Medium, Moving, corners_of, press, velocities_of
 from softbody.geometry.affine_fit import Rows3, inertia_of, mean_of, solved
 from softbody.linalg.vec import Vec, accumulate, add, cross, load, norm, scale, store, sub
 from softbody.model.arrays import Controls, Model, State
@@ -51,7 +50,7 @@ def _drag(model: Model, state: State, body: int, acting: Controls) -> None:
                 store(against, k, sub(load(against, k), carried))
             on[:] = 0.0
             above = centre[2] + norm(load(model.box_size, box))
-            press(Medium(above, 0.0, half, still), Moving(corners, against, 0.0), BOX_TRIANGLES, on, False)
+            press(Medium(above, 0.0, half, still), Moving(corners, against, 0.0), BOX_TRIANGLES, on)
             for k in range(8):
                 force, corner = load(on, k), load(corners, k)
                 accumulate(acting.box_force, box, force)

@@ -9,7 +9,8 @@ import numpy as np
 
 from softbody.compiler.jit import jit
 from softbody.dynamics.filling import add_filling_forces
-from softbody.dynamics.ring_pressure import Moving, RingWork, memory_for_rings
+from softbody.dynamics.liquid_forces import Moving
+from softbody.dynamics.ring_pressure import RingWork, memory_for_rings
 from softbody.dynamics.soft_bodies import Motion, ring_accelerations
 from softbody.linalg.vec import accumulate, load, scale
 from softbody.model.arrays import Model, SoftBodies

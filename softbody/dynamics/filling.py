@@ -9,19 +9,17 @@ does: sloshing is left out, and in a free fall the pressure is that of a liquid 
 
 from __future__ import annotations
 
-from math import inf, log
+from math import log
 from typing import NamedTuple
 
 import numpy as np
 
 from softbody.compiler.jit import jit, jit_lean
 from softbody.compiler.simd import LANES, first_lanes, spread, sum_of_lanes
-from softbody.dynamics.liquid_forces import place_of
+from softbody.dynamics.liquid_forces import Moving, place_of
 from softbody.dynamics.ring_pressure import (
-    Moving,
     RingWork,
     add_to_particles,
-    load_places,
     origin_of_rows,
     place_of_rows,
     pressed,
@@ -78,8 +76,7 @@ def add_filling_forces(
     for body in range(model.soft_count):
         mass = liquid_mass(model, body)
         if mass > 0.0:
-            load_places(work, body, moving)
-            sum_around(work, body, g, inf, False)
+            sum_around(work, body, moving, g)
             origin = origin_of_rows(work)
             whole = _middle_of_rows(g, work, body)
             room, middle = _around_boxes(model, g, box_position, body, origin, whole)

@@ -13,22 +13,10 @@ from typing import NamedTuple
 import numpy as np
 
 from softbody.compiler.jit import jit, jit_lean
-from softbody.compiler.simd import LANES
-from softbody.dynamics.ring_pressure import (
-    Moving,
-    RingWork,
-    add_to_particles,
-    load_places,
-    place_of_rows,
-    pressed,
-    sum_around,
-    wet_around,
-)
 from softbody.geometry.box import box_corners
 from softbody.geometry.submerged import double_area, submerged_part, wet_part
 from softbody.linalg.quaternion import load_quaternion
 from softbody.linalg.vec import Vec, accumulate, add, cross, load, norm, scale, store, sub
-from softbody.linalg.vec_lanes import gather_vec
 from softbody.model.arrays import NOBODY, Controls, Model, State
 
 # Two triangles on each face of a box, by its corners, counter-clockwise seen from outside.
@@ -49,20 +37,20 @@ class Medium(NamedTuple):
     flow: Vec  # [m/s]
 
 
-@jit
-def add_liquid_forces(
-    model: Model, gravity: np.ndarray, work: RingWork | None, state: State, ahead: float, acting: Controls
-) -> None:
-    """Add what the liquid does to all bodies to what acts on them; soft bodies as they will be `ahead` [s].
+class Moving(NamedTuple):
+    """Corners of triangles, as they will be in a moment."""
 
-    `work` is None where there are no soft bodies.
-    """
+    position: np.ndarray  # (n, 3) [m]
+    velocity: np.ndarray  # (n, 3) [m/s]
+    ahead: float  # [s]
+
+
+@jit
+def add_liquid_forces(model: Model, gravity: np.ndarray, state: State, ahead: float, acting: Controls) -> None:
+    """Add what the liquid does to all bodies to what acts on them; soft bodies as they will be `ahead` [s]."""
     medium = medium_of(model, gravity)
-    if work is not None:
-        moving = Moving(state.particle_position, state.particle_velocity, ahead)
-        for body in range(model.soft_count):
-            triangles = model.triangle_particles[model.soft_triangle_start[body] : model.soft_triangle_start[body + 1]]
-            _press_skin(medium, work, body, moving, triangles, acting.particle_force)
+    moving = Moving(state.particle_position, state.particle_velocity, ahead)
+    press(medium, moving, model.triangle_particles, acting.particle_force)
     force = np.empty((8, 3))
     for box in range(model.box_count):
         centre = load(state.box_position, box)
@@ -70,7 +58,7 @@ def add_liquid_forces(
         if is_near and can_be_wet(model, box):
             corners = corners_of(model, state, box)
             force[:] = 0.0
-            press(medium, Moving(corners, velocities_of(state, box, corners), 0.0), BOX_TRIANGLES, force, False)
+            press(medium, Moving(corners, velocities_of(state, box, corners), 0.0), BOX_TRIANGLES, force)
             for k in range(8):
                 accumulate(acting.box_force, box, load(force, k))
                 accumulate(acting.box_torque, box, cross(sub(load(corners, k), centre), load(force, k)))
@@ -91,43 +79,17 @@ def medium_of(model: Model, gravity: np.ndarray) -> Medium:
 
 
 @jit_lean
-def _press_skin(
-    medium: Medium, work: RingWork, body: int, moving: Moving, triangles: np.ndarray, force: np.ndarray
-) -> None:
-    """Add what the liquid does to a soft body to the `force` (n, 3) [N] on all particles."""
-    lowest, highest = load_places(work, body, moving)
-    if lowest >= medium.level:
-        return
-    sum_around(work, body, (0.0, 0.0, 1.0), medium.level, medium.drag > 0.0)
-    rings, velocity = work.rings, moving.velocity.reshape(-1)
-    first, push = rings.start[body], medium.push / 12.0
-    for i in range(0, rings.start[body + 1] - first, LANES):
-        depth = medium.level - place_of_rows(work, i)[2]
-        on = scale(push, pressed(work, i, depth, -1.0))
-        if medium.drag > 0.0:
-            resistance = (medium.drag / 3.0) * wet_around(work, i)
-            on = add(on, scale(resistance, sub(medium.flow, gather_vec(velocity, rings.number, first + i))))
-        add_to_particles(work, body, i, on, force)
-    if highest >= medium.level:
-        press(medium, moving, triangles, force, True)
-
-
-@jit_lean
-def press(medium: Medium, moving: Moving, triangles: np.ndarray, force: np.ndarray, only_cut: bool) -> None:
-    """Add what the liquid does to `triangles` (t, 3) to the `force` (n, 3) [N] on their corners.
-
-    Or only to those that are not below its surface with all corners.
-    """
+def press(medium: Medium, moving: Moving, triangles: np.ndarray, force: np.ndarray) -> None:
+    """Add what the liquid does to `triangles` (t, 3) to the `force` (n, 3) [N] on their corners."""
     x, v, ahead = moving
     for t in range(triangles.shape[0]):
         i, j, k = triangles[t, 0], triangles[t, 1], triangles[t, 2]
         depth = (
-            medium.level - (x[i, 2] + ahead * v[i, 2]),
-            medium.level - (x[j, 2] + ahead * v[j, 2]),
-            medium.level - (x[k, 2] + ahead * v[k, 2]),
+            medium.level - x[i, 2] - ahead * v[i, 2],
+            medium.level - x[j, 2] - ahead * v[j, 2],
+            medium.level - x[k, 2] - ahead * v[k, 2],
         )
-        is_whole = depth[0] > 0.0 and depth[1] > 0.0 and depth[2] > 0.0
-        if (depth[0] > 0.0 or depth[1] > 0.0 or depth[2] > 0.0) and not (only_cut and is_whole):
+        if depth[0] > 0.0 or depth[1] > 0.0 or depth[2] > 0.0:
             normal = double_area(place_of(moving, i), place_of(moving, j), place_of(moving, k))
             wet, resistance = wet_part(depth), 0.0
             if medium.drag > 0.0:

@@ -7,41 +7,22 @@ around a particle, of which nothing is scattered. In double precision, whatever 
 
 from __future__ import annotations
 
-from math import inf
 from typing import NamedTuple
 
 import numpy as np
 
 from softbody.compiler.jit import jit, jit_lean
-from softbody.compiler.simd import (
-    LANES,
-    Lanes,
-    gather_lanes,
-    least_lane,
-    load_lanes,
-    spread,
-    square_root,
-    store_lanes,
-    where_less,
-)
+from softbody.compiler.simd import LANES, Lanes, gather_lanes, spread
+from softbody.dynamics.liquid_forces import Moving
 from softbody.linalg.vec import Vec, add, cross, dot, scale, sub
 from softbody.linalg.vec_lanes import VecLanes, gather_vec, load_vec_lanes, scatter_vec, store_vec_lanes
 from softbody.model.arrays import DEGREE, END, ENTRY, FIRST, NEXT, VertexRings
 
-# Rows of the work array, by index: three each for x, y and z but of the last.
+# Rows of the work array, by index: three each, for x, y and z.
 PLACE = 0  # [m] of a particle
 TURN = 3  # [m²] Σ n over the triangles around it
 SLOPE = 6  # Σ (a·(x_j − x_i) + a·(x_k − x_i)) n
-WET = 9  # [m²] Σ |n|
-ROWS = 10
-
-
-class Moving(NamedTuple):
-    """Corners of triangles, as they will be in a moment."""
-
-    position: np.ndarray  # (n, 3) [m]
-    velocity: np.ndarray  # (n, 3) [m/s]
-    ahead: float  # [s]
+ROWS = 9
 
 
 class RingWork(NamedTuple):
@@ -61,55 +42,47 @@ def memory_for_rings(rings: VertexRings) -> np.ndarray:
 
 
 @jit_lean
-def load_places(work: RingWork, body: int, moving: Moving) -> tuple[float, float]:
-    """Copy where the particles of a body will be to its rows; return the least and the greatest z [m]."""
+def sum_around(work: RingWork, body: int, moving: Moving, along: Vec) -> None:
+    """Overwrite the rows of a body; `along` is how much a pressure grows for each metre."""
     rings, rows = work
-    first, count = rings.start[body], rings.start[body + 1] - rings.start[body]
-    position, velocity = moving.position.reshape(-1), moving.velocity.reshape(-1)
-    least, most = spread(inf), spread(-inf)
-    for i in range(0, count, LANES):
-        x, v = gather_vec(position, rings.number, first + i), gather_vec(velocity, rings.number, first + i)
-        place = add(x, scale(moving.ahead, v))
-        store_vec_lanes(rows[PLACE : PLACE + 3], i, place)
-        least, most = where_less(place[2], least, place[2], least), where_less(most, place[2], place[2], most)
-    return least_lane(least), -least_lane(-1.0 * most)
-
-
-@jit_lean
-def sum_around(work: RingWork, body: int, along: Vec, level: float, with_area: bool) -> None:
-    """Overwrite all rows but PLACE with sums over the triangles all of which is below z = `level` [m].
-
-    `along` is how much a pressure grows for each metre; WET stays as it is but `with_area`.
-    """
-    rings, rows = work
-    places, top, one, none = rows[PLACE : PLACE + 3], spread(level), spread(1.0), spread(0.0)
+    places = rows[PLACE : PLACE + 3]
+    _load_places(rings, body, moving, places)
     for block in range(rings.block_start[body], rings.block_start[body + 1]):
         first, size = rings.block[block, FIRST], rings.block[block, END] - rings.block[block, FIRST]
         degree, entry, next_ = rings.block[block, DEGREE], rings.block[block, ENTRY], rings.block[block, NEXT]
         for q in range(0, size, LANES):
             here = load_vec_lanes(places, first + q)
-            turn, slope, wet = (none, none, none), (none, none, none), none
-            is_below = where_less(here[2], top, one, none)
-            side = _neighbour(places, rings.neighbour, entry + q)
+            turn = slope = spread(0.0), spread(0.0), spread(0.0)
+            side = _to_neighbour(places, rings.neighbour, entry + q, here)
             for d in range(degree):
                 if next_ < 0:  # a cycle
                     after = d + 1 if d + 1 < degree else 0
-                    ahead = _neighbour(places, rings.neighbour, entry + after * size + q)
+                    ahead = _to_neighbour(places, rings.neighbour, entry + after * size + q, here)
                 else:
-                    side = _neighbour(places, rings.neighbour, entry + d * size + q)
-                    ahead = _neighbour(places, rings.next_neighbour, next_ + d * size + q)
-                counts = where_less(ahead[2], top, where_less(side[2], top, is_below, none), none)
-                to_side, to_ahead = sub(side, here), sub(ahead, here)
-                normal = scale(counts, cross(to_side, to_ahead))
+                    side = _to_neighbour(places, rings.neighbour, entry + d * size + q, here)
+                    ahead = _to_neighbour(places, rings.next_neighbour, next_ + d * size + q, here)
+                normal = cross(side, ahead)
                 turn = add(turn, normal)
-                slope = add(slope, scale(dot(along, add(to_side, to_ahead)), normal))
-                if with_area:
-                    wet = wet + square_root(dot(normal, normal))
+                slope = add(slope, scale(dot(along, add(side, ahead)), normal))
                 side = ahead
             store_vec_lanes(rows[TURN : TURN + 3], first + q, turn)
             store_vec_lanes(rows[SLOPE : SLOPE + 3], first + q, slope)
-            if with_area:
-                store_lanes(rows[WET], first + q, wet)
+
+
+@jit_lean
+def _load_places(rings: VertexRings, body: int, moving: Moving, places: np.ndarray) -> None:
+    """Copy where the particles of a body will be to rows."""
+    first, position, velocity = rings.start[body], moving.position.reshape(-1), moving.velocity.reshape(-1)
+    for i in range(0, rings.start[body + 1] - first, LANES):
+        x, v = gather_vec(position, rings.number, first + i), gather_vec(velocity, rings.number, first + i)
+        store_vec_lanes(places, i, add(x, scale(moving.ahead, v)))
+
+
+@jit_lean
+def _to_neighbour(places: np.ndarray, neighbour: np.ndarray, e: int, here: VecLanes) -> VecLanes:
+    """Return the ways [m] from `here` to the neighbours at entries e … e + 7."""
+    x, y, z = places[0], places[1], places[2]
+    return sub((gather_lanes(x, neighbour, e), gather_lanes(y, neighbour, e), gather_lanes(z, neighbour, e)), here)
 
 
 @jit_lean
@@ -141,20 +114,7 @@ def turn_of_rows(work: RingWork, i: int) -> VecLanes:
 
 
 @jit_lean
-def wet_around(work: RingWork, i: int) -> Lanes:
-    """Return Σ |n| [m²] of particles i … i + 7."""
-    return load_lanes(work.rows[WET], i)
-
-
-@jit_lean
 def add_to_particles(work: RingWork, body: int, i: int, on: VecLanes, force: np.ndarray) -> None:
     """Add to the `force` (n, 3) [N] on the particles i … i + 7 of a body; twins of one get it once."""
     numbers, at = force.reshape(-1), work.rings.start[body] + i
     scatter_vec(numbers, work.rings.number, add(gather_vec(numbers, work.rings.number, at), on), at)
-
-
-@jit_lean
-def _neighbour(places: np.ndarray, neighbour: np.ndarray, e: int) -> VecLanes:
-    """Return where the neighbours at entries e … e + 7 will be."""
-    x, y, z = places[0], places[1], places[2]
-    return gather_lanes(x, neighbour, e), gather_lanes(y, neighbour, e), gather_lanes(z, neighbour, e)

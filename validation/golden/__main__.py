@@ -34,7 +34,9 @@ def main() -> int:
     """Return 0 if all is as it was, or was written; 1 if anything differs."""
     parser = argparse.ArgumentParser(prog="python -m validation.golden", description=__doc__.partition("\n")[0])
     parser.add_argument("--write", action="store_true", help=f"keep what is computed now in {HASHES.name}")
-    parser.add_argument("-k", metavar="TEXT", default="", help="only worlds whose name contains TEXT; the others are as they were")
+    parser.add_argument(
+        "-k", metavar="TEXT", default="", help="only worlds whose name contains TEXT; others stay as they are"
+    )
     given = parser.parse_args()
     kept = json.loads(HASHES.read_text())
     if given.write and given.k and kept["made with"] != made_with():

@@ -14,7 +14,7 @@ from softbody import Box, Liquid, SoftBody, World
 from softbody.bodies import adding
 from softbody.bodies.body import SleepyBody
 from softbody.bodies.surroundings import Surroundings
-from softbody.dynamics import acting, liquid_forces, ring_pressure
+from softbody.dynamics import acting, liquid_forces
 from softbody.dynamics import energy as energies
 from softbody.geometry import submerged
 from softbody.scenes import pool
@@ -60,13 +60,6 @@ def a_liquid(rng: np.random.Generator, world: World, drag: float = 0.0) -> dict[
             "sub(medium_.flow, v_) → sub((0.0, 0.0, 0.0), medium.flow)",
         ),
         Fault("drag by the whole area", liquid_forces.press, "resistance_ * wet_.share[c_] → resistance / 3.0"),
-        Fault("a skin that has no drag", liquid_forces._press_skin, "medium_.drag / 3.0 → 0.0"),
-        Fault("a skin that is never cut", liquid_forces._press_skin, "press(m_, p_, t_, f_, True) → "),
-        Fault(
-            "a skin that is cut and wet as a whole",
-            liquid_forces._press_skin,
-            "sum_around(w_, b_, u_, l_, d_) → sum_around(work, body, (0.0, 0.0, 1.0), 1e9, medium.drag > 0.0)",
-        ),
         Fault(
             "boxes that are pushed at their centres",
             liquid_forces.add_liquid_forces,
@@ -137,9 +130,6 @@ def something(
         ),
         Fault(
             "pressure by thirds", liquid_forces.press, "wet_.load[c_] → (wet.load[0] + wet.load[1] + wet.load[2]) / 3.0"
-        ),
-        Fault(
-            "pressure of a skin by thirds", ring_pressure.pressed, "scale(g_, s_) → scale(4.0 / 3.0 * growth, slope)"
         ),
         Fault("energy of the displaced at the surface", submerged.submerged_part, "0.5 * down_ * wet_.square → 0.0"),
         Fault("boxes that have no energy", liquid_forces.liquid_energy, "can_be_wet(m_, b_) → False"),
@@ -315,8 +305,8 @@ def upright_as_its_metacentre_says(run: Run) -> Comparison:
         Fault(
             "pressure that leads",
             acting.all_that_acts,
-            "add_liquid_forces(m_, g_, w_, s_, ahead_, a_) →"
-            " add_liquid_forces(model, controls.gravity, work, state, ahead, acting); acting.box_force[:] *= 1.001",
+            "add_liquid_forces(m_, g_, s_, ahead_, a_) →"
+            " add_liquid_forces(model, controls.gravity, state, ahead, acting); acting.box_force[:] *= 1.001",
         ),
         Fault("boxes a thousandth deeper", liquid_forces.add_liquid_forces, "force[:] = 0.0 → force[:] = 0.001"),
     ),
