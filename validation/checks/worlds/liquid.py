@@ -342,6 +342,159 @@ def bobs_and_rolls_in_time(run: Run) -> Comparison:
 
 @check(
     section=SECTION,
+    piece="softbody.World.add_liquid, softbody.SoftBody.buoyancy, softbody.Box.buoyancy, "
+    "softbody.SoftBody.submerged_volume, softbody.Box.submerged_volume",
+    reference="hydrostatics by Capytaine: volume, centre of buoyancy, and the stiffness that waterplane and GM are in",
+    engines=("capytaine",),
+    unit="of the size; at rest, of 3e-6 of it",
+    tolerance=2e-8,
+    because="differences over 1e-5 of the size: 5.2e-9 at worst of four seeds, where what is smaller is passed; at "
+    "rest rounding: 2e-14",
+    faults=(
+        Fault(
+            "pressure at the middle of each cut",
+            submerged._cut_off,
+            "(4.0 - t_ - u_, t_, u_) → (4.0 / 3.0, 4.0 / 3.0, 4.0 / 3.0)",
+        ),
+        Fault(
+            "a hundredth less to right it",
+            liquid_forces.add_liquid_forces,
+            "cross(sub(c_, m_), f_) → scale(0.99, cross(sub(c_, m_), f_))",
+        ),
+        Fault("a surface at zero", SleepyBody._in_liquid, "submerged_part(*s_, h_) → submerged_part(*s_, 0.0)"),
+        Fault(
+            "all pressure on the first corner",
+            liquid_forces.press,
+            "accumulate(f_, c_, on_) → accumulate(force, i, on)",
+        ),
+    ),
+)
+def stiff_as_hydrostatics_say(run: Run) -> Comparison:
+    """What floats is as stiff as its hydrostatics say.
+
+    Soft bodies of every kind of mesh and boxes any way up: volume, force and torque where they are, and the force and
+    torque that heave, roll, pitch and yaw, of a hundred-thousandth about the centre of mass, are met with.
+    """
+    from references import capytaine
+
+    rng, answers, small = run.fresh_rng(), Answers(), 1e-5
+    for _ in range(run.count(1, 4, 30)):
+        for kind in [*MESH_KINDS, *["box"] * 3]:
+            world = World()
+            liquid = a_liquid(rng, world)
+            body, (points, triangles) = something(rng, world, kind, liquid["surface_height"])
+            level, weight = liquid["surface_height"], liquid["density"] * G
+            middle = body.position.copy() if kind == "box" else body.centre.copy()
+            judged = capytaine.hydrostatics(points, triangles, middle, level)
+            arm = judged.volume * (judged.centre - middle)
+            push = partial(
+                _push, world, body, body.orientation.copy() if kind == "box" else None, points - middle, middle
+            )
+            told = [body.submerged_volume, *body.buoyancy() / weight], push(0.0, np.zeros(3)) / weight
+            expected = [judged.volume, 0.0, 0.0, judged.volume], [judged.volume, arm[1], -arm[0], 0.0]
+            answers.extend(told, expected, 3e-6, f"{kind}, at rest")
+            for k, motion in enumerate(("heave", "roll", "pitch", "yaw")):
+                heave, *turn = small * np.eye(4)[k]
+                less = push(-heave, -np.array(turn)) - push(heave, np.array(turn))
+                answers.add(less / (2.0 * small * weight), judged.stiffness[:, k], 1.0, f"{kind}, {motion}")
+    return answers.comparison()
+
+
+def _push(
+    world: World,
+    body: Any,
+    orientation: np.ndarray | None,
+    arms: np.ndarray,
+    middle: np.ndarray,
+    heave: float,
+    turn: np.ndarray,
+) -> np.ndarray:
+    """Return a liquid's force along z [N] and torque (3,) [N m] on a body at rest, moved from where `arms` are.
+
+    About `middle` (3,) [m], by how far one step moves it; it turns about an axis of the world by as much as `turn` is
+    long. Boxes have an `orientation`.
+    """
+    h, place, half = 1e-4, middle + [0.0, 0.0, heave], 0.5 * turn
+    part = np.array([np.cos(np.linalg.norm(half)), *np.sinc(np.linalg.norm(half) / np.pi) * half])
+    corners = arms @ rotation_matrix(part).T
+    if orientation is None:
+        body.positions, body.velocities = place + corners, np.zeros_like(arms)
+    else:
+        w, v = orientation[0], orientation[1:]
+        body.orientation = [part[0] * w - part[1:] @ v, *(part[0] * v + w * part[1:] + np.cross(part[1:], v))]
+        body.position, body.velocity, body.angular_velocity = place, np.zeros(3), np.zeros(3)
+    world.step(h, allow_unstable=True)
+    momentum, spin = world.linear_momentum(), world.angular_momentum()
+    torque = (spin - np.cross(place, momentum)) / h
+    if orientation is not None:  # by how it lay when the step began
+        torque = body.mass * floating.gyration(body.size, corners) @ body.angular_velocity / h
+    return np.array([momentum[2] / h + body.mass * G, *torque])
+
+
+@check(
+    section=SECTION,
+    piece="softbody.World.add_liquid",
+    reference="ω² = ρ g A / m of heave and m g GM / I of roll with A and GM by Capytaine; the scheme's own recurrence",
+    engines=("capytaine",),
+    unit="of the amplitude",
+    tolerance=1e-8,
+    because="half differences of what moves by 1e-5 leave its square, and rounding: 2.1e-9 at worst of four seeds",
+    faults=(
+        Fault(
+            "pressure that leads",
+            acting.all_that_acts,
+            "add_liquid_forces(m_, g_, s_, ahead_, a_) →"
+            " add_liquid_forces(model, controls.gravity, state, ahead, acting); acting.box_force[:] *= 1.001",
+        ),
+        Fault(
+            "a hundredth less to right it",
+            liquid_forces.add_liquid_forces,
+            "cross(sub(c_, m_), f_) → scale(0.99, cross(sub(c_, m_), f_))",
+        ),
+    ),
+)
+def beams_bob_and_roll_as_hydrostatics_say(run: Run) -> Comparison:
+    """Beams bob and roll as their hydrostatics say.
+
+    Square beams that float on an edge, of three to seven tenths of the liquid's density, and planks that float flat.
+    """
+    from references import capytaine
+
+    rng, answers = run.fresh_rng(), Answers()
+    for case in range(run.count(6, 40, 400)):
+        kind, part, h, steps = ("on an edge", "flat")[case % 2], rng.uniform(0.32, 0.68), 1e-3, 1500
+        height, density, small = rng.uniform(0.5, 1.0), rng.uniform(500.0, 2000.0), 1e-5
+        width = height * (rng.uniform(1.6, 2.5) if case % 2 else 1.0)
+        size, lies = np.array([width, rng.uniform(3.0, 4.0), height]), 0.0 if case % 2 else 0.25 * np.pi
+        mass, wet = density * part * float(size.prod()), np.sqrt(min(part, 1.0 - part))
+        # On an edge a triangle is wet, as deep as it is half as wide, or one is dry.
+        deep = height * (np.sqrt(0.5) - wet) * (1.0 if part < 0.5 else -1.0)
+        middle = np.array([0.0, 0.0, height * (0.5 - part) if case % 2 else deep])
+        turn = np.array([np.cos(0.5 * lies), 0.0, np.sin(0.5 * lies), 0.0])
+        judged = capytaine.hydrostatics(*floating.box_mesh(size, middle, rotation_matrix(turn)), middle, 0.0)
+        for motion in ("heave", "roll"):
+            world, boxes, found = World(), list[Box](), list[float]()
+            world.add_liquid(density, 0.0)
+            square = density * G * judged.waterplane / mass
+            if motion == "roll":
+                square = G * judged.metacentric_heights[1] * 12.0 / (width**2 + height**2)
+            for sign in (1.0, -1.0):  # half of their difference: what is of even order falls out
+                start = np.array([5.0 * sign, 0.0, sign * small * height * (motion == "heave")])
+                half = 0.5 * (lies + sign * small * (motion == "roll"))
+                boxes.append(world.add_box(size, mass, middle + start, (np.cos(half), 0.0, np.sin(half), 0.0)))
+            for _ in range(15):
+                world.step(h, steps // 15)
+                angles = [2.0 * np.arctan2(box.orientation[2], box.orientation[0]) for box in boxes]
+                places = [float(box.position[2]) / height for box in boxes]
+                one, other = places if motion == "heave" else angles
+                found.append(0.5 * (one - other))
+            expected = floating.oscillation(1.0, square, h, steps)[steps // 15 :: steps // 15]
+            answers.add(np.array(found) / small, expected, 1.0, f"{kind}, {motion}")
+    return answers.comparison()
+
+
+@check(
+    section=SECTION,
     piece="softbody.World.add_liquid",
     reference="closed form: v' = v + h (g' − γ (v − u)), of what is all under the liquid",
     kind="closed form",
