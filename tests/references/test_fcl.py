@@ -85,3 +85,23 @@ def test_convex_meshes_overlap_where_integers_say_so(cases, rng):
         assert found == (exact.convex_overlap(vertices, triangles, moved, triangles) > 0)
         answers.append(found)
     assert 30 < sum(answers) < 170
+
+
+def test_a_corner_of_a_surface_is_as_deep_in_a_box_as_the_box_must_shrink(cases):
+    vertices, triangles = cases.cube()  # its corner at (1, 1, 1) is 0.05, 0.1 and 0.2 from the box's faces
+    size, place = np.array([1.0, 0.8, 0.6]), np.array([1.0, 1.0, 1.0]) + [0.45, 0.3, 0.1]
+    step = 0.3 / 2**fcl.BISECTIONS
+    assert_allclose(fcl.depth_in_box(size, place, UPRIGHT, vertices, triangles), 0.05, atol=step)
+    assert fcl.depth_in_box(size, place + [0.06, 0.0, 0.0], UPRIGHT, vertices, triangles) == 0.0
+
+
+def test_an_edge_that_goes_through_a_box_is_seen_where_no_corner_is(cases):
+    vertices, triangles = cases.cube()  # its edge along z at x = y = 1 goes through the edge along x of a rod
+    rod, place = np.array([4.0, 0.2, 0.2]), np.array([0.5, 1.05, 0.5])
+    assert_allclose(fcl.depth_in_box(rod, place, UPRIGHT, vertices, triangles), 0.05, atol=0.1 / 2**fcl.BISECTIONS)
+
+
+def test_a_box_in_a_surface_meets_nothing_of_it(cases):
+    assert fcl.depth_in_box(np.full(3, 0.5), np.full(3, 0.5), UPRIGHT, *cases.cube()) == 0.0
+    through = fcl.depth_in_box(np.full(3, 0.5), np.array([0.5, 0.5, 1.0]), UPRIGHT, *cases.cube())
+    assert_allclose(through, 0.25)

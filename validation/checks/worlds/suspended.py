@@ -292,8 +292,8 @@ def steps_short_enough(run: Run) -> Comparison:
 
 @check_suspended(
     piece="softbody.World.suspend",
-    reference="the exact winding number, by libigl",
-    engines=("igl",),
+    reference="the exact winding number, by libigl; whether the box meets a triangle of the skin, by FCL",
+    engines=("fcl", "igl"),
     faults=(
         Fault(
             "a skin that pushes out what hangs",
@@ -306,9 +306,9 @@ def shaken_and_inside(run: Run) -> Comparison:
     """What hangs in a shaken body stays in it.
 
     Balls and blocks with a cube of a tenth to twice their mass are thrown on the ground, at some 5 m/s, and shaken
-    thrice: all corners are inside, at 30 moments of 2 s.
+    thrice: all corners are inside, and nothing of the skin is in the cube, at 30 moments of 2 s.
     """
-    from references import igl
+    from references import fcl, igl
 
     rng, answers = run.fresh_rng(), Answers()
     for case in range(run.count(6, 200, 1000)):
@@ -319,18 +319,21 @@ def shaken_and_inside(run: Run) -> Comparison:
         body = world.add_soft_body(mesh, 1.0, spring, gas, (0.0, 0.0, 1.0), rng.normal(0.0, 3.0, 3))
         body.velocities = body.velocities + np.cross(rng.normal(0.0, 6.0, 3), body.positions - body.centre)
         box, _ = hang(rng, world, body, body.centre + rng.uniform(-0.1, 0.1, 3), 10.0 ** rng.uniform(-1.0, 0.3))
-        arms, inside = corners_of(box.size), True
+        arms, inside, free = corners_of(box.size), True, True
         for frame in range(30):
             if frame % 10 == 0:
                 body.velocities = body.velocities + rng.normal(0.0, 3.0, 3)
             try:
                 world.step_frame(1.0 / 15.0)
             except SimulationError:
-                inside = False
+                inside = free = False
                 break
             corners = box.position + arms @ rotation_matrix(box.orientation).T
-            inside = inside and bool(igl.points_in_mesh(corners, body.positions, body.triangles).all())
-        answers.add(inside, True, kind="ball" if case % 2 else "block")
+            skin, pose = (body.positions, body.triangles), (box.size, box.position, box.orientation)
+            inside = inside and bool(igl.points_in_mesh(corners, *skin).all())
+            free = free and fcl.depth_in_box(*pose, *skin) == 0.0
+        kind = "ball" if case % 2 else "block"
+        answers.extend([inside, free], [True, True], kind=[f"{kind}, by libigl", f"{kind}, by FCL"])
     return answers.comparison()
 
 
