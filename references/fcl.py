@@ -112,9 +112,14 @@ def depth_in_box(
     By bisection, in BISECTIONS steps, of what FCL answers as yes or no: the depth is at least that less a step. A box
     that a surface goes through the middle of has half of its least extent. What is far inside or outside meets none.
     """
+    corners, reach = np.asarray(vertices, float)[triangles], np.full(3, 0.5 * float(np.linalg.norm(size)))
+    is_near = ((corners.min(axis=1) <= position + reach) & (corners.max(axis=1) >= position - reach)).all(axis=1)
+    corners = corners[is_near]  # nearly all that it costs is to build the tree
+    if not len(corners):
+        return 0.0
     skin = fcl.BVHModel()
-    skin.beginModel(len(vertices), len(triangles))
-    skin.addSubModel(np.asarray(vertices, float), np.asarray(triangles, np.int64))
+    skin.beginModel(3 * len(corners), len(corners))
+    skin.addSubModel(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
     skin.endModel()
     surface = fcl.CollisionObject(skin)
 
