@@ -365,7 +365,7 @@ def dragged_against_the_flow(run: Run) -> Comparison:
     unit="of an edge of the mesh",
     tolerance=0.2,
     because="how deep a contact is at the end of a step in which it is struck: 0.08 at worst of 64 cases. It is not "
-    "so in all draws: of 128 others one had a corner 0.26 outside, with a warning, and one ended by an error that is told",
+    "so in all draws: of 128 others one had a corner 0.26 outside, with a warning, and one ended by a told error",
     faults=(
         Fault(
             "a skin that lets boxes out",
