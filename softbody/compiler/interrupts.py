@@ -13,7 +13,7 @@ import signal
 import tempfile
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Any
 
@@ -51,7 +51,8 @@ class InterruptFlag:
         first, self.is_set[0] = int(self.is_set[0]), 0
         os.lseek(self.file, 0, os.SEEK_SET)
         if self.others >= 0:
-            os.write(self.others, bytes([first]) + os.pread(self.file, MOST_TOLD, 1))
+            with suppress(BlockingIOError):  # it is full: whoever reads there has signals to handle
+                os.write(self.others, bytes([first]) + os.pread(self.file, MOST_TOLD, 1))
         os.ftruncate(self.file, 1)
 
 

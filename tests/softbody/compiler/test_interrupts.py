@@ -6,7 +6,7 @@ import signal
 import sys
 import threading
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from itertools import count
 
@@ -286,6 +286,26 @@ def test_signals_set_the_flag_and_whoever_else_listens_is_told():
         os.close(ours)
         os.close(theirs)
     assert len(handled) == 3
+
+
+@posix
+def test_others_who_do_not_read_what_they_are_told_stop_nobody():
+    ours, theirs = os.pipe()
+    os.set_blocking(theirs, False)
+    before, others = signal.signal(signal.SIGUSR1, lambda *_: None), signal.set_wakeup_fd(theirs)
+    try:
+        with suppress(BlockingIOError):
+            while True:
+                os.write(theirs, bytes(1000))
+        with listening() as flag:
+            signal.raise_signal(signal.SIGUSR1)
+            flag.clear()
+            assert flag.is_set[0] == 0
+    finally:
+        signal.set_wakeup_fd(others)
+        signal.signal(signal.SIGUSR1, before)
+        os.close(ours)
+        os.close(theirs)
 
 
 @posix
