@@ -294,9 +294,10 @@ def test_others_who_do_not_read_what_they_are_told_stop_nobody():
     os.set_blocking(theirs, False)
     before, others = signal.signal(signal.SIGUSR1, lambda *_: None), signal.set_wakeup_fd(theirs)
     try:
-        with suppress(BlockingIOError):
-            while True:
-                os.write(theirs, bytes(1000))
+        for size in (1000, 1):
+            with suppress(BlockingIOError):
+                while True:
+                    os.write(theirs, bytes(size))
         with listening() as flag:
             signal.raise_signal(signal.SIGUSR1)
             flag.clear()
