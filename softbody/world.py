@@ -16,6 +16,7 @@ from softbody.bodies.builder import empty_parts
 from softbody.bodies.contact_points import ContactPoints
 from softbody.bodies.ground import Ground
 from softbody.bodies.inventory import Inventory
+from softbody.bodies.joining import join_bodies
 from softbody.bodies.joint import End, Joint
 from softbody.bodies.liquid import Liquid
 from softbody.bodies.names import Names
@@ -349,6 +350,24 @@ class World(Inventory):
         Handles of others stay theirs; views of arrays, as of positions, do not.
         """
         adding.remove(self.store, body)
+
+    def join(
+        self, a: SoftBody, b: SoftBody, where: ArrayLike | None = None, *, within: float | None = None
+    ) -> SoftBody:
+        """Make one soft body of two, and return it; both handles are of it from now on. It is called as `a`, or `b`.
+
+        `where` (3,) [m]: a tube of six triangles joins the triangles of both that are nearest to that place. Or
+        `within` [m]: particles of both that are nearer than that become one, where triangles lie on each other, which
+        vanish. So the halves of a body that was cut are whole again.
+
+        The gas of both is in it, and the mass; both momenta stay. Springs stay as they are, and new ones are at rest;
+        where two become one it has the stiffness and the tension of both. Damping, friction and what else a body has
+        one of are those of `a`. Joints stay nearest to where they are. Raises ParameterError, and changes nothing, for
+        bodies that are too far apart, whose tube would go through them, or that are full of different liquids; and if
+        something hangs in one.
+        """
+        join_bodies(self.store, a, b, where, within)
+        return a
 
     def step(
         self, time_step: float, steps: int = 1, *, substeps: int | None = None, allow_unstable: bool = False

@@ -186,9 +186,7 @@ def remove(store: Store, body: Body) -> None:
         names = store.names.renumbered(then)
         contents = Contents(without(store.parts, kind, row), names, is_fresh=store.contents.is_fresh)
         contacts = remembering(without_box(cache, row) if kind == "box" else without_soft(cache), FIRST_ROOM)
-        every = (reference() for reference in store.handles.valuerefs())  # another thread may make some meanwhile
-        held = [each for each in every if each is not None and each.is_there]
-        moved = [(each, "_index", then(*each.who())) for each in held]
+        moved = [(each, "_index", then(*each.who())) for each in store.held()]
         set_together((store, "contents", contents), (store, "contacts", contacts), *moved)
 
 

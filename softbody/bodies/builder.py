@@ -134,6 +134,7 @@ def with_soft_body(
     longer = Parts(
         _appended(
             model,
+            particle_mass=np.full(count, mass / count),
             particle_inverse_mass=inverse_mass,
             edge_particles=edges + first,
             edge_rest_length=rest_length,
@@ -403,7 +404,7 @@ def with_hosts(parts: Parts, hosts: np.ndarray) -> Parts:
     It takes the place of liquid, whose mass leaves that of the particles, or comes back. Raises ParameterError where it
     leaves no place.
     """
-    before, inverse_mass = parts.model, parts.model.particle_inverse_mass.copy()
+    before = parts.model
     model = before._replace(box_host=hosts, soft_boxes_volume=boxes_volumes(before, hosts))
     for body in np.flatnonzero(model.soft_boxes_volume != before.soft_boxes_volume).tolist():
         room = float(model.soft_mesh_volume[body] - model.soft_boxes_volume[body])
@@ -412,12 +413,23 @@ def with_hosts(parts: Parts, hosts: np.ndarray) -> Parts:
                 f"boxes inside soft body {body} have {model.soft_boxes_volume[body]:.3g} m³, and its mesh has no more "
                 f"than {model.soft_mesh_volume[body]:.3g} m³; take smaller boxes, or a larger body"
             )
-        rows = slice(*model.soft_particle_start[body : body + 2])
         if model.soft_liquid_density[body] > 0.0:
-            count = rows.stop - rows.start
-            mass = count / inverse_mass[rows].max() - liquid_mass(before, body) + liquid_mass(model, body)
-            inverse_mass[rows] = inverse_of(mass, count) * (inverse_mass[rows] > 0.0)
-    return parts._replace(model=model._replace(particle_inverse_mass=inverse_mass))
+            model = with_liquid_mass(model, body, liquid_mass(model, body) - liquid_mass(before, body))
+    return parts._replace(model=model)
+
+
+def with_liquid_mass(model: Model, body: int, more: float) -> Model:
+    """Return a Model in which a soft body is heavier by `more` [kg], in proportion to its particles' masses.
+
+    Raises ParameterError for masses that cannot be computed with.
+    """
+    masses, inverse_masses = model.particle_mass.copy(), model.particle_inverse_mass.copy()
+    rows = slice(*model.soft_particle_start[body : body + 2])
+    mass = masses[rows].sum()
+    inverse_of(mass + more, rows.stop - rows.start)
+    masses[rows] *= (mass + more) / mass
+    inverse_masses[rows] = (inverse_masses[rows] > 0.0) / masses[rows]
+    return model._replace(particle_mass=masses, particle_inverse_mass=inverse_masses)
 
 
 def with_box_inside(parts: Parts, box: int, body: int) -> Parts:

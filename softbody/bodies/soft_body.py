@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from math import inf
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from softbody.bodies.body import BodyProperty, SleepyBody, set_row
-from softbody.bodies.builder import distance_of_skin, inverse_of
+from softbody.bodies.builder import distance_of_skin, with_liquid_mass
+from softbody.bodies.cutting import cut_body
 from softbody.bodies.store import HasStore
 from softbody.dynamics.filling import liquid_mass, liquid_pressure
 from softbody.dynamics.pressure import gas_pressure, room_in, soft_volume
@@ -68,8 +71,13 @@ class SoftBody(SleepyBody):
 
     @property
     def mass(self) -> float:
-        """Mass [kg], with that of a liquid in it, shared equally by the particles."""
-        return len(self.positions) / float(self.store.model.particle_inverse_mass[self._rows()].max())
+        """Mass [kg], with that of a liquid in it."""
+        return float(self.masses.sum())
+
+    @property
+    def masses(self) -> np.ndarray:
+        """Mass (n,) of each particle [kg], read-only: equal, but for bodies that were cut or joined."""
+        return _read_only(self.store.model.particle_mass[self._rows()])
 
     damping = BodyProperty()
     drag = BodyProperty()
@@ -118,13 +126,11 @@ class SoftBody(SleepyBody):
     def liquid_density(self, value: float) -> None:
         value = checked_property("soft_liquid_density", value)
         with self.store.exclusive():
-            model, row, rows = self.store.model, self.row(), self._rows()
-            density, inverse_mass = model.soft_liquid_density.copy(), model.particle_inverse_mass.copy()
+            model, row = self.store.model, self.row()
+            density = model.soft_liquid_density.copy()
             density[row] = value
             after = model._replace(soft_liquid_density=density)
-            mass = self.mass - liquid_mass(model, row) + liquid_mass(after, row)
-            inverse_mass[rows] = inverse_of(mass, rows.stop - rows.start) * (inverse_mass[rows] > 0.0)
-            self.store.replace(model=after._replace(particle_inverse_mass=inverse_mass))
+            self.store.replace(model=with_liquid_mass(after, row, liquid_mass(after, row) - liquid_mass(model, row)))
 
     @property
     def stiffness(self) -> np.ndarray:
@@ -164,7 +170,7 @@ class SoftBody(SleepyBody):
         """Fix these particles, and let go of all others."""
         with self.store.exclusive():
             rows = self._rows()
-            inverse_mass = np.full(rows.stop - rows.start, self.store.model.particle_inverse_mass[rows].max())
+            inverse_mass = 1.0 / self.masses
             still = fixed_particles_of(value, len(inverse_mass))
             inverse_mass[still] = 0.0
             self.velocities[still] = 0.0  # first: nothing that is fixed moves, be there an interrupt
@@ -194,13 +200,18 @@ class SoftBody(SleepyBody):
 
     @property
     def centre(self) -> np.ndarray:
-        """Centre of mass (3,) [m]; all particles have the same mass."""
-        return self.positions.mean(axis=0)
+        """Centre of mass (3,) [m]."""
+        return self._mean(self.positions)
 
     @property
     def velocity(self) -> np.ndarray:
         """Velocity of the centre of mass (3,) [m/s]."""
-        return self.velocities.mean(axis=0)
+        return self._mean(self.velocities)
+
+    def _mean(self, values: np.ndarray) -> np.ndarray:
+        """Return the mean (3,) over the mass, of (n, 3); of equal ones exactly that."""
+        masses = self.masses
+        return np.asarray(values[0] + masses @ (values - values[0]) / masses.sum())
 
     @property
     def volume(self) -> float:
@@ -219,6 +230,23 @@ class SoftBody(SleepyBody):
         """Strain (e,) of the springs: length / rest length − 1."""
         a, b = self.positions[self.edges.T]
         return np.linalg.norm(b - a, axis=1) / self.rest_length - 1.0
+
+    # What becomes of it.
+
+    def cut(self, point: ArrayLike, normal: ArrayLike, *, radius: float = inf) -> tuple[SoftBody, ...]:
+        """Cut it by the plane through `point` (3,) [m] across `normal` (3,); return all pieces, the largest first.
+
+        That one is this body still; the others come last in the world, and are called "ball.1", … after "ball". Of
+        equal ones the largest is that where the normal points. All are closed by caps, whose springs are at rest.
+        They share the gas by their volume, so that its pressure stays; mass by area, liquid by volume. The cut passes
+        through vertices that are nearer than a fifth of an edge. Both momenta and the centre of mass stay, and so do
+        the springs' and the gas's energy. Joints stay where they are, boxes inside go with their piece.
+
+        `radius` [m]: only parts of the section are cut that are within it of the point, so that a ring becomes a
+        string. Raises ParameterError, and changes nothing, where the plane misses the body, goes through a box inside,
+        or the section meets itself; and if something hangs in the body.
+        """
+        return tuple(SoftBody(self.world, number) for number in cut_body(self, point, normal, radius))
 
     # What acts on it.
 

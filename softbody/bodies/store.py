@@ -124,6 +124,11 @@ class Store:
         """Keep the index of a handle right for as long as there is the handle."""
         self.handles[id(handle)] = handle
 
+    def held(self) -> list[Any]:
+        """Return all handles that somebody holds, of what is there."""
+        every = (reference() for reference in self.handles.valuerefs())  # another thread may make some meanwhile
+        return [each for each in every if each is not None and each.is_there]
+
     def labels(self) -> Labels:
         """Return what bodies are called now, and which boxes cannot move."""
         model = self.model

@@ -134,9 +134,9 @@ def most_extents(model: Model, controls: Controls) -> np.ndarray:
     for body in range(model.soft_count):
         edges = slice(model.soft_edge_start[body], model.soft_edge_start[body + 1])
         stiffness, square = model.edge_stiffness[edges], np.square(model.edge_rest_length[edges])
-        inverse = model.particle_inverse_mass[model.soft_particle_start[body] : model.soft_particle_start[body + 1]]
+        mass = model.particle_mass[model.soft_particle_start[body] : model.soft_particle_start[body + 1]].sum()
         with np.errstate(all="ignore"):
             swelling = 0.5 + np.sqrt(0.25 + 3.0 * controls.soft_gas[body] / (stiffness * square).sum())
-            hanging = fall * len(inverse) / inverse.max() / stiffness.min()
+            hanging = fall * mass / stiffness.min()
             extents[body] = GROWTH * (np.sqrt(square.sum()) * swelling + hanging)
     return np.fmin(extents, LARGEST)

@@ -55,6 +55,7 @@ class Model(NamedTuple):
 
     soft_count: int  # soft bodies, b
     box_count: int  # boxes, m
+    particle_mass: Annotated[np.ndarray, Rows(above=0.0)]  # (n,) [kg], of those that are fixed, too
     particle_inverse_mass: Annotated[np.ndarray, Rows(least=0.0)]  # (n,) [1/kg]; 0 for a particle that is fixed
     edge_particles: Annotated[np.ndarray, Rows(2, whole=True)]  # (e, 2) that the edge's spring joins
     edge_rest_length: Annotated[np.ndarray, Rows(above=0.0)]  # (e,) [m]

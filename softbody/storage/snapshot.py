@@ -30,12 +30,14 @@ from softbody.storage.snapshot_entries import Entries, Snapshot
 # Of snapshots and files. Format 1 has no number, and holds the vertex rings, too; before 3 there are no joints,
 # before 4 no times left, before 5 no names, before 6 nobody sleeps, before 7 soft contacts remember nothing, before 8
 # nobody holds itself, before 9 there is no liquid, before 10 none in a body and nothing hangs in one, before 11 what
-# hangs in a body takes no place there. A property of bodies may begin a new one.
+# hangs in a body takes no place there, before 12 all particles of a body have the same mass. A property of bodies may
+# begin a new one.
 SETTINGS_SINCE = {"sleep_speed": 6, "sleep_after": 6, "self_contact": 8}  # formats; worlds before did as by default
 LIQUID_SINCE = 9
 SUSPENDED_SINCE = 10
 INSIDE_SINCE = 11
-FORMAT = max(INSIDE_SINCE, *SETTINGS_SINCE.values(), *(note.since for note in known_properties().values()))
+MASSES_SINCE = 12
+FORMAT = max(MASSES_SINCE, *SETTINGS_SINCE.values(), *(note.since for note in known_properties().values()))
 
 GROUND = {  # limits of each of its numbers
     "ground_height": Rows(),
@@ -115,7 +117,7 @@ def _checked(entries: Entries) -> Snapped:
     if number < 4:
         entries.put("state.box_time_left", np.zeros(model.box_count))
     _check_surfaces(model)
-    model = _with_boxes_volumes(model, number)
+    model = _with_boxes_volumes(_with_masses(model, number), number)
     _check_masses(model)
     controls, state = _controls(entries, counts), _part(entries, "state", State, counts)
     _check_orientations(state.box_orientation)
@@ -173,6 +175,8 @@ def _model(entries: Entries, number: int) -> tuple[Model, dict[str, int]]:
         entries.put("model.box_host", np.full(counts["box"], NOBODY))
     if number < INSIDE_SINCE:
         entries.put("model.soft_boxes_volume", np.zeros(counts["soft"]))
+    if number < MASSES_SINCE:
+        entries.put("model.particle_mass", np.ones(counts["particle"]))
     for field, note in known_properties().items():
         if number < note.since:
             entries.put(f"model.{field}", np.full(counts[field.split("_")[0]], note.default))
@@ -244,17 +248,34 @@ def _with_boxes_volumes(model: Model, number: int) -> Model:
     return model if number >= INSIDE_SINCE else model._replace(soft_boxes_volume=volumes)
 
 
-def _check_masses(model: Model) -> None:
-    """Raise SnapshotError unless something of each soft body can move, and boxes turn as boxes do."""
-    free = np.add.reduceat(np.append(model.particle_inverse_mass, 0.0), model.soft_particle_start) > 0.0
-    if not free[:-1].all():
-        body = int(np.argmin(free))
+def _with_masses(model: Model, number: int) -> Model:
+    """Return a model of a format with the masses of particles; raises SnapshotError for wrong ones.
+
+    Before they were kept, all particles of a soft body had the same.
+    """
+    inverse = model.particle_inverse_mass
+    greatest = np.maximum.reduceat(np.append(inverse, 0.0), model.soft_particle_start)[:-1]
+    if not (greatest > 0.0).all():
+        body = int(np.argmin(greatest > 0.0))
         raise SnapshotError(f"model.particle_inverse_mass of soft body {body} is 0 everywhere: leave one particle free")
+    if number < MASSES_SINCE:
+        return model._replace(particle_mass=np.repeat(1.0 / greatest, np.diff(model.soft_particle_start)))
+    good = (inverse == 0.0) | (np.abs(inverse * model.particle_mass - 1.0) <= SAME)
+    if not good.all():
+        i = int(np.argmin(good))
+        raise SnapshotError(
+            f"model.particle_inverse_mass[{i}] is {inverse[i]}; it must be 0, or {1.0 / model.particle_mass[i]}, as by "
+            "model.particle_mass"
+        )
+    return model
+
+
+def _check_masses(model: Model) -> None:
+    """Raise SnapshotError unless soft bodies are as heavy as the liquid in them, and boxes turn as boxes do."""
     for body in range(model.soft_count):
         rows = slice(*model.soft_particle_start[body : body + 2])
-        liquid = liquid_mass(model, body)
-        mass = (rows.stop - rows.start) / model.particle_inverse_mass[rows].max()
-        if not liquid <= mass:
+        liquid, mass = liquid_mass(model, body), model.particle_mass[rows].sum()
+        if not liquid <= mass * (1.0 + SAME):
             raise SnapshotError(
                 f"model.soft_liquid_density[{body}] is {model.soft_liquid_density[body]} kg/m³: {liquid} kg of it "
                 f"in a body of {mass} kg; make that more"

@@ -9,8 +9,11 @@ import shutil
 import tempfile
 from collections.abc import Callable
 from contextlib import redirect_stdout
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from softbody import Trajectory, World, scenes
 from softbody.__main__ import main as softbody_command
@@ -75,6 +78,13 @@ def comparison(right: dict[str, dict[str, bool]]) -> Comparison:
     return answers.comparison(notes=wrong[:10])
 
 
+def equal_masses(world: World) -> np.ndarray:
+    """Return the mass (n,) [kg] of each particle, of bodies whose particles all have that of one that is free."""
+    inverse, starts = world.model.particle_inverse_mass, world.model.soft_particle_start
+    parts = [inverse[first:end] for first, end in pairwise(starts)]
+    return np.concatenate([np.full(len(part), 1.0 / part.max()) for part in parts] or [np.zeros(0)])
+
+
 def told_by(read: Callable[[Path], World], path: Path) -> dict[str, Any]:
     """Return what is told of the world of a file."""
     return told_of_world(read(path))
@@ -96,6 +106,7 @@ def said_since(read: Callable[[Path], World], path: Path, said: dict[str, Any]) 
     for name, array in world.snapshot().items():
         if name not in said["entries"] and not name.startswith(("format", "state.")):
             none = next((value for start, value in NONE_THEN.items() if name.startswith(start)), None)
+            none = equal_masses(world) if name == "model.particle_mass" else none
             right[name] = bool((array == none).all()) if none is not None else not array.size
     return right
 

@@ -62,7 +62,7 @@ _BY_LIMITS: dict[Limits, str] = {
     " cache.point cache.impulse model.soft_self_contact"
     " model.liquid_surface_height model.liquid_velocity",
     HEIGHT: "model.ground_height",
-    NOT_NEGATIVE: "model.particle_inverse_mass model.edge_stiffness model.soft_damping model.soft_drag"
+    NOT_NEGATIVE: "model.edge_stiffness model.soft_damping model.soft_drag"
     " model.soft_sound_speed model.soft_liquid_drag"
     " model.soft_friction model.box_friction model.ground_friction model.liquid_density model.liquid_drag"
     " controls.soft_gas state.box_time_left joints.joint_stiffness joints.joint_damping joints.joint_rest_length"
@@ -71,8 +71,10 @@ _BY_LIMITS: dict[Limits, str] = {
     UP_TO_ONE: "model.soft_deflated_below model.soft_restitution model.box_restitution model.ground_restitution",
     NO_LIMIT: "settings.speed_ceiling settings.angular_speed_ceiling settings.angular_speed_floor settings.sleep_speed"
     " settings.sleep_after",
-    only(NOT_NEGATIVE): "model.soft_liquid_density model.box_inverse_mass model.box_inverse_inertia",
-    only(POSITIVE): "model.box_size",
+    only(
+        NOT_NEGATIVE
+    ): "model.particle_inverse_mass model.soft_liquid_density model.box_inverse_mass model.box_inverse_inertia",
+    only(POSITIVE): "model.particle_mass model.box_size",
     only(UP_TO_ONE): "joints.joint_weights",
     only(REAL): "state.box_orientation joints.weight",
 }
@@ -80,7 +82,7 @@ NUMBERS = {name: limits for limits, names in _BY_LIMITS.items() for name in name
 # The same of those that hold one whole number. (Others are tried as what they say together.)
 COUNTS = Limits((1, 10_000_000), (0, -1, 10_000_001))
 WHOLE: dict[str, Limits] = {
-    "format": Limits((), (-1, 0, 1, 12, 2**62)),
+    "format": Limits((), (-1, 0, 1, 13, 2**62)),
     "model.soft_count": Limits((), (-1, 1, 3)),
     "model.box_count": Limits((), (-1, 3, 5)),
     "settings.integrator": Limits((0, 1, 2), (-1, 3, 2**62)),
@@ -222,12 +224,15 @@ def together(saved: Arrays, rng: np.random.Generator) -> Iterator[Trial]:
 def of_masses(saved: Arrays, rng: np.random.Generator) -> Iterator[Trial]:
     """Yield trials of masses: of each body something is free, and a box turns as one of its size and mass does."""
     name = "model.particle_inverse_mass"
-    masses, starts = saved[name], saved["model.soft_particle_start"]
+    inverse, masses, starts = saved[name], saved["model.particle_mass"], saved["model.soft_particle_start"]
     for body in range(len(starts) - 1):
         rows = np.arange(starts[body], starts[body + 1])
-        held = put(masses, rows, 0.0)
-        yield Trial("one particle is free", None, {name: put(held, rng.choice(rows), 1.0)})
+        held, one = put(inverse, rows, 0.0), int(rng.choice(rows))
+        yield Trial("one particle is free", None, {name: put(held, one, 1.0 / masses[one])})
         yield Trial("no particle is free", f"{name} of soft body {body}", {name: held})
+        for by in (0.9e-9, -0.9e-9, 1.1e-9, -1.1e-9):
+            off = put(held, one, (1.0 + by) / masses[one])
+            yield Trial("a mass that is off", None if abs(by) < 1e-9 else f"{name}[{one}]", {name: off})
     name = "model.box_inverse_inertia"
     inverse = saved[name]
     for box, axis in np.ndindex(inverse.shape):
@@ -418,6 +423,7 @@ def right_about(trial: Trial, saved: Arrays, world: World) -> bool:
         Fault("hosts as they come", snapshot._check_suspensions, "np.array_equal(m_, h_) → True"),
         Fault("points that are not there", snapshot._joints, "np.append(points, 0)[n_] → 10"),
         Fault("inertia as it comes", snapshot._check_masses, "good.all() → True", nth=0),
+        Fault("masses as they come", snapshot._with_masses, "good.all() → True"),
         Fault("limits that are left out", snapshot_entries._check, "array <= rows.most → True"),
         Fault("settings as they come", snapshot._settings, "check_settings(s_, n_) → "),
         Fault("contacts in any order", snapshot._impulses, "np.diff(b) >= 0 → True"),

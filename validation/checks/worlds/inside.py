@@ -69,7 +69,7 @@ def with_boxes(rng: np.random.Generator, kind: str, gas: float = 1.0) -> tuple[W
         Fault(
             "liquid that stays where a box comes",
             builder.with_hosts,
-            "inverse_of(m_, n_) → inverse_of(mass + 1.0, count)",
+            "liquid_mass(model, body) - liquid_mass(before, body) → 1.0",
         ),
         Fault("a liquid that fills the boxes", filling.liquid_mass, "m_[b_] - model_.soft_boxes_volume[b_] → m_[b_]"),
         Fault(
