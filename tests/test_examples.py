@@ -16,7 +16,9 @@ LINES = 25  # at most: an example is read at one look
 
 # What each prints at least, and writes.
 EXPECTED = {
+    "blade": ("block.1: 0.88 kg", ["blade.webp"]),
     "bowling": ("of 10 boxes were moved", ["bowling.webp"]),
+    "drops": ("one drop with 12 J of gas", ["drops.webp"]),
     "film": ("1 soft bodies of 512 particles, 4 boxes", ["rolling.webp"]),
     "inflate_ring": ("the two differ by", ["inflated.png", "inflating.png"]),
     "keep_and_export": ("46 frames until 1.5 s; 1 soft bodies of 512 particles, 1 boxes", ["fall.glb", "last.ply"]),

@@ -6,6 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from softbody.errors import ParameterError
+
+MOST_ROUNDS, EXACT = 50, 1e-15  # of Newton's method, and how near to the centre it is to come, as a part of the size
+
 
 class Particles(NamedTuple):
     """Particles, before or after."""
@@ -19,16 +23,29 @@ class Particles(NamedTuple):
 def with_centre(before: Particles, masses: list[np.ndarray], points: list[np.ndarray]) -> list[np.ndarray]:
     """Return `masses` (n,) [kg] of bodies' particles at `points` (n, 3) [m], with the centre of mass of before.
 
-    Those of each body lean a little to one side, all to the same; their sum stays. There are so many kilograms of them
-    together as before.
+    Those of each body, whose sum stays, lean to one side, all to the same: by e^(g·x) with the g of Newton's method.
+    There are so many kilograms of them together as before. Raises ParameterError where no masses have that centre.
     """
-    arms, lean, left = [], np.zeros((3, 3)), before.mass @ before.position
-    for mass, place in zip(masses, points):
-        arms.append(place - mass @ place / mass.sum())
-        lean += (arms[-1] * mass[:, None]).T @ arms[-1]
-        left = left - mass @ place
-    tilt = np.linalg.lstsq(lean, left, rcond=None)[0]
-    return [mass * (1.0 + arm @ tilt) for mass, arm in zip(masses, arms)]
+    size = float(np.ptp(before.position, axis=0).max())
+    arms = [(place - before.position[0]) / size for place in points]
+    wanted, lean = before.mass @ (before.position - before.position[0]) / size, np.zeros(3)
+    for _ in range(MOST_ROUNDS):
+        leaning = [_leaning(mass, arm, lean) for mass, arm in zip(masses, arms)]
+        left, slope = wanted.copy(), np.zeros((3, 3))
+        for mass, arm in zip(leaning, arms):
+            left -= mass @ arm
+            away = arm - mass @ arm / mass.sum()
+            slope += (away * mass[:, None]).T @ away
+        if np.abs(left).max() <= EXACT * before.mass.sum():
+            return leaning
+        step = np.linalg.lstsq(slope, left, rcond=None)[0]
+        lean = lean + step / max(1.0, float(np.abs(step).max()))
+    raise ParameterError("its mass cannot be shared so that its centre stays; cut it elsewhere")
+
+
+def _leaning(mass: np.ndarray, arm: np.ndarray, lean: np.ndarray) -> np.ndarray:
+    by = np.exp(arm @ lean - (arm @ lean).max())
+    return np.asarray(mass * by * (mass.sum() / (mass @ by)))
 
 
 def with_momenta(before: Particles, after: Particles) -> np.ndarray:

@@ -20,8 +20,8 @@ from softbody.geometry.query import points_in_mesh
 from softbody.mesh.mesh import unique_edges
 
 # Of an edge: the nearest to an end of it that a cut goes through it. A spring is the stiffer the shorter it is, and
-# steps must be the shorter for it.
-NEAREST = 0.2
+# steps must be the shorter for it. The second is for bodies that are so thin that a bent section would meet itself.
+NEAREST, FLATTEST = 0.2, 0.01
 
 NOT = -1  # no vertex, no triangle
 
@@ -61,9 +61,16 @@ def cut_surface(points: np.ndarray, triangles: np.ndarray, plane: Plane, spacing
     cut that are within the plane's radius, all of them. Raises MeshError where the section meets itself, or goes on
     beyond the radius.
     """
+    try:
+        return _cut_surface(points, triangles, plane, spacing, NEAREST)
+    except MeshError:
+        return _cut_surface(points, triangles, plane, spacing, FLATTEST)
+
+
+def _cut_surface(points: np.ndarray, triangles: np.ndarray, plane: Plane, spacing: float, nearest: float) -> Cut | None:
     heights = (points - plane.point) @ plane.normal
-    side = sides_of(heights, triangles)
-    nodes, rings = _nodes(heights, triangles, side), {}
+    side = sides_of(heights, triangles, nearest)
+    nodes, rings = _nodes(heights, triangles, side, nearest), {}
     corners = side[triangles]
     on_border = (corners > 0).any(axis=1) & ((corners < 0).any(axis=1) | ((corners == 0).sum(axis=1) == 2))
     for row in np.flatnonzero(on_border).tolist():
@@ -73,18 +80,21 @@ def cut_surface(points: np.ndarray, triangles: np.ndarray, plane: Plane, spacing
     places = _between(points, nodes.ends, nodes.way)
     axes = _axes(plane.normal)
     border = np.array([_border_edge(ring) for ring in rings.values()])
-    inner, cap = planar_mesh((places - plane.point) @ axes.T, border, spacing)
+    try:
+        inner, cap = planar_mesh((places - plane.point) @ axes.T, border, spacing)
+    except MeshError as error:
+        raise MeshError("its section there meets itself; move or turn the plane") from error
     chosen = _within(plane, places, cap)
     if not chosen[: len(places)].any():
         return None
     return _put_together(points, triangles, side, nodes, rings, (plane.point + inner @ axes, cap, chosen))
 
 
-def _nodes(heights: np.ndarray, triangles: np.ndarray, side: np.ndarray) -> _Nodes:
+def _nodes(heights: np.ndarray, triangles: np.ndarray, side: np.ndarray, nearest: float) -> _Nodes:
     edges, vertices = unique_edges(triangles), np.flatnonzero(side == 0)
     cut = edges[side[edges[:, 0]] * side[edges[:, 1]] < 0]
     from_first, whole = heights[cut[:, 0]], heights[cut[:, 0]] - heights[cut[:, 1]]
-    way = np.clip(from_first / whole, NEAREST, 1.0 - NEAREST)
+    way = np.clip(from_first / whole, nearest, 1.0 - nearest)
     of_vertex = np.full(len(side), NOT)
     of_vertex[vertices] = np.arange(len(vertices))
     return _Nodes(
@@ -232,18 +242,18 @@ def _is_in(point: np.ndarray, cut: Cut, rows: np.ndarray) -> bool:
     return bool(points_in_mesh(point, cut.points[corners], numbers.reshape(-1, 3))[0])
 
 
-def sides_of(heights: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+def sides_of(heights: np.ndarray, triangles: np.ndarray, nearest: float) -> np.ndarray:
     """Return on which side of the plane (n,) vertices at these `heights` (n,) [m] are: 1, −1, and 0 for those cut.
 
-    A vertex is cut that is near enough, where the cut can pass through it: its neighbours are on one side of it, and
-    the others on the other.
+    A vertex is cut that is `nearest` of an edge or less from the plane, if the cut can pass through it: its neighbours
+    are on one side of it, and the others on the other.
     """
     side = np.where(heights >= 0.0, 1, -1)
     edges = unique_edges(triangles)
     edges = edges[side[edges[:, 0]] != side[edges[:, 1]]]
     size = np.abs(heights)
     share = size[edges] / size[edges].sum(axis=1, keepdims=True).clip(np.finfo(float).tiny)
-    near = np.unique(edges[share < NEAREST])
+    near = np.unique(edges[share < nearest])
     order = np.argsort(triangles.ravel(), kind="stable")
     corner = triangles.ravel()[order]
     for vertex in near[np.argsort(size[near], kind="stable")].tolist():
