@@ -38,7 +38,7 @@ from softbody.errors import (
 from softbody.mesh.diagnostics import Finding
 from softbody.mesh.mesh import Mesh, box, icosahedron, icosphere, octahedron, tetrahedron, torus
 from softbody.model.arrays import Controls, Model, State
-from softbody.trajectory import Frame, Trajectory, TrajectoryWriter
+from softbody.trajectory import Bodies, Frame, Trajectory, TrajectoryWriter
 from softbody.version import __version__ as __version__
 from softbody.world import World
 
@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from softbody.render import Camera, Recorder
 
 __all__ = [
+    "Bodies",
     "Body",
     "Box",
     "BusyError",

@@ -36,7 +36,7 @@ from softbody.model.settings import (
     settings_of,
     with_integrator,
 )
-from softbody.model.shapes import pose_of, shapes_of
+from softbody.model.shapes import Cast, pose_of, shapes_of
 from softbody.model.validation import check_whole, vector
 from softbody.stepping import frames as in_frames
 from softbody.stepping.runner import Runner
@@ -522,10 +522,10 @@ class World(Inventory):
         called by their names, and `soft_body_0` …, `box_0` … where they have none. Raises OutputError,
         MissingPackageError, and ParameterError for positions that are not finite.
         """
-        from softbody.export import export_moment, looks_of
+        from softbody.export import export_moment
 
         with self.store.exclusive():
-            export_moment(path, shapes_of(self.model), looks_of(self.store.labels()), pose_of(self.state))
+            export_moment(path, Cast(shapes_of(self.model), self.store.labels()), pose_of(self.state))
 
     def view(self, port: int = 8080, *, host: str = "127.0.0.1", open_browser: bool = True) -> None:
         """Show the world live in the browser, to be watched and steered, until Ctrl-C; it moves on meanwhile.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,9 +14,9 @@ from softbody.compiler.interrupts import later
 from softbody.errors import OutputError, ParameterError
 from softbody.export import usd
 from softbody.export.animation import film_bytes
-from softbody.export.looks import Looks
-from softbody.export.meshes import as_scene, check_pose, in_world, trimesh
-from softbody.model.shapes import Pose, Shapes
+from softbody.export.looks import looks_of
+from softbody.export.meshes import check_pose, in_world, trimesh
+from softbody.model.shapes import Cast, Pose
 from softbody.model.validation import shown
 from softbody.storage.atomic_file import path_of, whole_file
 
@@ -24,50 +24,43 @@ HEADER = "softbody: metres, z is up"
 
 
 @later()
-def _ply(shapes: Shapes, looks: Looks, pose: Pose) -> bytes:
-    mesh = trimesh().util.concatenate(in_world(shapes, pose))
+def _ply(cast: Cast, pose: Pose) -> bytes:
+    mesh = trimesh().util.concatenate(in_world(cast.shapes, pose))
     return mesh.export(file_type="ply", vertex_normal=False, include_attributes=False)
 
 
 @later()
-def _obj(shapes: Shapes, looks: Looks, pose: Pose) -> bytes:
-    scene = trimesh().Scene()
-    for mesh, look in zip(in_world(shapes, pose), [*looks.soft, *looks.boxes]):
+def _obj(cast: Cast, pose: Pose) -> bytes:
+    scene, looks = trimesh().Scene(), looks_of(cast.labels)
+    for mesh, look in zip(in_world(cast.shapes, pose), [*looks.soft, *looks.boxes]):
         scene.add_geometry(mesh, geom_name=look.title)
     text = trimesh().exchange.obj.export_obj(scene, include_normals=False, digits=17, header=HEADER)
     return text.encode()
 
 
-@later()
-def _glb(shapes: Shapes, looks: Looks, pose: Pose) -> bytes:
-    return as_scene(shapes, looks, pose).export(file_type="glb", include_normals=False)
+def _still(film: Film, cast: Cast, pose: Pose) -> bytes:
+    """Return a film of a single frame."""
+    return film(np.zeros(1), [cast], [pose])
 
 
-def _usd(kind: str, shapes: Shapes, looks: Looks, pose: Pose) -> bytes:
-    return usd.stage_bytes(kind, shapes, looks, np.zeros(1), [pose])
-
-
-KINDS: dict[str, Callable[[Shapes, Looks, Pose], bytes]] = {"ply": _ply, "obj": _obj, "glb": _glb}
-KINDS |= {kind: partial(_usd, kind) for kind in usd.KINDS}
-FILMS: dict[str, Callable[[Shapes, Looks, np.ndarray, Iterable[Pose]], bytes]] = {"glb": film_bytes}
-FILMS |= {kind: partial(usd.stage_bytes, kind) for kind in usd.KINDS}
+Film = Callable[[np.ndarray, Sequence[Cast], Iterable[Pose]], bytes]
+FILMS: dict[str, Film] = {"glb": film_bytes, **{kind: partial(usd.stage_bytes, kind) for kind in usd.KINDS}}
+KINDS: dict[str, Callable[[Cast, Pose], bytes]] = {"ply": _ply, "obj": _obj}
+KINDS |= {kind: partial(_still, film) for kind, film in FILMS.items()}
 ENDINGS = ".ply, .obj, .glb or .usdc"
 
 
-def export_moment(path: str | os.PathLike[str], shapes: Shapes, looks: Looks, pose: Pose) -> None:
+def export_moment(path: str | os.PathLike[str], cast: Cast, pose: Pose) -> None:
     """Do what `World.export` says."""
     place = path_of(path)
     kind = place.suffix.removeprefix(".").lower()
     if kind not in KINDS:
         raise ParameterError(f"{place} is of no kind of mesh file; give a name that ends in {ENDINGS}")
-    check_pose(shapes, pose)
-    _write(place, KINDS[kind](shapes, looks, pose))
+    _write(place, _moment(kind, cast, pose))
 
 
-def export_sequence(
-    path: str | os.PathLike[str], kind: str, shapes: Shapes, looks: Looks, poses: Iterable[Pose]
-) -> None:
-    """Write each pose to a file of its own, in a new folder: 000000.ply, …"""
+def export_sequence(path: str | os.PathLike[str], kind: str, moments: Iterable[tuple[Cast, Pose]]) -> None:
+    """Write each moment to a file of its own, in a new folder: 000000.ply, …"""
     folder = path_of(path)
     if not isinstance(kind, str) or kind not in KINDS:
         raise ParameterError(f"kind is {shown(kind)}; choose one of {', '.join(KINDS)}")
@@ -79,15 +72,15 @@ def export_sequence(
         raise _refused(folder, error) from error
     if not is_empty:
         raise OutputError(f"{folder} is not empty; give the name of a new folder")
-    for k, pose in enumerate(poses):
-        check_pose(shapes, pose)
-        _write(folder / f"{k:06d}.{kind}", KINDS[kind](shapes, looks, pose))
+    for k, (cast, pose) in enumerate(moments):
+        _write(folder / f"{k:06d}.{kind}", _moment(kind, cast, pose))
 
 
-def export_film(
-    path: str | os.PathLike[str], shapes: Shapes, looks: Looks, times: np.ndarray, poses: Iterable[Pose]
-) -> None:
-    """Write all poses, at `times` (f,) [s], to one file in which bodies move."""
+def export_film(path: str | os.PathLike[str], casts: Sequence[Cast], times: np.ndarray, poses: Iterable[Pose]) -> None:
+    """Write all poses, at `times` (f,) [s], to one file in which bodies move, come and go.
+
+    `casts`: the bodies of each; frames whose bodies are the same have the same object.
+    """
     place = path_of(path)
     kind = place.suffix.removeprefix(".").lower()
     if kind not in FILMS:
@@ -97,7 +90,14 @@ def export_film(
         )
     if not len(times):
         raise ParameterError("there are no frames to export; keep some first")
-    _write(place, FILMS[kind](shapes, looks, times, poses))
+    _write(place, FILMS[kind](times, casts, poses))
+
+
+def _moment(kind: str, cast: Cast, pose: Pose) -> bytes:
+    if cast.is_empty:
+        raise ParameterError("there are no bodies to export; add one first")
+    check_pose(pose)
+    return KINDS[kind](cast, pose)
 
 
 def _write(path: Path, content: Any) -> None:

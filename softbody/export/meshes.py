@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import cache
 from typing import Any
 
 import numpy as np
 
 from softbody.errors import ParameterError
-from softbody.export.looks import Look, Looks
+from softbody.export.looks import Look
 from softbody.extras import library
 from softbody.linalg.quaternion import rotation_matrix
 from softbody.mesh.mesh import Mesh, box
 from softbody.model.shapes import Pose, Shapes
 
 Corners = tuple[np.ndarray, np.ndarray]  # vertices (n, 3) [m] and triangles (t, 3)
+Shown = tuple[Look, Corners, np.ndarray]  # a body in a frame of its own, and that frame (4, 4) in the world's
 
 ROUGHNESS = 0.8  # of surfaces in files: 0 is a mirror, 1 chalk
 # glTF has y up: x stays, z becomes y.
@@ -26,10 +28,8 @@ def trimesh() -> Any:
     return library("trimesh", "trimesh", "files", "writing mesh files")
 
 
-def check_pose(shapes: Shapes, pose: Pose) -> None:
-    """Raise ParameterError unless there is something to write, and it is somewhere."""
-    if not shapes.soft_count + shapes.box_count:
-        raise ParameterError("there are no bodies to export; add one first")
+def check_pose(pose: Pose) -> None:
+    """Raise ParameterError unless all bodies are somewhere."""
     for name, rows in pose._asdict().items():
         if not np.isfinite(rows).all():
             row = int(np.argmin(np.isfinite(rows).all(axis=1)))
@@ -61,14 +61,22 @@ def in_world(shapes: Shapes, pose: Pose) -> list[Any]:
     return soft + [mesh.apply_transform(box_matrix(pose, body)) for body, mesh in enumerate(boxes)]
 
 
-def as_scene(shapes: Shapes, looks: Looks, pose: Pose) -> Any:
+def soft_shown(look: Look, shapes: Shapes, pose: Pose, body: int) -> Shown:
+    """Return how a soft body looks."""
+    return look, soft_mesh(shapes, pose, body), np.eye(4)
+
+
+def box_shown(look: Look, shapes: Shapes, pose: Pose, body: int) -> Shown:
+    """Return how a box looks."""
+    return look, box_mesh(shapes, body), box_matrix(pose, body)
+
+
+def as_scene(bodies: Iterable[Shown]) -> Any:
     """Return a trimesh.Scene with a node for each body, in its colour, under one that puts y up."""
     scene = trimesh().Scene()
     scene.graph.update(frame_to="z_up", frame_from=scene.graph.base_frame, matrix=Y_UP)
-    for body, look in enumerate(looks.soft):
-        _add(scene, look, soft_mesh(shapes, pose, body), np.eye(4))
-    for body, look in enumerate(looks.boxes):
-        _add(scene, look, box_mesh(shapes, body), box_matrix(pose, body))
+    for shown in bodies:
+        _add(scene, *shown)
     return scene
 
 

@@ -6,16 +6,18 @@ Between two frames OpenUSD goes straight from point to point and from place to p
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from itertools import compress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from softbody.export.looks import Look, Looks
-from softbody.export.meshes import Corners, box_mesh, check_pose, soft_mesh
+from softbody.export.film import Actor, actors_of
+from softbody.export.looks import Look
+from softbody.export.meshes import box_mesh, check_pose, soft_mesh
 from softbody.extras import library
-from softbody.model.shapes import Pose, Shapes
+from softbody.model.shapes import Cast, Pose, Shapes
 
 KINDS = ("usd", "usda", "usdc")  # binary or text as OpenUSD chooses; text; binary
 ROOT = "/World"
@@ -27,28 +29,33 @@ def pxr(name: str) -> Any:
     return library(f"pxr.{name}", "OpenUSD (usd-core)", "usd", "writing USD files")
 
 
-def stage_bytes(kind: str, shapes: Shapes, looks: Looks, times: np.ndarray, poses: Iterable[Pose]) -> bytes:
+def stage_bytes(kind: str, times: np.ndarray, casts: Sequence[Cast], poses: Iterable[Pose]) -> bytes:
     """Return a file of `poses` at `times` (f,) [s]: a still for one, else one that moves; time 0 is the first's."""
     geometry, stage = pxr("UsdGeom"), pxr("Usd").Stage.CreateInMemory()
     geometry.SetStageUpAxis(stage, geometry.Tokens.z)
     geometry.SetStageMetersPerUnit(stage, 1.0)
     stage.SetDefaultPrim(geometry.Xform.Define(stage, ROOT).GetPrim())
-    paths: set[str] = set()
-    soft = [_mesh(stage, paths, look, shapes.triangles(body)) for body, look in enumerate(looks.soft)]
-    boxes = [_box(stage, paths, look, box_mesh(shapes, body)) for body, look in enumerate(looks.boxes)]
     codes: list[Any] = [pxr("Usd").TimeCode.Default()]
     if len(times) > 1:
         codes = _time_codes(stage, times - times[0])
-    for k, (code, pose) in enumerate(zip(codes, poses)):
-        if k and code == codes[k - 1]:  # of frames at the same time the first is shown
-            continue
-        check_pose(shapes, pose)
-        for body, mesh in enumerate(soft):
-            _put(mesh, soft_mesh(shapes, pose, body)[0], code)
-        for body, (move, turn) in enumerate(boxes):
-            move.Set(pxr("Gf").Vec3d(*pose.box_position[body].tolist()), code)
-            w, x, y, z = pose.box_orientation[body].tolist()
-            turn.Set(pxr("Gf").Quatd(w, x, y, z), code)
+    is_shown = [k == 0 or code != codes[k - 1] for k, code in enumerate(codes)]  # of frames at the same time the first
+    codes, casts = list(compress(codes, is_shown)), list(compress(casts, is_shown))
+    drawn, paths = list[tuple[Actor, Any, Any]](), set[str]()
+    for actor in actors_of(casts):
+        mesh, moved = _drawn(stage, paths, actor, casts[actor.start].shapes)
+        drawn.append((actor, mesh, moved))
+        for frame, is_there in actor.changes(len(codes)).items():
+            mesh.GetVisibilityAttr().Set("inherited" if is_there else "invisible", codes[frame])
+    for k, (code, cast, pose) in enumerate(zip(codes, casts, compress(poses, is_shown))):
+        check_pose(pose)
+        for actor, mesh, moved in drawn:
+            body = actor.number(k)
+            if body is None:
+                continue
+            if actor.is_soft:
+                _put(mesh, soft_mesh(cast.shapes, pose, body)[0], code)
+            else:
+                _place(moved, pose, body, code)
     with tempfile.TemporaryDirectory() as folder:  # OpenUSD writes to names of files only
         place = Path(folder) / f"stage.{kind}"
         stage.GetRootLayer().Export(str(place))
@@ -86,13 +93,24 @@ def _mesh(stage: Any, paths: set[str], look: Look, triangles: np.ndarray) -> Any
     return mesh
 
 
-def _box(stage: Any, paths: set[str], look: Look, corners: Corners) -> tuple[Any, Any]:
-    """Add a box; return what moves and what turns it."""
-    geometry = pxr("UsdGeom")
-    mesh = _mesh(stage, paths, look, corners[1])
-    _put(mesh, corners[0], pxr("Usd").TimeCode.Default())
+def _drawn(stage: Any, paths: set[str], actor: Actor, shapes: Shapes) -> tuple[Any, Any]:
+    """Add a body of these in its first frame; return its mesh, and of a box what moves and what turns it."""
+    geometry, body = pxr("UsdGeom"), actor.numbers[0]
+    if actor.is_soft:
+        return _mesh(stage, paths, actor.look, shapes.triangles(body)), None
+    vertices, triangles = box_mesh(shapes, body)
+    mesh = _mesh(stage, paths, actor.look, triangles)
+    _put(mesh, vertices, pxr("Usd").TimeCode.Default())
     exact = geometry.XformOp.PrecisionDouble
-    return mesh.AddTranslateOp(exact), mesh.AddOrientOp(exact)
+    return mesh, (mesh.AddTranslateOp(exact), mesh.AddOrientOp(exact))
+
+
+def _place(moved: Any, pose: Pose, body: int, code: Any) -> None:
+    """Let a box be somewhere at a time."""
+    move, turn = moved
+    move.Set(pxr("Gf").Vec3d(*pose.box_position[body].tolist()), code)
+    w, x, y, z = pose.box_orientation[body].tolist()
+    turn.Set(pxr("Gf").Quatd(w, x, y, z), code)
 
 
 def _put(mesh: Any, vertices: np.ndarray, code: Any) -> None:

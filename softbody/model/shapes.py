@@ -50,6 +50,22 @@ class Labels(NamedTuple):
     held: tuple[bool, ...]  # of boxes
 
 
+class Cast(NamedTuple):
+    """Bodies, but where they are."""
+
+    shapes: Shapes
+    labels: Labels
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether there are none."""
+        return not self.shapes.soft_count + self.shapes.box_count
+
+    def is_same(self, other: Cast) -> bool:
+        """Tell whether these are as many bodies, of the same meshes, sizes and labels."""
+        return self.labels == other.labels and all(np.array_equal(a, b) for a, b in zip(self.shapes, other.shapes))
+
+
 class Pose(NamedTuple):
     """Where bodies are; the fields are those of a State."""
 

@@ -13,7 +13,6 @@ from softbody.model.validation import QUATERNION_TOLERANCE
 from softbody.storage.npz import Kind, read
 from softbody.storage.snapshot_entries import Entries, Snapshot
 
-BODIES = "bodies.npz"
 FILES = Kind("a trajectory", "softbody.TrajectoryWriter", "Trajectory.open")
 
 PLACES = {"particle_position": 3, "box_position": 3, "box_orientation": 4}  # fields of a State, with their columns
@@ -25,9 +24,8 @@ def frame_of(state: State, velocities: bool) -> Snapshot:
     return {name: getattr(state, name).copy() for name in (PLACES | SPEEDS if velocities else PLACES)}
 
 
-def read_shapes(folder: Path, most_bytes: int) -> Shapes:
-    """Return which bodies a trajectory is of; raises TrajectoryError."""
-    path = folder / BODIES
+def read_shapes(path: Path, most_bytes: int) -> Shapes:
+    """Return the shapes of bodies that a file has; raises TrajectoryError."""
     try:
         entries = _entries(path, most_bytes)
         soft, boxes = entries.length("soft_particle_start") - 1, entries.length("box_size")

@@ -1,4 +1,7 @@
-"""Manifest of a trajectory: its chunks, bodies and times, checked when it is read."""
+"""Manifest of a trajectory: its segments, with their bodies, chunks and times, checked when it is read.
+
+A trajectory whose bodies never changed has format 1, of which the segment's entries stand by themselves.
+"""
 
 from __future__ import annotations
 
@@ -13,11 +16,11 @@ from softbody.bodies.names import names_of
 from softbody.errors import ParameterError, TrajectoryError
 from softbody.model.shapes import Labels
 from softbody.storage.atomic_file import whole_file
-from softbody.trajectory.entries import BODIES
 from softbody.version import __version__
 
 NAME = "trajectory.json"
-FORMAT = 1
+BODIES = "bodies.npz"  # of those that were there first
+FORMAT = 2
 MOST_BYTES = 2**26  # that a manifest may have: some three million frames
 
 UNITS = {
@@ -37,34 +40,69 @@ class Chunk(NamedTuple):
     times: tuple[float, ...]  # [s]
 
 
+class Segment(NamedTuple):
+    """Frames, one after the other, of the same bodies."""
+
+    file: str  # of bodies
+    sha256: str  # of what that holds
+    labels: Labels | None = None  # what they were called when it was begun; trajectories of old do not say
+    chunks: tuple[Chunk, ...] = ()
+
+    @property
+    def frames(self) -> int:
+        """How many it has."""
+        return sum(len(chunk.times) for chunk in self.chunks)
+
+
 class Manifest(NamedTuple):
     """What a trajectory is made of."""
 
-    bodies: str  # SHA-256 of what `bodies.npz` holds
     velocities: bool  # whether they are kept, too
-    labels: Labels | None = None  # what they were called when it was begun; trajectories of old do not say
-    chunks: tuple[Chunk, ...] = ()
+    segments: tuple[Segment, ...]  # one at least; of several, each has frames
+
+    @property
+    def chunks(self) -> tuple[Chunk, ...]:
+        """Those of all segments."""
+        return tuple(chunk for segment in self.segments for chunk in segment.chunks)
 
     @property
     def times(self) -> tuple[float, ...]:
         """Time of each frame [s]."""
         return tuple(time for chunk in self.chunks for time in chunk.times)
 
+    @property
+    def files(self) -> set[str]:
+        """Names of all files but the manifest's own."""
+        return {segment.file for segment in self.segments} | {chunk.file for chunk in self.chunks}
+
     def next_file(self) -> str:
         """Return a name for a chunk that none of these has."""
-        return f"{max((int(chunk.file.split('.')[0]) for chunk in self.chunks), default=-1) + 1:06d}.npz"
+        return f"{max((_number(chunk.file) for chunk in self.chunks), default=-1) + 1:06d}.npz"
+
+    def next_bodies(self) -> str:
+        """Return a name for a file of bodies that none of these has."""
+        return f"bodies-{max(_number(segment.file) for segment in self.segments) + 1:06d}.npz"
+
+    def and_segment(self, segment: Segment) -> Manifest:
+        """Return this one with another segment; the first one goes, if it is left without frames."""
+        return self._replace(segments=(*(each for each in self.segments if each.chunks), segment))
+
+    def and_chunk(self, chunk: Chunk) -> Manifest:
+        """Return this one with another chunk in its last segment."""
+        *before, last = self.segments
+        return self._replace(segments=(*before, last._replace(chunks=(*last.chunks, chunk))))
 
 
 def write_manifest(folder: Path, manifest: Manifest) -> None:
     """Let the folder hold this trajectory from now on; raises OSError as the disk does."""
+    segments = [_told(segment) for segment in manifest.segments]
+    is_plain = len(segments) == 1 and manifest.segments[0].file == BODIES
     text = {
-        "format": FORMAT,
+        "format": 1 if is_plain else FORMAT,
         "softbody": __version__,
         "units": UNITS,
-        "bodies": {"file": BODIES, "sha256": manifest.bodies},
         "velocities": manifest.velocities,
-        **({"labels": manifest.labels._asdict()} if manifest.labels else {}),
-        "chunks": [{"file": name, "frames": len(times), "times": times} for name, times in manifest.chunks],
+        **(segments[0] if is_plain else {"segments": segments}),
     }
     with whole_file(folder / NAME) as file:
         file.write(json.dumps(text, indent=1).encode())
@@ -89,6 +127,19 @@ def read_manifest(folder: Path) -> Manifest:
         raise TrajectoryError(f"{path}: {error}; copy the folder anew, or keep the trajectory anew") from error
 
 
+def _number(file: str) -> int:
+    """Return the number in a name of a file, 0 if it has none."""
+    return int("".join(filter(str.isdigit, file)) or 0)
+
+
+def _told(segment: Segment) -> dict[str, Any]:
+    return {
+        "bodies": {"file": segment.file, "sha256": segment.sha256},
+        **({"labels": segment.labels._asdict()} if segment.labels else {}),
+        "chunks": [{"file": name, "frames": len(times), "times": times} for name, times in segment.chunks],
+    }
+
+
 def _parsed(raw: bytes) -> dict[str, Any]:
     try:
         found = json.loads(raw)
@@ -103,38 +154,60 @@ def _manifest(found: dict[str, Any]) -> Manifest:
     number = found.get("format")
     if type(number) is int and number > FORMAT:
         raise TrajectoryError(f"format is {number}, and this softbody reads formats up to {FORMAT}: take a newer one")
-    _need(number == FORMAT, f"format must be {FORMAT}")
-    bodies = found.get("bodies")
-    sha = bodies.get("sha256") if isinstance(bodies, dict) else None
-    _need(isinstance(sha, str) and re.fullmatch("[0-9a-f]{64}", sha), "bodies.sha256 must be one, in hexadecimal")
+    _need(type(number) is int and number >= 1, f"format must be 1 or {FORMAT}")
     velocities = found.get("velocities")
     _need(isinstance(velocities, bool), "velocities must be true or false")
-    listed = found.get("chunks")
-    _need(isinstance(listed, list), "chunks must be a list")
-    chunks = tuple(_chunk(each, k) for k, each in enumerate(listed or ()))
-    _need(len({chunk.file for chunk in chunks}) == len(chunks), "chunks must have a file each")
-    manifest = Manifest(str(sha), bool(velocities), _labels(found.get("labels")), chunks)
+    segments = (_segment(found, ""),) if number == 1 else _segments(found.get("segments"))
+    manifest = Manifest(bool(velocities), segments)
+    _need(len(manifest.files) == len(segments) + len(manifest.chunks), "chunks must have a file each, and bodies, too")
     _need(all(a <= b for a, b in pairwise(manifest.times)), "times of chunks must not go back")
     return manifest
 
 
-def _labels(found: Any) -> Labels | None:
+def _segments(found: Any) -> tuple[Segment, ...]:
+    """Return those of a trajectory of format 2."""
+    _need(isinstance(found, list) and found, "segments must be a list of one at least")
+    segments = []
+    for k, each in enumerate(found):
+        where = f"segments[{k}]"
+        _need(isinstance(each, dict), f"{where} must be an object")
+        bodies = each.get("bodies")
+        file = bodies.get("file") if isinstance(bodies, dict) else None
+        is_ours = isinstance(file, str) and re.fullmatch(r"bodies(-[0-9]{6,18})?\.npz", file)
+        _need(is_ours, f"{where}.bodies.file must be such as {BODIES} or bodies-000001.npz")
+        segments.append(_segment(each, f"{where}.", str(file)))
+        _need(segments[-1].chunks or len(found) == 1, f"{where}.chunks must have one at least")
+    return tuple(segments)
+
+
+def _segment(found: dict[str, Any], where: str, file: str = BODIES) -> Segment:
+    """Return a segment, whose entries `where` leads to in messages."""
+    bodies = found.get("bodies")
+    sha = bodies.get("sha256") if isinstance(bodies, dict) else None
+    is_one = isinstance(sha, str) and re.fullmatch("[0-9a-f]{64}", sha)
+    _need(is_one, f"{where}bodies.sha256 must be one, in hexadecimal")
+    listed = found.get("chunks")
+    _need(isinstance(listed, list), f"{where}chunks must be a list")
+    chunks = tuple(_chunk(each, f"{where}chunks[{k}]") for k, each in enumerate(listed or ()))
+    return Segment(file, str(sha), _labels(found.get("labels"), f"{where}labels"), chunks)
+
+
+def _labels(found: Any, name: str) -> Labels | None:
     """Return what bodies are called; raises TrajectoryError for names that no world would give."""
     if found is None:
         return None
-    _need(isinstance(found, dict) and set(found) == set(Labels._fields), "labels must have soft, box and held")
-    soft, boxes, held = (found[name] for name in Labels._fields)
-    _need(all(isinstance(each, list) for each in (soft, boxes, held)), "labels must be lists")
-    _need(all(isinstance(each, bool) for each in held), "labels.held must be true or false for each box")
+    _need(isinstance(found, dict) and set(found) == set(Labels._fields), f"{name} must have soft, box and held")
+    soft, boxes, held = (found[field] for field in Labels._fields)
+    _need(all(isinstance(each, list) for each in (soft, boxes, held)), f"{name} must be lists")
+    _need(all(isinstance(each, bool) for each in held), f"{name}.held must be true or false for each box")
     try:
-        names_of({"soft": soft, "box": boxes}, "labels")
+        names_of({"soft": soft, "box": boxes}, name)
     except ParameterError as error:
         raise TrajectoryError(f"{error}") from error
     return Labels(*(tuple(each) for each in (soft, boxes, held)))
 
 
-def _chunk(found: Any, k: int) -> Chunk:
-    name = f"chunks[{k}]"
+def _chunk(found: Any, name: str) -> Chunk:
     _need(isinstance(found, dict), f"{name} must be an object")
     file, times = found.get("file"), found.get("times")
     # A name of ours, so that no file is read that lies elsewhere.

@@ -11,15 +11,15 @@ import numpy as np
 
 from softbody.bodies.store import HasStore
 from softbody.compiler.interrupts import assign_together
-from softbody.errors import ParameterError, TrajectoryError
-from softbody.model.shapes import Pose, shapes_of, unlabelled
+from softbody.errors import ParameterError
+from softbody.model.shapes import Cast, Pose, shapes_of
 from softbody.model.validation import check_whole, shown
 from softbody.storage.atomic_file import path_of
 from softbody.storage.npz import MOST_BYTES
-from softbody.storage.snapshot import digest, named_arrays
 from softbody.storage.snapshot_entries import Snapshot
-from softbody.trajectory.entries import BODIES, read_chunk, read_shapes
-from softbody.trajectory.manifest import NAME, read_manifest
+from softbody.trajectory.bodies import Bodies, digest_of, read_cast
+from softbody.trajectory.entries import read_chunk
+from softbody.trajectory.manifest import read_manifest
 
 
 class Frame(NamedTuple):
@@ -29,38 +29,33 @@ class Frame(NamedTuple):
     positions: np.ndarray  # (n, 3) [m] of the particles of all soft bodies
     box_positions: np.ndarray  # (m, 3) [m] of the centres of boxes
     box_orientations: np.ndarray  # (m, 4) unit quaternions (w, x, y, z), box frame to world
-    velocities: np.ndarray | None = None  # (n, 3) [m/s]
-    box_velocities: np.ndarray | None = None  # (m, 3) [m/s]
-    box_angular_velocities: np.ndarray | None = None  # (m, 3) [rad/s], world frame
+    velocities: np.ndarray | None  # (n, 3) [m/s]
+    box_velocities: np.ndarray | None  # (m, 3) [m/s]
+    box_angular_velocities: np.ndarray | None  # (m, 3) [rad/s], world frame
+    bodies: Bodies  # which there are
 
 
 class Trajectory:
     """What a TrajectoryWriter kept: `trajectory[k]` is the Frame k, `trajectory.times` are those of all [s].
 
     `Trajectory.open(path)` opens one, also while it is being written: it has the frames that were there then.
+
+    Bodies may come and go, or change their meshes: `trajectory[k].bodies` are those of frame k. Of a trajectory whose
+    bodies never change, `trajectory.soft_count`, `.triangles(body)` and so on say the same; of another they raise
+    ParameterError. `segments` says which frames have the same bodies.
     """
 
     def __init__(self, path: str | os.PathLike[str], most_bytes: int = MOST_BYTES) -> None:
         self._most_bytes = check_whole(most_bytes, "most_bytes", 1)
         self.path = path_of(path).absolute()  # chunks are read later, wherever the program is then
         self._manifest = read_manifest(self.path)
-        self._shapes = read_shapes(self.path, self._most_bytes)
-        if digest(named_arrays("bodies", self._shapes)) != self._manifest.bodies:
-            raise TrajectoryError(
-                f"{self.path / BODIES} is of other bodies than {NAME} says; copy the whole folder, or keep the "
-                "trajectory anew"
-            )
-        self._labels = self._manifest.labels or unlabelled(self._shapes)
-        if [len(each) for each in self._labels] != [len(each) for each in unlabelled(self._shapes)]:
-            raise TrajectoryError(
-                f"{self.path / NAME} has labels of other numbers of bodies than there are in {BODIES}; copy the whole "
-                "folder, or keep the trajectory anew"
-            )
+        self._cast = 0, read_cast(self.path, self._manifest.segments[0], self._most_bytes)  # the last that was read
         self.times = np.array(self._manifest.times, np.float64)
         self.times.flags.writeable = False
         ends = np.cumsum([0, *(len(chunk.times) for chunk in self._manifest.chunks)])
         self._ends = ends  # (c + 1,) first frame of each chunk
         self._chunk: tuple[int, Snapshot] | None = None  # the last one that was read
+        self._stops = np.cumsum([segment.frames for segment in self._manifest.segments])  # (s,) after each segment
 
     @classmethod
     def open(cls, path: str | os.PathLike[str], most_bytes: int = MOST_BYTES) -> Trajectory:
@@ -74,11 +69,8 @@ class Trajectory:
     def __repr__(self) -> str:
         """Say what was kept."""
         until = f" until {self.times[-1]:.6g} s" if len(self) else ""
-        particles = self._shapes.particle_count
-        return (
-            f"<Trajectory: {len(self)} frames{until}; {self.soft_count} soft bodies of {particles} particles, "
-            f"{self.box_count} boxes>"
-        )
+        changes = len(self._stops) - 1
+        return f"<Trajectory: {len(self)} frames{until}; {f'bodies change {changes} times' if changes else self._all}>"
 
     def __len__(self) -> int:
         """Return the number of frames."""
@@ -89,13 +81,14 @@ class Trajectory:
         return (self[k] for k in range(len(self)))
 
     def __getitem__(self, k: int) -> Frame:
-        """Return frame k, from the end if k < 0; raises IndexError, and TrajectoryError where its chunk is damaged."""
+        """Return frame k, from the end if k < 0; raises IndexError, and TrajectoryError where its files are damaged."""
         k = self._number(k)
+        cast = self._cast_of(self._segment_of(k))
         at = int(np.searchsorted(self._ends, k, side="right")) - 1
         if self._chunk is None or self._chunk[0] != at:
             file, times = self._manifest.chunks[at]
             kept, velocities = np.array(times), self._manifest.velocities
-            self._chunk = at, read_chunk(self.path / file, kept, self._shapes, velocities, self._most_bytes)
+            self._chunk = at, read_chunk(self.path / file, kept, cast.shapes, velocities, self._most_bytes)
         rows = {name: array[k - self._ends[at]].copy() for name, array in self._chunk[1].items()}
         return Frame(
             float(self.times[k]),
@@ -105,6 +98,7 @@ class Trajectory:
             rows.get("particle_velocity"),
             rows.get("box_velocity"),
             rows.get("box_angular_velocity"),
+            Bodies(cast),
         )
 
     def _number(self, k: int) -> int:
@@ -118,50 +112,75 @@ class Trajectory:
             raise IndexError(f"frame {number} is not in this trajectory: there are {len(self)}")
         return number % len(self)
 
+    def _segment_of(self, k: int) -> int:
+        """Return in which segment frame k is."""
+        return int(np.searchsorted(self._stops, k, side="right"))
+
+    def _cast_of(self, number: int) -> Cast:
+        """Return the bodies of a segment."""
+        if self._cast[0] != number:
+            self._cast = number, read_cast(self.path, self._manifest.segments[number], self._most_bytes)
+        return self._cast[1]
+
+    @property
+    def segments(self) -> tuple[range, ...]:
+        """Frames that have the same bodies, one after the other: a single range where bodies never change."""
+        return tuple(map(range, [0, *self._stops[:-1].tolist()], self._stops.tolist()))
+
+    @property
+    def _all(self) -> Bodies:
+        """The bodies of all frames."""
+        if len(self._stops) > 1:
+            raise ParameterError(f"its bodies change at frame {self._stops[0]}: ask a frame, trajectory[k].bodies")
+        return Bodies(self._cast_of(0))
+
     @property
     def soft_count(self) -> int:
-        """Soft bodies, as they were added to the world."""
-        return self._shapes.soft_count
+        """Soft bodies."""
+        return self._all.soft_count
 
     @property
     def box_count(self) -> int:
-        """Boxes, as they were added to the world."""
-        return self._shapes.box_count
+        """Boxes."""
+        return self._all.box_count
 
     @property
     def soft_names(self) -> tuple[str | None, ...]:
         """What soft bodies were called when the trajectory was begun, None for no name."""
-        return tuple(name or None for name in self._labels.soft)
+        return self._all.soft_names
 
     @property
     def box_names(self) -> tuple[str | None, ...]:
         """What boxes were called when the trajectory was begun, None for no name."""
-        return tuple(name or None for name in self._labels.box)
+        return self._all.box_names
 
     @property
     def box_sizes(self) -> np.ndarray:
         """Full extents (m, 3) of boxes [m]."""
-        return self._shapes.box_size.copy()
+        return self._all.box_sizes
 
     def particles(self, body: int) -> slice:
         """Return the rows of a soft body's particles in `positions` and `velocities` of a frame."""
-        return self._shapes.particles(check_whole(body, "body", 0, self.soft_count - 1))
+        return self._all.particles(body)
 
     def triangles(self, body: int) -> np.ndarray:
         """Return the triangles (t, 3) of a soft body, as rows of its own particles."""
-        return self._shapes.triangles(check_whole(body, "body", 0, self.soft_count - 1))
+        return self._all.triangles(body)
 
     def put_into(self, world: HasStore, k: int) -> None:
         """Put the bodies of a world where they were in frame k, to be seen, pictured or measured.
 
-        The world must have the same bodies; its time becomes the frame's, and so do velocities, if they were kept: else
-        they are zero. (To go on from a moment to the same bits, take `World.save`.)
+        The world must have the bodies of that frame; its time becomes the frame's, and so do velocities, if they were
+        kept: else they are zero. (To go on from a moment to the same bits, take `World.save`.)
         """
-        frame = self[k]
+        k = self._number(k)
+        frame, sha256 = self[k], self._manifest.segments[self._segment_of(k)].sha256
         store = world.store
         with store.exclusive():
-            if digest(named_arrays("bodies", shapes_of(store.model))) != self._manifest.bodies:
-                raise ParameterError(f"{world!r} has other bodies than {self!r}; give a world of the same")
+            if digest_of(shapes_of(store.model)) != sha256:
+                raise ParameterError(
+                    f"{world!r} has other bodies than frame {k}, which has {frame.bodies}; give a world of those"
+                )
             state = store.state
             assign_together(
                 (state.particle_position, frame.positions),
@@ -181,16 +200,22 @@ class Trajectory:
 
         `trajectory.export("fall.glb")`, or "fall.usdc": one file, in which bodies move; a GLB has 1000 frames at most.
         In a USD, frames that come a whole number a second, each to a millionth of a frame, have whole numbers as times.
+        Bodies that come and go are shown in their frames only: by a scale of 0 in a GLB, by their visibility in a USD.
+        One whose mesh changes is another from then on, called "ball from frame 12".
         `trajectory.export("meshes", "ply")`: a new folder of files 000000.ply, … of that kind, "ply", "obj", "glb",
         "usda" or "usdc", one a frame; see `World.export`. Raises OutputError, and MissingPackageError.
         """
-        from softbody.export import export_film, export_sequence, looks_of
+        from softbody.export import export_film, export_sequence
 
         numbers = range(0, len(self), check_whole(every, "every", 1))
-        frames = (self[k] for k in numbers)
-        poses = (Pose(frame.positions, frame.box_positions, frame.box_orientations) for frame in frames)
-        looks = looks_of(self._labels)
+        segment_of = [self._segment_of(k) for k in numbers]
         if kind is None:
-            export_film(path, self._shapes, looks, self.times[list(numbers)], poses)
+            casts = {number: self._cast_of(number) for number in dict.fromkeys(segment_of)}
+            of_frames = [casts[number] for number in segment_of]
+            export_film(path, of_frames, self.times[list(numbers)], map(self._pose, numbers))
         else:
-            export_sequence(path, kind, self._shapes, looks, poses)
+            export_sequence(path, kind, ((self._cast_of(self._segment_of(k)), self._pose(k)) for k in numbers))
+
+    def _pose(self, k: int) -> Pose:
+        frame = self[k]
+        return Pose(frame.positions, frame.box_positions, frame.box_orientations)

@@ -6,32 +6,23 @@ import os
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
-from typing import NamedTuple
 
 import numpy as np
 
 from softbody.errors import OutputError, ParameterError, SnapshotError, TrajectoryError
-from softbody.model.shapes import Shapes, shapes_of
+from softbody.model.shapes import Cast, shapes_of
 from softbody.model.validation import check_range, check_yes_or_no
 from softbody.stepping.frames import frames, frames_by_steps
 from softbody.stepping.runner import Steppable
 from softbody.stepping.time_steps import check_own_steps
 from softbody.storage.atomic_file import alone_in, path_of, whole_file
-from softbody.storage.npz import MOST_BYTES
-from softbody.storage.snapshot import digest, named_arrays
 from softbody.storage.snapshot_entries import Entries, Snapshot
-from softbody.trajectory.entries import BODIES, checked_frames, frame_of, read_chunk, read_shapes
-from softbody.trajectory.manifest import NAME, Chunk, Manifest, read_manifest, write_manifest
+from softbody.trajectory.bodies import digest_of
+from softbody.trajectory.entries import checked_frames, frame_of
+from softbody.trajectory.held import Held, found
+from softbody.trajectory.manifest import BODIES, NAME, Manifest, Segment, read_manifest, write_manifest
 
 CHUNK_FRAMES, CHUNK_BYTES = 128, 2**23  # that a chunk has at most: what a kill may cost
-
-
-class _Held(NamedTuple):
-    """What a writer holds: replaced as one, so that no interrupt comes between."""
-
-    disk: Manifest  # that is on the disk
-    base: Manifest  # those of its frames that stay
-    pending: list[tuple[float, Snapshot]]  # times [s] and frames after them, which are not on the disk
 
 
 class TrajectoryWriter:
@@ -41,8 +32,12 @@ class TrajectoryWriter:
     `frames_per_second` is how often `run` keeps one. Positions of particles, positions and orientations of boxes, and
     all `velocities`, if not told otherwise, are kept to the last bit.
 
-    `resume=True` goes on with the trajectory that is there: it must be of the same bodies, and frames that are later
-    than the world is now are left out. Without it, a folder that holds anything is refused.
+    Bodies may be added, removed, or change their meshes: the next frame begins a new segment of the trajectory then.
+    `Trajectory` tells of each frame which bodies it has.
+
+    `resume=True` goes on with the trajectory that is there: frames that are later than the world is now are left out,
+    and the last one that stays must be of the bodies that the world has now. Without it, a folder that holds anything
+    is refused.
 
     Frames are written in chunks, of 128 frames or 8 MiB; `flush` writes what there is, and so does the end of the
     block, whatever ends it. The folder can be read meanwhile. A process that is killed loses what was not written.
@@ -61,18 +56,16 @@ class TrajectoryWriter:
         self._rate = check_range(frames_per_second, "frames_per_second", "1/s", above=0.0)
         self._velocities, resume = check_yes_or_no(velocities, "velocities"), check_yes_or_no(resume, "resume")
         self._folder = path_of(path).absolute()  # wherever the program goes meanwhile
-        self._runner, self._shapes = world.runner, shapes_of(world.store.model)
-        if not self._shapes.soft_count + self._shapes.box_count:
-            raise ParameterError("the world has no bodies, and none can be added to a trajectory; add them first")
-        bodies = _digest(self._shapes)
+        self._runner, store = world.runner, world.store
         try:
+            cast = Cast(shapes_of(store.model), store.labels())
             if resume and os.path.lexists(self._folder / NAME):
-                self._held = self._found(bodies)
+                self._held = found(self._folder, cast, self._velocities, store.time)
             else:
-                self._held = self._new(Manifest(bodies, self._velocities, world.store.labels()))
+                self._held = self._new(cast)
         except OSError as error:
             raise _refused(self._folder, error, 0) from error
-        self._begun = self._held.base.times[0] if self._held.base.chunks else world.store.time
+        self._begun = self._held.base.times[0] if self._held.base.chunks else store.time
         self._tried: Manifest | None = None  # what was last begun to be written
         self._is_open = True
 
@@ -87,28 +80,33 @@ class TrajectoryWriter:
     @property
     def frames(self) -> int:
         """Frames that were kept, with those that were there before and stay."""
-        return sum(len(chunk.times) for chunk in self._held.base.chunks) + len(self._held.pending)
+        return self._held.frames
 
     def frame(self) -> None:
         """Keep the world as it is now.
 
-        Raises ParameterError, and keeps what there is, where bodies were added or removed, something is not finite, or
-        the world is earlier than its last frame; OutputError where the disk is full.
+        Where bodies were added or removed since the last frame, what there is is written, and a new segment begins.
+        Raises ParameterError, and keeps what there is, where something is not finite, or the world is earlier than its
+        last frame; OutputError where the disk is full.
         """
         if not self._is_open:
             raise ParameterError(f"{self._folder} is closed; open it with another TrajectoryWriter and resume=True")
         with self._runner.store.exclusive():
-            time, frame = self._runner.store.time, self._checked()
+            time, cast, frame = self._runner.store.time, self._cast_now(), self._checked()
         last = self.last_time
         if time < last:
             raise ParameterError(
                 f"the world is at {time:.6g} s, before the last frame, at {last:.6g} s; keep it in a new folder, or "
                 "resume=True to leave out what is later"
             )
-        pending = self._held.pending
-        pending.append((time, frame))
+        if cast is not self._held.cast:
+            is_other = not cast.is_same(self._held.cast)
+            if is_other:
+                self.flush()
+            self._held = self._held._replace(cast=cast, is_new=self._held.is_new or is_other)
+        self._held.pending.append((time, frame))
         size = sum(array.nbytes for array in frame.values())
-        if len(pending) >= min(CHUNK_FRAMES, max(1, CHUNK_BYTES // size)):
+        if len(self._held.pending) >= min(CHUNK_FRAMES, max(1, CHUNK_BYTES // max(1, size))):
             self.flush()
 
     def run(
@@ -164,18 +162,18 @@ class TrajectoryWriter:
     @property
     def last_time(self) -> float:
         """Time of the last frame [s], −inf if there is none."""
-        if self._held.pending:
-            return self._held.pending[-1][0]
-        return self._held.base.chunks[-1].times[-1] if self._held.base.chunks else -np.inf
+        return self._held.last_time
+
+    def _cast_now(self) -> Cast:
+        """Return the bodies of the world as it is: those of the last frame, unless a world's arrays are others now."""
+        store, before = self._runner.store, self._held.cast
+        shapes = shapes_of(store.model)
+        is_untouched = all(now is then for now, then in zip(shapes, before.shapes))
+        return before if is_untouched else Cast(shapes, store.labels())
 
     def _checked(self) -> Snapshot:
         """Return what is kept of the world as it is; raises ParameterError."""
         shapes = shapes_of(self._runner.store.model)
-        if any(now is not before for now, before in zip(shapes, self._shapes)):
-            _check_same(
-                shapes, self._shapes, ParameterError, "bodies were added or removed; keep the world from now on"
-            )
-            self._shapes = shapes
         now = {name: array[None] for name, array in frame_of(self._runner.store.state, self._velocities).items()}
         try:
             frame = checked_frames(Entries(now, "a frame"), 1, shapes, self._velocities)
@@ -183,8 +181,9 @@ class TrajectoryWriter:
             raise ParameterError(f"the frame at {self._runner.store.time:.6g} s cannot be kept: {error}") from error
         return {name: array[0] for name, array in frame.items()}
 
-    def _new(self, manifest: Manifest) -> _Held:
+    def _new(self, cast: Cast) -> Held:
         """Begin a trajectory: in this way it shows at once whether the disk can be written to."""
+        manifest = Manifest(self._velocities, (Segment(BODIES, digest_of(cast.shapes), cast.labels),))
         self._folder.mkdir(parents=True, exist_ok=True)
         with alone_in(self._folder):
             if os.path.lexists(self._folder / NAME):
@@ -193,79 +192,41 @@ class TrajectoryWriter:
                 )
             if any(not name.startswith(".") and name != BODIES for name in os.listdir(self._folder)):
                 raise OutputError(f"{self._folder} holds other things than a trajectory; give the name of a new folder")
-            with whole_file(self._folder / BODIES) as file:
-                np.savez(file, **self._shapes._asdict())
+            self._write(BODIES, cast.shapes._asdict())
             write_manifest(self._folder, manifest)
-        return _Held(manifest, manifest, [])
-
-    def _found(self, bodies: str) -> _Held:
-        """Go on with the trajectory that is there."""
-        disk = read_manifest(self._folder)
-        if disk.bodies != bodies:
-            there = f"{self._folder} is of other bodies; resume it with those, or keep this world"
-            _check_same(
-                shapes_of(self._runner.store.model), read_shapes(self._folder, MOST_BYTES), TrajectoryError, there
-            )
-            raise TrajectoryError(f"{there} in a new folder")
-        if disk.velocities != self._velocities:
-            raise TrajectoryError(
-                f"{self._folder} was begun with velocities={disk.velocities}; resume it with the same"
-            )
-        now, pending = self._runner.store.time, list[tuple[float, Snapshot]]()
-        stays = [chunk for chunk in disk.chunks if chunk.times[-1] <= now]
-        if len(stays) < len(disk.chunks):
-            cut = disk.chunks[len(stays)]
-            count = int(np.searchsorted(cut.times, now, side="right"))
-            if count:
-                path, times = self._folder / cut.file, np.array(cut.times)
-                frames = read_chunk(path, times, self._shapes, self._velocities, MOST_BYTES)
-                pending = [(cut.times[k], {name: rows[k] for name, rows in frames.items()}) for k in range(count)]
-        return _Held(disk, disk._replace(chunks=tuple(stays)), pending)
+        return Held(manifest, manifest, cast, [])
 
     def _flush(self) -> None:
-        disk, base, pending = self._held
-        chunk = Chunk(disk.next_file(), tuple(time for time, _ in pending))
-        wanted = base._replace(chunks=(*base.chunks, chunk)) if pending else base
-        if wanted == disk:
+        held, wanted = self._held, self._held.wanted()
+        if wanted == held.disk:
             return
-        found = read_manifest(self._folder)
-        if found != disk:
-            if found != self._tried:
+        there = read_manifest(self._folder)
+        if there != held.disk:
+            if there != self._tried:
                 raise TrajectoryError(
                     f"{self._folder} was changed by somebody else since it was opened here; one writer has a folder"
                 )
             # An interrupt came when it had been written.
-            there = len(found.times) - len(base.times)
-            self._held = _Held(found, found, pending[there:])
+            count = len(there.times) - len(held.base.times)
+            self._held = Held(there, there, held.cast, held.pending[count:], held.is_new and not count)
             self._flush()
             return
         self._tried = wanted
-        if pending:
-            frames = {name: np.stack([frame[name] for _, frame in pending]) for name in pending[0][1]}
-            with whole_file(self._folder / chunk.file) as file:
-                np.savez(file, time=np.array(chunk.times), **frames)  # type: ignore[arg-type]
+        if held.pending:
+            if held.is_new:
+                self._write(wanted.segments[-1].file, held.cast.shapes._asdict())
+            times = np.array([time for time, _ in held.pending])
+            frames = {name: np.stack([frame[name] for _, frame in held.pending]) for name in held.pending[0][1]}
+            self._write(wanted.chunks[-1].file, {"time": times, **frames})
         write_manifest(self._folder, wanted)
-        self._held = _Held(wanted, wanted, [])
-        for left_out in set(disk.chunks) - set(wanted.chunks):
+        self._held = Held(wanted, wanted, held.cast, [])
+        for left_out in held.disk.files - wanted.files:
             with suppress(OSError):
-                (self._folder / left_out.file).unlink()
+                (self._folder / left_out).unlink()
 
-
-def _digest(shapes: Shapes) -> str:
-    return digest(named_arrays("bodies", shapes))
-
-
-def _check_same(now: Shapes, before: Shapes, kind: type[ParameterError], cure: str) -> None:
-    """Raise an error of a `kind` for bodies that are not those of the trajectory."""
-    for what, a, b in (
-        ("soft bodies", now.soft_count, before.soft_count),
-        ("boxes", now.box_count, before.box_count),
-        ("particles", now.particle_count, before.particle_count),
-    ):
-        if a != b:
-            raise kind(f"the world has {a} {what}, and its trajectory {b}: {cure} in a new folder")
-    if any(not np.array_equal(a, b) for a, b in zip(now, before)):
-        raise kind(f"the world's bodies are of other meshes or sizes than its trajectory's: {cure} in a new folder")
+    def _write(self, name: str, arrays: Snapshot) -> None:
+        with whole_file(self._folder / name) as file:
+            np.savez(file, **arrays)  # type: ignore[arg-type]
 
 
 def _refused(folder: Path, error: OSError, frames: int) -> OutputError:

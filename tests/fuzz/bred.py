@@ -140,7 +140,7 @@ def _trajectory(path: Path) -> None:
         (folder / each).write_bytes(raw)
     (folder / name).write_bytes(path.read_bytes())
     for frame in Trajectory.open(folder, most_bytes=2**20):
-        assert all(np.isfinite(rows).all() for rows in frame)
+        assert all(np.isfinite(rows).all() for rows in frame[:-1])
 
 
 @cache

@@ -215,7 +215,11 @@ def told_of_trajectory(folder: Path) -> dict[str, Any]:
         "particles": [[kept.particles(k).start, kept.particles(k).stop] for k in range(kept.soft_count)],
         "triangles": [sha(kept.triangles(k)) for k in range(kept.soft_count)],
         "frames": [
-            {name: sha(value) for name, value in frame._asdict().items() if name != "time" and value is not None}
+            {
+                name: sha(value)
+                for name, value in frame._asdict().items()
+                if name not in ("time", "bodies") and value is not None
+            }
             for frame in kept
         ],
     }

@@ -73,7 +73,7 @@ def check_same(one, other):
     assert (one / "world.npz").read_bytes() == (other / "world.npz").read_bytes()
     a, b = Trajectory.open(one / "trajectory"), Trajectory.open(other / "trajectory")
     for frame, twin in zip(a, b, strict=True):
-        for array, same in zip(frame, twin, strict=True):
+        for array, same in zip(frame[:-1], twin[:-1], strict=True):
             np.testing.assert_array_equal(array, same)
 
 

@@ -169,7 +169,8 @@ def balls_are_run(run: Run) -> Comparison:
 
 def bits_in(out: Path) -> list[bytes]:
     """Return the bits of all that a run has kept: each frame, the last world, the scene file, the film."""
-    frames = [b"".join(np.asarray(each).tobytes() for each in frame) for frame in Trajectory.open(out / "trajectory")]
+    kept = Trajectory.open(out / "trajectory")
+    frames = [b"".join(np.asarray(each).tobytes() for each in frame[:-1]) for frame in kept]  # (all but its bodies)
     return [*frames, *((out / name).read_bytes() for name in ("world.npz", "scene.toml", "film.webp"))]
 
 
