@@ -1,8 +1,9 @@
 """View of a glTF 2.0 file at a time, read by hand, as the specification (Khronos 2021) says.
 
 Nodes stand in a tree (§3.5.2), each moved by its parent's; a mesh is its positions and, for each morph target, that
-many times its weight (§3.7.2.2); animations move weights, places and turns, linearly between frames, and turns along
-the shortest arc (§3.11, Appendix C). Only what is asked of the core is read: the binary form, floats, triangles.
+many times its weight (§3.7.2.2); animations move weights, places, turns and scales, linearly between frames or in
+steps, and turns along the shortest arc (§3.11, Appendix C). What has a scale of 0 is not shown (§3.5.2). Only what is
+asked of the core is read: the binary form, floats, triangles.
 """
 
 from __future__ import annotations
@@ -85,6 +86,8 @@ class Film:
         """Add what a node and those below it show."""
         node = self._tree["nodes"][number] | moved.get(number, {})
         matrix = above @ _matrix(node)
+        if not np.any(node.get("scale", 1.0)):
+            return
         if "mesh" in node:
             mesh = self._tree["meshes"][node["mesh"]]
             (part,) = mesh["primitives"]
@@ -101,11 +104,15 @@ class Film:
 
     def _value(self, sampler: dict[str, Any], path: str, time: float) -> np.ndarray:
         """Return what a sampler says at a time."""
-        if sampler.get("interpolation", "LINEAR") != "LINEAR":
-            raise ValueError(f"the interpolation is {sampler['interpolation']}, which is not read here")
         times = self._array(sampler["input"])[:, 0]
         rows = self._array(sampler["output"]).reshape(len(times), -1)
         now = np.clip(time, times[0], times[-1])
+        if sampler.get("interpolation") == "STEP":
+            return np.asarray(rows[np.searchsorted(times, now, side="right") - 1])
+        if sampler.get("interpolation", "LINEAR") != "LINEAR":
+            raise ValueError(f"the interpolation is {sampler['interpolation']}, which is not read here")
+        if len(times) == 1:
+            return np.asarray(rows[0])
         if path == "rotation":
             return np.asarray(Slerp(times, Rotation.from_quat(rows))(now).as_quat())
         return np.array([np.interp(now, times, column) for column in rows.T])

@@ -2,7 +2,8 @@
 
 Only what is asked of the core is read: meshes of triangles under one root, whose points, place and turn have a value,
 or one at each of some time codes, between which points and places go straight (§ on interpolation) and turns by the
-shortest arc. What is not text is printed as text by OpenUSD's own reader (usd-core).
+shortest arc; what is invisible is not shown, until a time code at which it is. What is not text is printed as text by
+OpenUSD's own reader (usd-core).
 """
 
 from __future__ import annotations
@@ -39,7 +40,8 @@ class Stage:
 
     def shown(self, time: float = 0.0) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Return vertices (n, 3) [m] and triangles (t, 3) of each mesh, at a time [s]."""
-        return {title: self._mesh(body, time * self._rate) for title, body in self._meshes.items()}
+        code = time * self._rate
+        return {title: self._mesh(body, code) for title, body in self._meshes.items() if _is_visible(body, code)}
 
     def colours(self) -> dict[str, np.ndarray]:
         """Return the colour (3,) of each mesh, as shares of light."""
@@ -63,6 +65,13 @@ class Stage:
         return self._metre * vertices, triangles
 
 
+def _is_visible(body: str, code: float) -> bool:
+    """Tell whether a mesh is shown at a time code: words hold until the next one."""
+    samples = ast.literal_eval(_of("visibility.timeSamples", body) or "{}")
+    said = [word for at, word in samples.items() if at <= code] or list(samples.values())[:1]
+    return "invisible" not in said[-1:]
+
+
 def _at(body: str, name: str, code: float) -> np.ndarray:
     """Return the value of an attribute at a time code."""
     still = _of(name, body)
@@ -71,7 +80,7 @@ def _at(body: str, name: str, code: float) -> np.ndarray:
     samples = ast.literal_eval(_of(f"{name}.timeSamples", body))
     codes, values = np.array(list(samples)), [np.array(value) for value in samples.values()]
     now = float(np.clip(code, codes[0], codes[-1]))
-    if name == "xformOp:orient":
+    if name == "xformOp:orient" and len(codes) > 1:
         turns = Rotation.from_quat(np.roll(values, -1, axis=1))
         return np.roll(Slerp(codes, turns)(now).as_quat(), 1)
     after = min(int(np.searchsorted(codes, now)), len(codes) - 1)

@@ -70,7 +70,9 @@ class Trajectory:
         """Say what was kept."""
         until = f" until {self.times[-1]:.6g} s" if len(self) else ""
         changes = len(self._stops) - 1
-        return f"<Trajectory: {len(self)} frames{until}; {f'bodies change {changes} times' if changes else self._all}>"
+        return (
+            f"<Trajectory: {len(self)} frames{until}; {f'bodies change {changes} times' if changes else self._all()}>"
+        )
 
     def __len__(self) -> int:
         """Return the number of frames."""
@@ -127,9 +129,8 @@ class Trajectory:
         """Frames that have the same bodies, one after the other: a single range where bodies never change."""
         return tuple(map(range, [0, *self._stops[:-1].tolist()], self._stops.tolist()))
 
-    @property
     def _all(self) -> Bodies:
-        """The bodies of all frames."""
+        """Return the bodies of all frames."""
         if len(self._stops) > 1:
             raise ParameterError(f"its bodies change at frame {self._stops[0]}: ask a frame, trajectory[k].bodies")
         return Bodies(self._cast_of(0))
@@ -137,35 +138,35 @@ class Trajectory:
     @property
     def soft_count(self) -> int:
         """Soft bodies."""
-        return self._all.soft_count
+        return self._all().soft_count
 
     @property
     def box_count(self) -> int:
         """Boxes."""
-        return self._all.box_count
+        return self._all().box_count
 
     @property
     def soft_names(self) -> tuple[str | None, ...]:
         """What soft bodies were called when the trajectory was begun, None for no name."""
-        return self._all.soft_names
+        return self._all().soft_names
 
     @property
     def box_names(self) -> tuple[str | None, ...]:
         """What boxes were called when the trajectory was begun, None for no name."""
-        return self._all.box_names
+        return self._all().box_names
 
     @property
     def box_sizes(self) -> np.ndarray:
         """Full extents (m, 3) of boxes [m]."""
-        return self._all.box_sizes
+        return self._all().box_sizes
 
     def particles(self, body: int) -> slice:
         """Return the rows of a soft body's particles in `positions` and `velocities` of a frame."""
-        return self._all.particles(body)
+        return self._all().particles(body)
 
     def triangles(self, body: int) -> np.ndarray:
         """Return the triangles (t, 3) of a soft body, as rows of its own particles."""
-        return self._all.triangles(body)
+        return self._all().triangles(body)
 
     def put_into(self, world: HasStore, k: int) -> None:
         """Put the bodies of a world where they were in frame k, to be seen, pictured or measured.

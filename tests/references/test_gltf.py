@@ -12,7 +12,7 @@ from references import gltf
 HALF = 2.0**-0.5
 
 
-def written(path, interpolation="LINEAR"):
+def written(path, interpolation="LINEAR", scale=(1, 1, 1)):
     """A triangle that moves by a morph target, below a node that shifts it and turns by 90° about y, in a second."""
     arrays = [
         np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0)], "<f4"),
@@ -35,7 +35,7 @@ def written(path, interpolation="LINEAR"):
     ]
     tree = {
         "scenes": [{"nodes": [0]}],
-        "nodes": [{"translation": [5, 0, 0], "children": [1]}, {"name": "leaf", "mesh": 0}],
+        "nodes": [{"translation": [5, 0, 0], "children": [1]}, {"name": "leaf", "mesh": 0, "scale": scale}],
         "meshes": [{"primitives": [part], "weights": [0.0]}],
         "animations": [
             {
@@ -64,9 +64,23 @@ def test_shapes_weights_and_turns_at_a_time(tmp_path):
     assert_allclose(end, [(7, 0, 0), (5, 1, 0), (5, 0, 1)], atol=1e-6)
 
 
-def test_what_is_not_read_is_said(tmp_path):
+def test_steps_hold_until_the_next(tmp_path):
     written(tmp_path / "a.glb", "STEP")
-    with pytest.raises(ValueError, match="STEP"):
+    film = gltf.Film(tmp_path / "a.glb")
+    for time, height in ((0.0, 0.0), (0.999, 0.0), (1.0, 2.0), (7.0, 2.0)):
+        places = film.shown(time)["leaf"][0] - (5.0, 0.0, 0.0)
+        assert_allclose(np.linalg.norm(places[0]), height, atol=1e-6)
+
+
+def test_what_has_no_size_is_not_shown(tmp_path):
+    for scale, names in (((0, 0, 0), set()), ((1, 1, 0), {"leaf"})):
+        written(tmp_path / "a.glb", scale=scale)
+        assert set(gltf.Film(tmp_path / "a.glb").shown()) == names
+
+
+def test_what_is_not_read_is_said(tmp_path):
+    written(tmp_path / "a.glb", "CUBICSPLINE")
+    with pytest.raises(ValueError, match="CUBICSPLINE"):
         gltf.Film(tmp_path / "a.glb").shown(0.5)
     (tmp_path / "b.glb").write_bytes(b"glTF" + bytes(20))
     with pytest.raises(ValueError, match="no binary glTF"):

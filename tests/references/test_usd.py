@@ -64,6 +64,21 @@ def test_points_places_and_turns_at_a_time(stage):
     assert_allclose(stage.shown(-1.0)["b"][0][1], (6, 0, 1))
 
 
+def test_what_is_invisible_is_not_shown(tmp_path):
+    words = 'token visibility.timeSamples = {\n            0: "invisible",\n            5: "inherited",\n        }'
+    text = TEXT.replace("        color3f", f"        {words}\n        color3f", 1)
+    (tmp_path / "a.usda").write_text(text)
+    stage = usd.Stage(tmp_path / "a.usda")
+    for time, titles in (
+        (-1.0, {"b"}),
+        (0.0, {"b"}),
+        (0.49, {"b"}),
+        (0.5, {'a "ball"', "b"}),
+        (9.0, {'a "ball"', "b"}),
+    ):
+        assert set(stage.shown(time)) == titles
+
+
 def test_binary_files_say_the_same(stage, tmp_path):
     sdf = pytest.importorskip("pxr.Sdf")
     sdf.Layer.OpenAsAnonymous(str(tmp_path / "a.usda")).Export(str(tmp_path / "a.usdc"))

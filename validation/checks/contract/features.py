@@ -32,7 +32,7 @@ from softbody.stepping import checks, runner, step
 from softbody.storage import snapshot
 from softbody.storage.restore import restore
 from softbody.storage.snapshot import named_arrays
-from softbody.trajectory import writer
+from softbody.trajectory import held
 from validation.answers import Answers
 from validation.cases import MESH_KINDS, edge_lengths, random_mesh, random_orientations, rotation_matrix
 from validation.check import Comparison, Run, check
@@ -843,7 +843,7 @@ def _go_on_with_others() -> None:
         Fault("nobody warns of light boxes", checks.warn_of_mass_ratios, "(carried > most).any() → False"),
         Fault("shapes of any number of vertices", mesh._check_number, "vertices > MOST_VERTICES → False"),
         Fault("soft bodies however far away", builder.with_soft_body, "not lengths[edge] > s_ → False"),
-        Fault("whatever has as many bodies", writer.TrajectoryWriter._found, "disk.bodies != bodies → False"),
+        Fault("whatever has as many bodies", held._staying, "segment.sha256 == bodies → True"),
     ),
 )
 def refusals_name_the_culprit(run: Run) -> Comparison:

@@ -73,10 +73,18 @@ def of_things(rng: np.random.Generator, folder: Path) -> Iterator[tuple[object, 
         for _ in range(3):
             kept.frame()
             world.time += 0.25
-    bodies = [2, len(mesh.vertices) + 6, 3]
+    bodies = [2.0, len(mesh.vertices) + 6.0, 3.0]
     words = "soft bodies of # particles, # boxes>"
     yield empty, f"<Trajectory: # frames; # {words}", [0, *bodies]
     yield Trajectory.open(folder), f"<Trajectory: # frames until # s; # {words}", [3, 0.5, *bodies]
+    yield Trajectory.open(folder)[2].bodies, f"<# {words}", bodies
+    with TrajectoryWriter(world, folder / "changed") as kept:
+        kept.frame()
+        lamp = world.add_box(size, None, place - 900.0)
+        kept.frame()
+        world.remove(lamp)
+        kept.frame()
+    yield Trajectory.open(folder / "changed"), "<Trajectory: # frames until # s; bodies change # times>", [3, 0.75, 2]
     yield world.ground, "<no ground>", []
     height, restitution, friction = rng.uniform(-3000.0, -2000.0), rng.random(), rng.random()
     ground = world.add_ground(height, restitution=restitution, friction=friction)
@@ -104,8 +112,8 @@ def of_things(rng: np.random.Generator, folder: Path) -> Iterator[tuple[object, 
 def what_things_say(run: Run) -> Comparison:
     """What things say of themselves is so, to four digits.
 
-    Worlds, bodies, joints, the ground and trajectories: how many, large and heavy, where and how stiff they are, and if
-    they are there at all. Also of what has a name, or has moved up when another was removed.
+    Worlds, bodies, joints, the ground, trajectories and bodies of frames: how many, large and heavy, where and how
+    stiff they are, and if they are there at all. Also of what has a name, or has moved up when another was removed.
     """
     rng, answers = run.fresh_rng(), Answers()
     for _ in range(run.count(2, 10, 100)):

@@ -19,7 +19,7 @@ from softbody import Trajectory, World, scenes
 from softbody.__main__ import main as softbody_command
 from softbody.scenes import scene_file
 from softbody.storage import snapshot
-from softbody.trajectory import manifest
+from softbody.trajectory import bodies, manifest
 from validation.answers import Answers
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
@@ -181,10 +181,9 @@ def last_frame_in_world(folder: Path) -> dict[str, Any]:
     because="the same bits",
     faults=(
         Fault("labels that all must have", manifest._labels, "found is None → False"),
-        Fault("a format that is counted up", manifest._manifest, "number == FORMAT → number == FORMAT + 1"),
-        Fault("bodies that are hashed under another name", Trajectory.__init__, "'bodies' → 'shapes'"),
-        Fault("bodies of a world under another name", Trajectory.put_into, "'bodies' → 'shapes'"),
-        Fault("no names for those who have none", Trajectory.__init__, "x_ or unlabelled(s_) → x_"),
+        Fault("the format of today only", manifest._manifest, "number >= 1 → number == FORMAT"),
+        Fault("bodies that are hashed under another name", bodies.digest_of, "'bodies' → 'shapes'"),
+        Fault("no names for those who have none", bodies.read_cast, "x_ or unlabelled(s_) → x_"),
         Fault("velocities that are not read", Trajectory.__getitem__, "rows.get('box_velocity') → None"),
         Fault("a run that never was", "softbody.cli.run_folder.WORLD", "'world.npz' → 'state.npz'"),
     ),

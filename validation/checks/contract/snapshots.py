@@ -556,7 +556,7 @@ def of_manifest(found: dict[str, Any], rng: np.random.Generator) -> Iterator[Tri
         return Trial(what, name_of_it + named, {"chunks": put_in(chunks, number, each | changes)})
 
     wrong_ones: dict[str, tuple[Any, ...]] = {
-        "format": (0, 2, "1", None),
+        "format": (0, 3, "1", None),
         "bodies": (3, None, [], {"sha256": 3}, {"sha256": found["bodies"]["sha256"][1:]}),
         "velocities": (1, 0, "yes", None, []),
         "chunks": (3, None, {}, "none"),

@@ -8,18 +8,24 @@ import tempfile
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from itertools import product
 from pathlib import Path
 
 import numpy as np
 
 import softbody
-from softbody import Trajectory, TrajectoryWriter, World
+from softbody import Bodies, ParameterError, Trajectory, TrajectoryError, TrajectoryWriter, World
+from softbody.model.shapes import Cast
 from softbody.scenes import tray
 from softbody.storage import atomic_file
+from softbody.trajectory import held, manifest
 from validation.answers import Answers
 from validation.cases import random_mesh, random_orientations
 from validation.check import Comparison, Run, check
+from validation.checks.contract.cases import error_of
+from validation.checks.contract.crowds import Crowd, bits_of, what_in, where_in
+from validation.checks.contract.exports import asked
 from validation.checks.contract.kept_files import extend_evenly, row_of
 from validation.checks.contract.pictures import LATE
 from validation.fault import Fault
@@ -180,17 +186,15 @@ def flights_are_kept(run: Run) -> Comparison:
     kind="closed form",
     because="whole numbers",
     faults=(
-        Fault(
-            "the first body's particles", Trajectory.particles, 'check_whole(body, "body", 0, self.soft_count - 1) → 0'
-        ),
+        Fault("the first body's particles", Bodies.particles, 'check_whole(body, "body", 0, self.soft_count - 1) → 0'),
         Fault(
             "triangles by numbers of all particles",
-            Trajectory.triangles,
+            Bodies.triangles,
             "self._shapes.triangles(b_) → self._shapes.triangles(b_) + self._shapes.particles(body).start",
         ),
         Fault(
             "rows up to the last particle but one",
-            Trajectory.particles,
+            Bodies.particles,
             "self._shapes.particles(b_) → slice(self._shapes.particles(b_).start, self._shapes.particles(b_).stop - 1)",
         ),
     ),
@@ -220,6 +224,104 @@ def rows_of_bodies(run: Run) -> Comparison:
 
 @check(
     section="beyond the paper",
+    piece="softbody.TrajectoryWriter, softbody.Trajectory, softbody.Bodies",
+    reference="copies of the world's arrays, and lists of its bodies, taken beside",
+    kind="specification",
+    because="the same bits; yes or no",
+    faults=(
+        Fault("bodies that are as many are the same", TrajectoryWriter.frame, "cast.is_same(c_) → True"),
+        Fault("names that stay those of who went", Cast.is_same, "self.labels == other.labels and a_ → a_"),
+        Fault("sizes that stay those of who went", Cast.is_same, "np.array_equal(a, b) → a.shape == b.shape"),
+        Fault("bodies that are the first ones for ever", Trajectory._cast_of, "self._cast[0] != number → False"),
+        Fault("bodies of the segment before", Trajectory._segment_of, "'right' → 'left'"),
+        Fault("files of bodies that are written over", manifest.Manifest.next_bodies, "m_ + 1 → m_"),
+        Fault("a manifest of the last segment", manifest.Manifest.and_segment, "(*before_, segment) → (segment,)"),
+        Fault("a change that nobody is told of", Trajectory._all, "len(self._stops) > 1 → False"),
+        Fault("worlds of other bodies that are put there", Trajectory.put_into, "digest_of(s_) != sha256 → False"),
+        Fault("frames that are later and stay", held.found, "_staying(f_, disk, s_, now) → len(disk.times)"),
+        Fault("a resumed trajectory of its first segment", held._until, "cut or (segments and not count) → segments"),
+        Fault("other bodies of then are taken", held._staying, "segment.sha256 == bodies → True"),
+    ),
+)
+def bodies_come_and_go(run: Run) -> Comparison:
+    """Frames are kept with their own bodies while bodies come and go.
+
+    Between frames, soft bodies and boxes are added, removed, or replaced, by another one of the same name, too. One
+    writer keeps them; or one that goes on with what another left, at the end or before it; or the first is killed, and
+    leaves files half-written. Frames, names, meshes and sizes are compared bit by bit. A world is put into the frames
+    of its bodies, and refused by others. What is asked of all frames is refused, and so is a world of other bodies.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    for _, way in product(range(run.count(3, 10, 100)), ("one writer", "gone on with", "from before", "killed")):
+        with tempfile.TemporaryDirectory() as folder:
+            path, crowd, beside = Path(folder) / "kept", Crowd(rng), list[list[bytes]]()
+            kept = TrajectoryWriter(crowd.world, path)
+            keep_crowd(kept, crowd, rng, beside)
+            if way != "one writer":
+                kept.flush()
+            early, count = crowd.saved(Path(folder) / "world.npz"), len(beside)
+            if way in ("from before", "killed"):
+                crowd.advance()
+                keep_crowd(kept, crowd, rng, beside)
+            if way == "killed":
+                half_written(path)
+                answers.add(asked(len, 0, asked(Trajectory.open, (), path)) >= count, True, kind="what a kill leaves")
+            else:
+                kept.close()
+            if way in ("from before", "killed"):
+                crowd = early
+                del beside[count:]
+            stranger = Crowd(rng)
+            stranger.add_box()
+            stranger.world.time = crowd.world.time
+            told = error_of(TrajectoryError, partial(TrajectoryWriter, stranger.world, path, resume=True))
+            answers.add(told is not None, True, kind="a world of other bodies")
+            if way != "one writer":
+                kept = TrajectoryWriter(crowd.world, path, resume=True)
+                keep_crowd(kept, crowd, rng, beside)
+                kept.close()
+            add_frames(answers, path, crowd, beside, way)
+    return answers.comparison()
+
+
+def keep_crowd(kept: TrajectoryWriter, crowd: Crowd, rng: np.random.Generator, beside: list[list[bytes]]) -> None:
+    """Keep some frames while bodies come and go, with two changes at least; tell beside what each must have."""
+    changing = {*rng.choice(np.arange(1, 9), 3, replace=False).tolist()}
+    for k in range(9):
+        if k in changing:
+            crowd.change()
+        if k not in changing or rng.random() < 0.5:  # else there are two frames at the same time
+            crowd.advance()
+        asked(kept.frame, None)  # what cannot be kept is a frame that is missing
+        beside.append(bits_of([*crowd.where(), *crowd.what()]))
+
+
+def half_written(path: Path) -> None:
+    """Leave files there of which the manifest does not know yet, as who is killed does."""
+    for name in (".0123456789abcdef.part", "000099.npz", "bodies-000099.npz"):
+        (path / name).write_bytes(b"half")
+
+
+def add_frames(answers: Answers, path: Path, crowd: Crowd, beside: list[list[bytes]], kind: str) -> None:
+    """Add whether each frame is what was told beside, and whether the world at the end is put where it may be."""
+    found = asked(Trajectory.open, [], path)
+    answers.add(len(found), len(beside), kind=f"{kind}: frames")
+    now = bits_of(crowd.what())
+    for k, told in enumerate(beside[: len(found)]):
+        frame = asked(found.__getitem__, None, k)
+        is_same = frame is not None and bits_of([*where_in(frame), *what_in(frame.bodies)]) == told
+        answers.add(is_same, True, kind=kind)
+        is_refused = error_of(ParameterError, partial(found.put_into, crowd.world, k)) is not None
+        has_same_bodies = told[8:] == now[1:]  # whatever they are called
+        is_there = bits_of(crowd.where()) == told[:7]
+        answers.add(is_refused, not has_same_bodies, kind=f"{kind}: put back")
+        answers.add(is_there or is_refused, True, kind=f"{kind}: put back")
+    is_refused = error_of(ParameterError, lambda: found.box_count) is not None if found else False
+    answers.add(is_refused, any(told[7:] != beside[0][7:] for told in beside), kind=f"{kind}: of all frames")
+
+
+@check(
+    section="beyond the paper",
     piece="softbody.TrajectoryWriter.frame, softbody.Trajectory.open",
     reference="copies of the world's arrays, taken beside; NumPy and JSON read the files",
     kind="specification",
@@ -234,8 +336,8 @@ def rows_of_bodies(run: Run) -> Comparison:
         Fault(
             "frames in single precision",
             TrajectoryWriter._flush,
-            "np.stack([frame[name] for _, frame in pending])"
-            " → np.stack([frame[name] for _, frame in pending]).astype(np.float32).astype(float)",
+            "np.stack([frame[name] for _, frame in held.pending])"
+            " → np.stack([frame[name] for _, frame in held.pending]).astype(np.float32).astype(float)",
         ),
         Fault(
             "frames that share memory with their chunk",
