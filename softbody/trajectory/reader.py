@@ -215,7 +215,13 @@ class Trajectory:
             of_frames = [casts[number] for number in segment_of]
             export_film(path, of_frames, self.times[list(numbers)], map(self._pose, numbers))
         else:
-            export_sequence(path, kind, ((self._cast_of(self._segment_of(k)), self._pose(k)) for k in numbers))
+            for k, number in zip(numbers, segment_of):
+                if self._cast_of(number).is_empty:
+                    raise ParameterError(
+                        f"frame {k} has no bodies to export; leave it out, with every=…, or export one film, as a .usdc"
+                    )
+            moments = ((self._cast_of(number), self._pose(k)) for k, number in zip(numbers, segment_of))
+            export_sequence(path, kind, moments)
 
     def _pose(self, k: int) -> Pose:
         frame = self[k]

@@ -133,10 +133,10 @@ def _of_kind(kind: str) -> tuple[Callable[[], tuple[bytes, ...]], Read, type[Exc
 
 
 def _trajectory(path: Path) -> None:
-    """Read a trajectory of which a file is this one."""
+    """Read a trajectory of which a file is this one; it has the files of one whose bodies come and go."""
     folder, name = path.parent / "kept", path.name
     folder.mkdir(exist_ok=True)
-    for each, raw in kept._files().items():
+    for each, raw in kept._files(changes=b'"segments"' in path.read_bytes()).items():
         (folder / each).write_bytes(raw)
     (folder / name).write_bytes(path.read_bytes())
     for frame in Trajectory.open(folder, most_bytes=2**20):
@@ -183,6 +183,10 @@ KINDS: dict[str, tuple[Callable[[], tuple[bytes, ...]], Read, type[Exception]]] 
     "a.off": _of_kind("off"),
     "a.glb": _of_kind("glb"),
     "scene.toml": (lambda: (kept.SCENE,), softbody.scenes.from_file, SceneError),
-    "trajectory.json": (lambda: (kept._files()["trajectory.json"],), _trajectory, TrajectoryError),
+    "trajectory.json": (
+        lambda: tuple(kept._files(changes)["trajectory.json"] for changes in (False, True)),
+        _trajectory,
+        TrajectoryError,
+    ),
     "world.npz": (_worlds, _settled, SnapshotError),
 }

@@ -68,13 +68,17 @@ def _world() -> World:
 
 
 @cache
-def _files() -> dict[str, bytes]:
-    """Return the files of a trajectory of six frames in two chunks."""
+def _files(changes: bool = False) -> dict[str, bytes]:
+    """Return the files of a trajectory of six frames in two chunks; with `changes` of bodies, in three segments."""
     with tempfile.TemporaryDirectory() as folder:
         world = _world()
         with TrajectoryWriter(world, Path(folder) / "t") as kept:
             for k in range(6):
                 world.time = 0.25 * k
+                if changes and k == 1:
+                    world.add_box((1.0, 2.0, 3.0), 1.0, (9.0, 0.0, 0.0), name="other")
+                if changes and k == 4:
+                    world.remove(world.boxes[1])
                 kept.frame()
                 if k == 3:
                     kept.flush()
@@ -126,7 +130,7 @@ def _scene(folder: Path, rng: Rng) -> str | None:
 
 
 def _trajectory(folder: Path, rng: Rng) -> str | None:
-    files = dict(_files())
+    files = dict(_files(bool(rng.random() < 0.5)))
     name = sorted(files)[rng.integers(len(files))]
     crafted = _with_others if name.endswith(".npz") else _told_otherwise
     files[name] = (_changed if rng.random() < 0.3 else crafted)(files[name], rng)

@@ -215,11 +215,19 @@ def _flaw_of(folder: Path) -> str | None:
 def a_trajectory(path: Path, rng: Rng) -> str | None:
     """A trajectory is kept, and its writer is killed, or interrupted, or has no room; it can be gone on with."""
     folder, world = path.with_name("kept"), _world(int(rng.integers(1, 9)))
+    count, is_changing = len(world.boxes), bool(rng.integers(2))
 
     def keep() -> None:
-        world.time += 1.0
         with TrajectoryWriter(world, folder, resume=True) as kept:
+            world.time += 1.0
             kept.frame()
+            if is_changing:
+                world.time += 1.0
+                lamp = world.add_box((1.0, 1.0, 1.0), None, (0.0, 0.0, 99.0))
+                kept.frame()
+                world.time += 1.0
+                world.remove(lamp)
+                kept.frame()
 
     for _ in range(TRIES):
         keep()
@@ -235,7 +243,9 @@ def a_trajectory(path: Path, rng: Rng) -> str | None:
             return wrong
         if len(Trajectory.open(folder)) < there:
             return "frames were lost"
-        world.time = max(world.time, float(Trajectory.open(folder).times[-1]))
+        for left in world.boxes[count:]:
+            world.remove(left)
+        world.time = max(frame.time for frame in Trajectory.open(folder) if frame.bodies.box_count == count)
     return None
 
 

@@ -246,7 +246,7 @@ def films_as_files(run: Run) -> Comparison:
             "pose.box_position[body] → pose.box_position[actor.numbers[0]]",
         ),
         Fault("nobody is invisible in USD", usd.stage_bytes, "'inherited' if is_there else 'invisible' → 'inherited'"),
-        Fault("files of the first bodies", Trajectory.export, "self._cast_of(s_), p_ → self._cast_of(0), p_"),
+        Fault("files of the first bodies", Trajectory.export, "self._cast_of(number), p_ → self._cast_of(0), p_"),
     ),
 )
 def films_of_bodies_that_come_and_go(run: Run) -> Comparison:
