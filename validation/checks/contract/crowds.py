@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -31,27 +32,38 @@ class Crowd:
         body = self.world.add_soft_body(mesh, 1.0, 1.0, 0.0, place, speed, name=name or self._name("soft"))
         self.soft.append((body, mesh))
 
-    def add_box(self, name: str | None = None) -> None:
-        """Add a box, at times one of the usual size."""
-        size = np.ones(3) if self._rng.random() < 0.3 else self._rng.uniform(0.2, 1.0, 3)
+    def add_box(self, name: str | None = None, size: np.ndarray | None = None) -> None:
+        """Add a box."""
+        size = self._rng.uniform(0.2, 1.0, 3) if size is None else size
         turn = random_orientations(self._rng, 1)[0]
         name = name or self._name("box")
         box = self.world.add_box(size, 1.0, self._free(), turn, self._rng.normal(size=3), name=name)
         self.boxes.append((box, size))
 
+    def remove(self, is_soft: bool, number: int) -> str | None:
+        """Remove a soft body or a box; return its name."""
+        those: list[Any] = self.soft if is_soft else self.boxes
+        gone, _ = those.pop(number)
+        name: str | None = gone.name
+        self.world.remove(gone)
+        return name
+
+    def swap(self) -> None:
+        """Let another box be there in place of the last one: of the same size, and another name."""
+        if self.boxes:
+            _, size = self.boxes[-1]
+            self.remove(False, -1)
+            self.add_box(f"other of {self._added}", size)
+
     def change(self) -> None:
         """Let other bodies be there: one more, one less, or another one, perhaps of the same name."""
-        is_soft = self._rng.random() < 0.5
-        those, add = (self.soft, self.add_soft) if is_soft else (self.boxes, self.add_box)
-        way = self._rng.integers(3)
-        if way == 0 or len(those) <= self._least:
-            add()
-            return
-        gone, _ = those.pop(int(self._rng.integers(len(those))))
-        name = gone.name if self._rng.random() < 0.7 else None
-        self.world.remove(gone)
-        if way == 1:
-            add(name)
+        is_soft, way = bool(self._rng.random() < 0.5), self._rng.integers(3)
+        count, name = len(self.soft if is_soft else self.boxes), None
+        if way and count > self._least:
+            name = self.remove(is_soft, int(self._rng.integers(count)))
+            if way == 2:
+                return
+        (self.add_soft if is_soft else self.add_box)(name if self._rng.random() < 0.7 else None)
 
     def advance(self) -> None:
         """Go on by a step, if there is anything to move."""
