@@ -18,7 +18,7 @@ class Crowd:
     """Bodies far from each other, of which some have names; `change` adds, removes or replaces one."""
 
     def __init__(self, rng: np.random.Generator, least: int = 0) -> None:
-        self.world, self._rng, self._least, self._added = World(integrator="rk4"), rng, least, 0
+        self.world, self._rng, self._least, self.added = World(integrator="rk4"), rng, least, 0
         self.soft: list[tuple[softbody.SoftBody, Mesh]] = []
         self.boxes: list[tuple[softbody.Box, np.ndarray]] = []
         self.add_soft()
@@ -53,7 +53,7 @@ class Crowd:
         if self.boxes:
             _, size = self.boxes[-1]
             self.remove(False, -1)
-            self.add_box(f"other of {self._added}", size)
+            self.add_box(f"other of {self.added}", size)
 
     def change(self) -> None:
         """Let other bodies be there: one more, one less, or another one, perhaps of the same name."""
@@ -76,7 +76,7 @@ class Crowd:
         """Return another such world, as this one is: saved, and loaded."""
         self.world.save(path)
         other = Crowd(self._rng, self._least)
-        other.world, other._added = World.load(path), self._added
+        other.world, other.added = World.load(path), self.added
         other.soft = [(body, mesh) for body, (_, mesh) in zip(other.world.soft_bodies, self.soft)]
         other.boxes = [(box, size) for box, (_, size) in zip(other.world.boxes, self.boxes)]
         return other
@@ -109,11 +109,11 @@ class Crowd:
 
     def _free(self) -> np.ndarray:
         """Return a place where nobody is."""
-        self._added += 1
-        return np.array([10.0 * self._added, 0.0, 0.0])
+        self.added += 1
+        return np.array([10.0 * self.added, 0.0, 0.0])
 
     def _name(self, kind: str) -> str | None:
-        return f"{kind} of {self._added}" if self._rng.random() < 0.6 else None
+        return f"{kind} of {self.added}" if self._rng.random() < 0.6 else None
 
 
 def what_in(bodies: softbody.Bodies) -> list[object]:
