@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,7 +14,7 @@ import numpy as np
 import softbody
 from softbody import SnapshotError, Trajectory, TrajectoryError, TrajectoryWriter, World
 from softbody.storage import snapshot, snapshot_entries
-from softbody.trajectory import entries, manifest
+from softbody.trajectory import bodies, entries, manifest
 from validation.answers import Answers
 from validation.cases import random_orientations
 from validation.check import Comparison, Run, check
@@ -497,8 +497,8 @@ def refusals_say_what_is_taken(run: Run) -> Comparison:
     return answers.comparison()
 
 
-def keep_flight(rng: np.random.Generator, folder: Path) -> None:
-    """Keep two chunks of two frames of a world of two soft bodies and two boxes."""
+def keep_flight(rng: np.random.Generator, folder: Path, is_changing: bool = False) -> None:
+    """Keep two chunks of two frames of a world of two soft bodies and two boxes; of one more, if bodies change."""
     world = World()
     for k, mesh in enumerate((softbody.tetrahedron(0.4), softbody.octahedron(0.4))):
         world.add_soft_body(mesh, 1.0, 100.0, 10.0, (3.0 * k, 0.0, 0.0), rng.normal(size=3))
@@ -507,6 +507,8 @@ def keep_flight(rng: np.random.Generator, folder: Path) -> None:
     with TrajectoryWriter(world, folder) as kept:
         for k in range(4):
             world.time = 0.25 * k
+            if is_changing and k == 2:
+                world.add_box((0.5, 0.4, 0.3), None, (0.0, 50.0, 0.0))
             kept.frame()
             if k % 2:
                 kept.flush()
@@ -595,6 +597,42 @@ def of_manifest(found: dict[str, Any], rng: np.random.Generator) -> Iterator[Tri
     yield Trial("a byte too many", f"more than {most} bytes", json.dumps(found).encode().ljust(most + 1))
 
 
+def of_segments(found: dict[str, Any], rng: np.random.Generator) -> Iterator[Trial]:
+    """Yield trials of a manifest of two segments."""
+    segments = found["segments"]
+    number = int(rng.integers(2))
+    each, name_of_it, other = segments[number], f"segments[{number}]", segments[1 - number]
+
+    def segment(what: str, named: str | None, changes: Any) -> Trial:
+        changed = each | changes if isinstance(changes, dict) else changes
+        return Trial(what, named, {"segments": put_in(segments, number, changed)})
+
+    yield Trial("missing: segments", "segments must be", {}, ("segments",))
+    none_at_all: tuple[Any, ...] = (3, None, {}, [], "none")
+    for odd in none_at_all:
+        yield Trial(f"segments: {odd!r}", "segments must be", {"segments": odd})
+    yield segment("a segment that is none", f"{name_of_it} must be", 3)
+    bodies = each["bodies"]
+    for file in ("bodies.npy", "../bodies.npz", "bodies-1.npz", "000001.npz", 0, None):
+        yield segment(f"bodies: {file!r}", f"{name_of_it}.bodies.file", {"bodies": bodies | {"file": file}})
+    for sha in (3, None, bodies["sha256"][1:]):
+        yield segment(f"sha256: {sha!r}", f"{name_of_it}.bodies.sha256", {"bodies": bodies | {"sha256": sha}})
+    sha = {"sha256": other["bodies"]["sha256"]}
+    yield segment("bodies of another", "of other bodies than", {"bodies": bodies | sha})
+    for odd in none_at_all[:3]:
+        yield segment(f"chunks: {odd!r}", f"{name_of_it}.chunks must be", {"chunks": odd})
+    yield segment("no frames", f"{name_of_it}.chunks must have", {"chunks": []})
+    yield segment("a chunk that is none", f"{name_of_it}.chunks[0] must be", {"chunks": [3]})
+    yield segment("chunks twice", "chunks must have a file each", {"chunks": [*each["chunks"], *other["chunks"]]})
+    yield segment("bodies twice", "and bodies, too", {"bodies": other["bodies"]})
+    yield segment("labels of another", "labels of other numbers", {"labels": other["labels"]})
+    yield segment("labels that are none", f"{name_of_it}.labels must have", {"labels": 3})
+    yield segment("no labels", None, {"labels": None})
+    yield Trial("times that go back", "times of chunks must not go back", {"segments": segments[::-1]})
+    yield Trial("the first segment only", None, {"segments": segments[:1]})
+    yield Trial("as format 1", "bodies.sha256 must be", {"format": 1})
+
+
 def right_about_file(trial: Trial, whole: dict[str, Any], path: Path) -> bool:
     """Tell whether a trajectory with one file that was altered can be read, or is refused by the name that it must."""
     before = path.read_bytes()
@@ -615,6 +653,18 @@ def right_about_file(trial: Trial, whole: dict[str, Any], path: Path) -> bool:
     return trial.named is None and (not frames or set(frames[0]) == set(softbody.Frame._fields))
 
 
+Trials = Mapping[str, Callable[[dict[str, Any], np.random.Generator], Iterator[Trial]]]
+
+
+def add_trials(answers: Answers, folder: Path, trials: Trials, rng: np.random.Generator) -> None:
+    """Alter files of a trajectory, one entry after the other."""
+    for file, trials_of in trials.items():
+        is_json = file.endswith("json")
+        whole = json.loads((folder / file).read_bytes()) if is_json else dict(np.load(folder / file))
+        for trial in trials_of(whole, rng):
+            answers.add(right_about_file(trial, whole, folder / file), True, kind=f"{file}, {trial.what}"[:80])
+
+
 @check(
     section="beyond the paper",
     piece="softbody.Trajectory.open",
@@ -627,6 +677,10 @@ def right_about_file(trial: Trial, whole: dict[str, Any], path: Path) -> bool:
         Fault("velocities, perhaps", manifest._manifest, "isinstance(velocities, bool) → True"),
         Fault("chunks of other times", entries.read_chunk, "np.array_equal(a_, b_) → True"),
         Fault("a manifest of any size", manifest.read_manifest, "len(raw) > MOST_BYTES → False"),
+        Fault("segments without frames", manifest._segments, "segments[-1].chunks or len(found) == 1 → True"),
+        Fault("bodies from anywhere", manifest._segments, "_need(is_ours, m_) → "),
+        Fault("files of two segments", manifest._manifest, "len(manifest.files) == n_ → True"),
+        Fault("bodies of any hash", bodies.read_cast, "digest_of(shapes) != segment.sha256 → False"),
     ),
 )
 def entries_of_trajectories(run: Run) -> Comparison:
@@ -642,9 +696,8 @@ def entries_of_trajectories(run: Run) -> Comparison:
             folder = Path(name) / "kept"
             keep_flight(rng, folder)
             trials = {f"00000{rng.integers(2)}.npz": of_chunk, "bodies.npz": of_bodies, "trajectory.json": of_manifest}
-            for file, trials_of in trials.items():
-                is_json = file.endswith("json")
-                whole = json.loads((folder / file).read_bytes()) if is_json else dict(np.load(folder / file))
-                for trial in trials_of(whole, rng):
-                    answers.add(right_about_file(trial, whole, folder / file), True, kind=f"{file}, {trial.what}"[:80])
+            add_trials(answers, folder, trials, rng)
+            keep_flight(rng, folder.with_name("changing"), is_changing=True)
+            of_several = {"bodies-000001.npz": of_bodies, "trajectory.json": of_segments}
+            add_trials(answers, folder.with_name("changing"), of_several, rng)
     return answers.comparison()
