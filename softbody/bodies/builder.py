@@ -126,6 +126,7 @@ def with_soft_body(
     velocity, still = np.tile(vector(motion[1], "velocity"), (count, 1)), fixed_particles_of(fixed, count)
     mass += properties["soft_liquid_density"] * mesh.volume
     inverse_mass = np.full(count, inverse_of(mass, count))
+    masses = 1.0 / inverse_mass
     velocity[still], inverse_mass[still] = 0.0, 0.0
     if properties["soft_damping"] is None:
         properties = properties | {"soft_damping": default_damping(stiffness, mass / count)}
@@ -134,7 +135,7 @@ def with_soft_body(
     longer = Parts(
         _appended(
             model,
-            particle_mass=np.full(count, mass / count),
+            particle_mass=masses,
             particle_inverse_mass=inverse_mass,
             edge_particles=edges + first,
             edge_rest_length=rest_length,

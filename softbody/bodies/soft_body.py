@@ -72,7 +72,8 @@ class SoftBody(SleepyBody):
     @property
     def mass(self) -> float:
         """Mass [kg], with that of a liquid in it."""
-        return float(self.masses.sum())
+        masses = self.masses
+        return float(len(masses) * (masses[0] + (masses - masses[0]).mean()))  # of equal ones so many times one
 
     @property
     def masses(self) -> np.ndarray:

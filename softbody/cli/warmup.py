@@ -109,6 +109,8 @@ def use_the_rest(world: softbody.World) -> None:
     world.linear_momentum()
     world.angular_momentum()
     world.equilibrium(1e-3)
+    one, other = body.cut(body.centre, (1.0, 0.0, 0.0))
+    world.join(one, other, within=1e-6)
     mesh = softbody.icosphere(2)
     mesh.check()
     query = MeshQuery(mesh)
