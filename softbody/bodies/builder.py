@@ -32,6 +32,7 @@ from softbody.model.arrays import (
     Rows,
     State,
     VertexRings,
+    mass_of,
 )
 from softbody.model.validation import (
     check_range,
@@ -126,7 +127,7 @@ def with_soft_body(
     velocity, still = np.tile(vector(motion[1], "velocity"), (count, 1)), fixed_particles_of(fixed, count)
     mass += properties["soft_liquid_density"] * mesh.volume
     inverse_mass = np.full(count, inverse_of(mass, count))
-    masses = 1.0 / inverse_mass
+    free_inverse_mass = inverse_mass.copy()
     velocity[still], inverse_mass[still] = 0.0, 0.0
     if properties["soft_damping"] is None:
         properties = properties | {"soft_damping": default_damping(stiffness, mass / count)}
@@ -135,7 +136,7 @@ def with_soft_body(
     longer = Parts(
         _appended(
             model,
-            particle_mass=masses,
+            particle_free_inverse_mass=free_inverse_mass,
             particle_inverse_mass=inverse_mass,
             edge_particles=edges + first,
             edge_rest_length=rest_length,
@@ -415,22 +416,22 @@ def with_hosts(parts: Parts, hosts: np.ndarray) -> Parts:
                 f"than {model.soft_mesh_volume[body]:.3g} m³; take smaller boxes, or a larger body"
             )
         if model.soft_liquid_density[body] > 0.0:
-            model = with_liquid_mass(model, body, liquid_mass(model, body) - liquid_mass(before, body))
+            model = with_liquid_mass(model, body, liquid_mass(before, body))
     return parts._replace(model=model)
 
 
-def with_liquid_mass(model: Model, body: int, more: float) -> Model:
-    """Return a Model in which a soft body is heavier by `more` [kg], in proportion to its particles' masses.
+def with_liquid_mass(model: Model, body: int, before: float) -> Model:
+    """Return a Model in which a soft body has the mass of the liquid in it, in place of that of `before` [kg].
 
-    Raises ParameterError for masses that cannot be computed with.
+    Its particles share it in proportion to their masses. Raises ParameterError for what cannot be computed with.
     """
-    masses, inverse_masses = model.particle_mass.copy(), model.particle_inverse_mass.copy()
+    free, inverse_mass = model.particle_free_inverse_mass.copy(), model.particle_inverse_mass.copy()
     rows = slice(*model.soft_particle_start[body : body + 2])
-    mass = masses[rows].sum()
-    inverse_of(mass + more, rows.stop - rows.start)
-    masses[rows] *= (mass + more) / mass
-    inverse_masses[rows] = (inverse_masses[rows] > 0.0) / masses[rows]
-    return model._replace(particle_mass=masses, particle_inverse_mass=inverse_masses)
+    mass, ratio = mass_of(free[rows]) - before + liquid_mass(model, body), free[rows] / free[rows.start]
+    inverse_of(mass, len(ratio))
+    free[rows] = ratio * ((1.0 / ratio).sum() / mass)
+    inverse_mass[rows] = free[rows] * (inverse_mass[rows] > 0.0)
+    return model._replace(particle_free_inverse_mass=free, particle_inverse_mass=inverse_mass)
 
 
 def with_box_inside(parts: Parts, box: int, body: int) -> Parts:

@@ -8,6 +8,7 @@ whole such that both momenta stay.
 
 from __future__ import annotations
 
+from functools import partial
 from itertools import count
 from typing import NamedTuple
 
@@ -22,6 +23,8 @@ from softbody.bodies.soft_rows import (
     check_may_change,
     holding_themselves,
     moved_joints,
+    particles_of,
+    remade,
     replace_all,
     taken_out,
     with_ends_on,
@@ -32,8 +35,7 @@ from softbody.dynamics.filling import liquid_mass
 from softbody.dynamics.liquid_forces import corners_of
 from softbody.errors import MeshError, ParameterError
 from softbody.geometry import points_in_mesh
-from softbody.geometry.polyhedron import signed_volume, surface_area
-from softbody.mesh.mesh import unique_edges
+from softbody.geometry.polyhedron import signed_volume
 from softbody.mesh.section import NOT, Cut, Plane, cut_surface, pieces_of
 from softbody.model.arrays import Model
 from softbody.model.validation import check_range, vector
@@ -129,26 +131,12 @@ def _rows_of_pieces(model: Model, row: int, own: SoftRows, cut: Cut, pieces: lis
     made = []
     for piece in pieces:
         which, share = piece.vertices, piece.room / room
-        points, edges = cut.points[which], unique_edges(piece.triangles)
-        length = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
-        rest_length, stiffness = _springs(own, cut, which[edges], length)
-        known = {
-            "particle_mass": mass[which],
-            "particle_inverse_mass": np.where(fixed[which], 0.0, 1.0 / mass[which]),
-            "edge_particles": edges,
-            "edge_rest_length": rest_length,
-            "edge_stiffness": stiffness,
-            "triangle_particles": piece.triangles,
-            "soft_thickness": np.array([2.0 * piece.volume / surface_area(points, piece.triangles)]),
-            "soft_edge_length": np.array([length.mean()]),
-            "soft_mesh_volume": np.array([piece.volume - piece.room + share * full]),
-        }
-        controls = {
-            "soft_gas": share * own.controls["soft_gas"],
-            "particle_force": force[which] if len(force) else force,
-        }
-        state = {"particle_position": points, "particle_velocity": velocity[which]}
-        made.append(SoftRows(own.model | known, controls, state))
+        particles = Particles(mass[which], cut.points[which], velocity[which], fixed[which])
+        springs = partial(_springs, own, cut, which)
+        rows = remade(own, particles, force[which] if len(force) else force, piece.triangles, springs)
+        rows.model["soft_mesh_volume"] = np.array([piece.volume - piece.room + share * full])
+        rows.controls["soft_gas"] = share * own.controls["soft_gas"]
+        made.append(rows)
     return made
 
 
@@ -157,18 +145,17 @@ def _masses(own: SoftRows, cut: Cut, pieces: list[Piece], liquid: float) -> list
 
     A piece has its share of the skin by area, as its triangles are, and of the `liquid` [kg] by room.
     """
-    before, triangles = own.model["particle_mass"], own.model["triangle_particles"]
-    position, whole = own.state["particle_position"], own.model["particle_mass"].sum()
+    (before, position, _, _), triangles = particles_of(own), own.model["triangle_particles"]
     area = _areas(position, triangles)
     around = np.bincount(triangles.ravel(), np.repeat(area, 3))
     density = (before / np.maximum(around, np.finfo(float).tiny))[triangles].sum(axis=1)
     of_triangle = _areas(cut.points, cut.triangles) * np.where(cut.origin == NOT, 0.0, density[cut.origin])
     skin = np.array([of_triangle[piece.rows].sum() for piece in pieces])
     filling = np.array([piece.room for piece in pieces])
-    shares = skin / skin.sum() * (whole - liquid) + filling / filling.sum() * liquid
+    shares = skin / skin.sum() * (before.sum() - liquid) + filling / filling.sum() * liquid
     likely = _carried(before[:, None], cut, np.full((len(cut.points), 1), before.mean()))[:, 0]
     masses = [likely[piece.vertices] * (share / likely[piece.vertices].sum()) for piece, share in zip(pieces, shares)]
-    return with_centre(_before(own), masses, [cut.points[piece.vertices] for piece in pieces])
+    return with_centre(particles_of(own), masses, [cut.points[piece.vertices] for piece in pieces])
 
 
 def _velocities(own: SoftRows, cut: Cut, mass: np.ndarray) -> np.ndarray:
@@ -177,12 +164,7 @@ def _velocities(own: SoftRows, cut: Cut, mass: np.ndarray) -> np.ndarray:
     velocity = _carried(own.state["particle_velocity"], cut, np.zeros((len(points), 3)))
     affine = np.append(points - points[border][0], np.ones((len(points), 1)), axis=1)
     velocity[within] = affine[within] @ np.linalg.lstsq(affine[border], velocity[border], rcond=None)[0]
-    return with_momenta(_before(own), Particles(mass, points, velocity, _is_fixed(own, cut)))
-
-
-def _before(own: SoftRows) -> Particles:
-    fixed = own.model["particle_inverse_mass"] == 0.0
-    return Particles(own.model["particle_mass"], own.state["particle_position"], own.state["particle_velocity"], fixed)
+    return with_momenta(particles_of(own), Particles(mass, points, velocity, _is_fixed(own, cut)))
 
 
 def _forces(own: SoftRows, cut: Cut, mass: np.ndarray) -> np.ndarray:
@@ -193,9 +175,14 @@ def _forces(own: SoftRows, cut: Cut, mass: np.ndarray) -> np.ndarray:
     return np.asarray(shared[:, None] * force[old])
 
 
-def _springs(own: SoftRows, cut: Cut, edges: np.ndarray, length: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return rest lengths [m] and stiffness [N/m] of `edges` (e, 2) of the Cut, whose length [m] is this now."""
-    number, old = len(own.model["particle_mass"]), own.model["edge_particles"]
+def _springs(
+    own: SoftRows, cut: Cut, which: np.ndarray, edges: np.ndarray, length: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return rest lengths [m] and stiffness [N/m] of `edges` (e, 2), whose length [m] is this now.
+
+    They are of vertices (n,) of the Cut, `which`.
+    """
+    number, old, edges = len(own.state["particle_position"]), own.model["edge_particles"], which[edges]
     ends = cut.ends[edges].reshape(-1, 4)
     low, high = ends.min(axis=1), ends.max(axis=1)
     keys, key = old[:, 0] * number + old[:, 1], low * number + high

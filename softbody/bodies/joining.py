@@ -6,6 +6,7 @@ Where two springs become one, it has the stiffness and the tension of both.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,8 @@ from softbody.bodies.soft_rows import (
     check_may_change,
     holding_themselves,
     moved_joints,
+    particles_of,
+    remade,
     replace_all,
     taken_out,
     with_ends_on,
@@ -27,9 +30,8 @@ from softbody.bodies.soft_rows import (
 from softbody.bodies.store import Store
 from softbody.errors import MeshError, ParameterError
 from softbody.geometry import closest_on_mesh
-from softbody.geometry.polyhedron import signed_volume, surface_area
+from softbody.geometry.polyhedron import signed_volume
 from softbody.geometry.self_intersections import self_intersections
-from softbody.mesh.mesh import unique_edges
 from softbody.mesh.union import glued, zipped
 from softbody.mesh.weld import first_at_place
 from softbody.model.validation import check_range, shown, vector
@@ -87,7 +89,7 @@ def _check_two(store: Store, a: SoftBody, b: SoftBody) -> None:
 
 def _together(a: SoftRows, b: SoftRows) -> SoftRows:
     """Return the rows of both bodies as if of one; what a body has one of is that of a."""
-    count = len(a.model["particle_mass"])
+    count = len(a.state["particle_position"])
     merged = []
     for one, other in zip(a, b):
         rows = {
@@ -134,30 +136,14 @@ def _rows_of(both: SoftRows, joined: Joined) -> SoftRows:
     used, numbers = np.unique(joined.triangles, return_inverse=True)
     triangles, now = numbers.reshape(-1, 3), np.searchsorted(used, joined.becomes)
     now[~np.isin(joined.becomes, used)] = -1  # gone
-    particles = _particles(both, now, len(used))
-    points = particles.position
-    edges = unique_edges(triangles)
-    length = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
-    rest_length, stiffness = _springs(both, now, edges, length)
-    volume = signed_volume(points, triangles)
-    if not volume > 0.0:
-        raise MeshError("together they have no volume")
     force, stays = both.controls["particle_force"], now >= 0
     summed = np.zeros((len(used) if len(force) else 0, 3))
     if len(force):
         np.add.at(summed, now[stays], force[stays])
-    model = both.model | {
-        "particle_mass": particles.mass,
-        "particle_inverse_mass": np.where(particles.fixed, 0.0, 1.0 / particles.mass),
-        "edge_particles": edges,
-        "edge_rest_length": rest_length,
-        "edge_stiffness": stiffness,
-        "triangle_particles": triangles,
-        "soft_thickness": np.array([2.0 * volume / surface_area(points, triangles)]),
-        "soft_edge_length": np.array([length.mean()]),
-    }
-    controls = both.controls | {"particle_force": summed}
-    return SoftRows(model, controls, {"particle_position": points, "particle_velocity": particles.velocity})
+    particles = _particles(both, now, len(used))
+    if not signed_volume(particles.position, triangles) > 0.0:
+        raise MeshError("together they have no volume")
+    return remade(both, particles, summed, triangles, partial(_springs, both, now))
 
 
 def _particles(both: SoftRows, now: np.ndarray, count: int) -> Particles:
@@ -165,13 +151,7 @@ def _particles(both: SoftRows, now: np.ndarray, count: int) -> Particles:
 
     The mass of those that are gone, within what is glued, is shared by all.
     """
-    before = Particles(
-        both.model["particle_mass"],
-        both.state["particle_position"],
-        both.state["particle_velocity"],
-        both.model["particle_inverse_mass"] == 0.0,
-    )
-    stays = now >= 0
+    before, stays = particles_of(both), now >= 0
     to, mass = now[stays], np.bincount(now[stays], before.mass[stays], count)
     fixed = np.bincount(to, before.fixed[stays], count) > 0.0
     weight = np.where(fixed[to] & ~before.fixed[stays], 0.0, before.mass[stays])  # what is fixed does not move

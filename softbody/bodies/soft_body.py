@@ -15,6 +15,7 @@ from softbody.dynamics.filling import liquid_mass, liquid_pressure
 from softbody.dynamics.pressure import gas_pressure, room_in, soft_volume
 from softbody.dynamics.vertex_rings import with_springs
 from softbody.errors import ParameterError
+from softbody.model.arrays import mass_of
 from softbody.model.properties import check_self_contact, checked_property, properties_of
 from softbody.model.validation import (
     NO_NUMBERS,
@@ -72,13 +73,12 @@ class SoftBody(SleepyBody):
     @property
     def mass(self) -> float:
         """Mass [kg], with that of a liquid in it."""
-        masses = self.masses
-        return float(len(masses) * (masses[0] + (masses - masses[0]).mean()))  # of equal ones so many times one
+        return mass_of(self.store.model.particle_free_inverse_mass[self._rows()])
 
     @property
     def masses(self) -> np.ndarray:
         """Mass (n,) of each particle [kg], read-only: equal, but for bodies that were cut or joined."""
-        return _read_only(self.store.model.particle_mass[self._rows()])
+        return _read_only(1.0 / self.store.model.particle_free_inverse_mass[self._rows()])
 
     damping = BodyProperty()
     drag = BodyProperty()
@@ -131,7 +131,7 @@ class SoftBody(SleepyBody):
             density = model.soft_liquid_density.copy()
             density[row] = value
             after = model._replace(soft_liquid_density=density)
-            self.store.replace(model=with_liquid_mass(after, row, liquid_mass(after, row) - liquid_mass(model, row)))
+            self.store.replace(model=with_liquid_mass(after, row, liquid_mass(model, row)))
 
     @property
     def stiffness(self) -> np.ndarray:
@@ -170,8 +170,8 @@ class SoftBody(SleepyBody):
     def _pin(self, value: ArrayLike) -> None:
         """Fix these particles, and let go of all others."""
         with self.store.exclusive():
-            rows = self._rows()
-            inverse_mass = 1.0 / self.masses
+            rows, model = self._rows(), self.store.model
+            inverse_mass = model.particle_free_inverse_mass[rows].copy()
             still = fixed_particles_of(value, len(inverse_mass))
             inverse_mass[still] = 0.0
             self.velocities[still] = 0.0  # first: nothing that is fixed moves, be there an interrupt

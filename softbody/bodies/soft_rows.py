@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,11 +10,14 @@ import numpy as np
 from softbody.bodies.body import Body
 from softbody.bodies.builder import Parts, boxes_volumes, distance_of_skin, rings_of
 from softbody.bodies.names import Names
+from softbody.bodies.sharing import Particles
 from softbody.bodies.store import FIRST_ROOM, Contents, Store
 from softbody.collision.contact import remembered, remembering, without_soft
 from softbody.compiler.interrupts import set_together
 from softbody.errors import ParameterError
 from softbody.geometry import closest_on_mesh
+from softbody.geometry.polyhedron import signed_volume, surface_area
+from softbody.mesh.mesh import unique_edges
 from softbody.model.arrays import NOBODY
 
 NUMBERS = "edge_particles", "triangle_particles"  # fields that hold numbers of particles
@@ -48,7 +52,7 @@ def with_soft_bodies(parts: Parts, bodies: list[SoftRows], hosts: np.ndarray) ->
     `hosts` (m,): the number among them of the one that each box is inside, or −1.
     """
     model, controls, state = (_filled(part, [rows[k] for rows in bodies]) for k, part in enumerate(parts[:3]))
-    first_fields = {"particle": "particle_mass", "edge": "edge_stiffness", "triangle": "triangle_particles"}
+    first_fields = {"particle": "particle_inverse_mass", "edge": "edge_stiffness", "triangle": "triangle_particles"}
     counts = {
         kind: np.array([len(rows.model[name]) for rows in bodies], np.int64) for kind, name in first_fields.items()
     }
@@ -64,6 +68,41 @@ def with_soft_bodies(parts: Parts, bodies: list[SoftRows], hosts: np.ndarray) ->
     )
     model = model._replace(soft_boxes_volume=boxes_volumes(model, hosts))
     return Parts(model, controls, state, rings_of(model, parts.rings.rest_tension.dtype.type), parts.joints)
+
+
+def particles_of(rows: SoftRows) -> Particles:
+    """Return the particles of a soft body."""
+    mass, fixed = 1.0 / rows.model["particle_free_inverse_mass"], rows.model["particle_inverse_mass"] == 0.0
+    return Particles(mass, rows.state["particle_position"], rows.state["particle_velocity"], fixed)
+
+
+def remade(
+    like: SoftRows,
+    particles: Particles,
+    force: np.ndarray,
+    triangles: np.ndarray,
+    springs: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]],
+) -> SoftRows:
+    """Return the rows of a body `like` another, of other particles, `force` (n, 3) [N] on them, and triangles (t, 3).
+
+    `springs` tells the rest lengths [m] and stiffness [N/m] of edges (e, 2), of a length (e,) [m].
+    """
+    points = particles.position
+    edges = unique_edges(triangles)
+    length = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
+    rest_length, stiffness = springs(edges, length)
+    known = {
+        "particle_free_inverse_mass": 1.0 / particles.mass,
+        "particle_inverse_mass": np.where(particles.fixed, 0.0, 1.0 / particles.mass),
+        "edge_particles": edges,
+        "edge_rest_length": rest_length,
+        "edge_stiffness": stiffness,
+        "triangle_particles": triangles,
+        "soft_thickness": np.array([2.0 * signed_volume(points, triangles) / surface_area(points, triangles)]),
+        "soft_edge_length": np.array([length.mean()]),
+    }
+    state = {"particle_position": points, "particle_velocity": particles.velocity}
+    return SoftRows(like.model | known, like.controls | {"particle_force": force}, state)
 
 
 def moved_joints(before: Parts, after: Parts, number: np.ndarray) -> Parts:

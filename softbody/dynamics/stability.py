@@ -9,7 +9,7 @@ import numpy as np
 from softbody.compiler.jit import jit
 from softbody.dynamics.pressure import room_in
 from softbody.linalg.vec import add, cross, dot, load, norm, scale, sub
-from softbody.model.arrays import Controls, Model
+from softbody.model.arrays import Controls, Model, mass_of
 
 
 @jit
@@ -134,7 +134,7 @@ def most_extents(model: Model, controls: Controls) -> np.ndarray:
     for body in range(model.soft_count):
         edges = slice(model.soft_edge_start[body], model.soft_edge_start[body + 1])
         stiffness, square = model.edge_stiffness[edges], np.square(model.edge_rest_length[edges])
-        mass = model.particle_mass[model.soft_particle_start[body] : model.soft_particle_start[body + 1]].sum()
+        mass = mass_of(model.particle_free_inverse_mass[slice(*model.soft_particle_start[body : body + 2])])
         with np.errstate(all="ignore"):
             swelling = 0.5 + np.sqrt(0.25 + 3.0 * controls.soft_gas[body] / (stiffness * square).sum())
             hanging = fall * mass / stiffness.min()

@@ -55,8 +55,8 @@ class Model(NamedTuple):
 
     soft_count: int  # soft bodies, b
     box_count: int  # boxes, m
-    particle_mass: Annotated[np.ndarray, Rows(above=0.0)]  # (n,) [kg], of those that are fixed, too
-    particle_inverse_mass: Annotated[np.ndarray, Rows(least=0.0)]  # (n,) [1/kg]; 0 for a particle that is fixed
+    particle_free_inverse_mass: Annotated[np.ndarray, Rows(above=0.0)]  # (n,) [1/kg], of those that are fixed, too
+    particle_inverse_mass: Annotated[np.ndarray, Rows(least=0.0)]  # (n,) [1/kg]; the same, or 0: the particle is fixed
     edge_particles: Annotated[np.ndarray, Rows(2, whole=True)]  # (e, 2) that the edge's spring joins
     edge_rest_length: Annotated[np.ndarray, Rows(above=0.0)]  # (e,) [m]
     edge_stiffness: Annotated[np.ndarray, Rows(least=0.0)]  # (e,) [N/m]
@@ -286,6 +286,12 @@ class Particles(NamedTuple):
 def particles_of(model: Model, state: State) -> Particles:
     """Return the particles of a world, which share its memory."""
     return Particles(model.particle_inverse_mass, state.particle_position, state.particle_velocity)
+
+
+def mass_of(free_inverse_mass: np.ndarray) -> float:
+    """Return the mass [kg] of particles (n,) of such inverse masses [1/kg]; of equal ones n divided by theirs."""
+    one = free_inverse_mass[0]
+    return float((one / free_inverse_mass).sum() / one)
 
 
 class RigidBodies(NamedTuple):

@@ -20,7 +20,7 @@ from softbody.dynamics.filling import liquid_mass
 from softbody.dynamics.joint_forces import no_joints, weights_of
 from softbody.errors import MeshError, ParameterError, SnapshotError
 from softbody.mesh.mesh import check_surface, unique_edges
-from softbody.model.arrays import NOBODY, Controls, Joints, Model, Property, Rows, State
+from softbody.model.arrays import NOBODY, Controls, Joints, Model, Property, Rows, State, mass_of
 from softbody.model.properties import check_self_contact, known_properties
 from softbody.model.settings import PRECISIONS, Settings, check_name, check_settings
 from softbody.model.sleep_state import Rested, not_rested
@@ -176,7 +176,7 @@ def _model(entries: Entries, number: int) -> tuple[Model, dict[str, int]]:
     if number < INSIDE_SINCE:
         entries.put("model.soft_boxes_volume", np.zeros(counts["soft"]))
     if number < MASSES_SINCE:
-        entries.put("model.particle_mass", np.ones(counts["particle"]))
+        entries.put("model.particle_free_inverse_mass", np.ones(counts["particle"]))
     for field, note in known_properties().items():
         if number < note.since:
             entries.put(f"model.{field}", np.full(counts[field.split("_")[0]], note.default))
@@ -259,13 +259,13 @@ def _with_masses(model: Model, number: int) -> Model:
         body = int(np.argmin(greatest > 0.0))
         raise SnapshotError(f"model.particle_inverse_mass of soft body {body} is 0 everywhere: leave one particle free")
     if number < MASSES_SINCE:
-        return model._replace(particle_mass=np.repeat(1.0 / greatest, np.diff(model.soft_particle_start)))
-    good = (inverse == 0.0) | (np.abs(inverse * model.particle_mass - 1.0) <= SAME)
+        return model._replace(particle_free_inverse_mass=np.repeat(greatest, np.diff(model.soft_particle_start)))
+    good = (inverse == 0.0) | (inverse == model.particle_free_inverse_mass)
     if not good.all():
         i = int(np.argmin(good))
         raise SnapshotError(
-            f"model.particle_inverse_mass[{i}] is {inverse[i]}; it must be 0, or {1.0 / model.particle_mass[i]}, as by "
-            "model.particle_mass"
+            f"model.particle_inverse_mass[{i}] is {inverse[i]}; it must be 0, or as model.particle_free_inverse_mass, "
+            f"{model.particle_free_inverse_mass[i]}"
         )
     return model
 
@@ -274,7 +274,7 @@ def _check_masses(model: Model) -> None:
     """Raise SnapshotError unless soft bodies are as heavy as the liquid in them, and boxes turn as boxes do."""
     for body in range(model.soft_count):
         rows = slice(*model.soft_particle_start[body : body + 2])
-        liquid, mass = liquid_mass(model, body), model.particle_mass[rows].sum()
+        liquid, mass = liquid_mass(model, body), mass_of(model.particle_free_inverse_mass[rows])
         if not liquid <= mass * (1.0 + SAME):
             raise SnapshotError(
                 f"model.soft_liquid_density[{body}] is {model.soft_liquid_density[body]} kg/m³: {liquid} kg of it "

@@ -79,10 +79,10 @@ def comparison(right: dict[str, dict[str, bool]]) -> Comparison:
 
 
 def equal_masses(world: World) -> np.ndarray:
-    """Return the mass (n,) [kg] of each particle, of bodies whose particles all have that of one that is free."""
+    """Return the inverse mass (n,) [1/kg] of each particle, of bodies whose particles all have that of a free one."""
     inverse, starts = world.model.particle_inverse_mass, world.model.soft_particle_start
     parts = [inverse[first:end] for first, end in pairwise(starts)]
-    return np.concatenate([np.full(len(part), 1.0 / part.max()) for part in parts] or [np.zeros(0)])
+    return np.concatenate([np.full(len(part), part.max()) for part in parts] or [np.zeros(0)])
 
 
 def told_by(read: Callable[[Path], World], path: Path) -> dict[str, Any]:
@@ -95,16 +95,7 @@ def compared(told: dict[str, Any], said: dict[str, Any]) -> dict[str, bool]:
     entries = told.get("entries", {})
     same = {name: entries.get(name) == value for name, value in said.get("entries", {}).items()}
     rest = [name for name in said if name not in ("entries", "revision")]
-    return same | {name: name in told and is_as_said(name, told[name], said[name]) for name in rest}
-
-
-def is_as_said(name: str, told: Any, said: Any) -> bool:
-    """Tell whether one thing is told as it was; masses, which are sums since format 12, to two roundings."""
-    if name == "masses":
-        now, then = np.array(told, float), np.array(said, float)  # None, of what has no mass, is NaN
-        rounding = 2.0 * float(np.finfo(float).eps)
-        return len(now) == len(then) and np.allclose(now, then, rtol=rounding, atol=0.0, equal_nan=True)
-    return bool(told == said)
+    return same | {name: name in told and told[name] == said[name] for name in rest}
 
 
 def said_since(read: Callable[[Path], World], path: Path, said: dict[str, Any]) -> dict[str, bool]:
@@ -115,7 +106,7 @@ def said_since(read: Callable[[Path], World], path: Path, said: dict[str, Any]) 
     for name, array in world.snapshot().items():
         if name not in said["entries"] and not name.startswith(("format", "state.")):
             none = next((value for start, value in NONE_THEN.items() if name.startswith(start)), None)
-            none = equal_masses(world) if name == "model.particle_mass" else none
+            none = equal_masses(world) if name == "model.particle_free_inverse_mass" else none
             right[name] = bool((array == none).all()) if none is not None else not array.size
     return right
 

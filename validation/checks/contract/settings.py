@@ -451,7 +451,7 @@ def _all_there_is() -> set[str]:
         Fault(
             "pins besides those that there were",
             SoftBody._pin,
-            "1.0 / self.masses → self.store.model.particle_inverse_mass[rows].copy()",
+            "model.particle_free_inverse_mass[rows].copy() → model.particle_inverse_mass[rows].copy()",
         ),
         Fault("velocities of the pinned", SoftBody, "velocity[self.fixed] = 0.0 → "),
         Fault("a way that is not turned", Box.move_to, "turn = rotation_between(o_, u_) → pass"),

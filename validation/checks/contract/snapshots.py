@@ -74,7 +74,7 @@ _BY_LIMITS: dict[Limits, str] = {
     only(
         NOT_NEGATIVE
     ): "model.particle_inverse_mass model.soft_liquid_density model.box_inverse_mass model.box_inverse_inertia",
-    only(POSITIVE): "model.particle_mass model.box_size",
+    only(POSITIVE): "model.particle_free_inverse_mass model.box_size",
     only(UP_TO_ONE): "joints.joint_weights",
     only(REAL): "state.box_orientation joints.weight",
 }
@@ -224,15 +224,15 @@ def together(saved: Arrays, rng: np.random.Generator) -> Iterator[Trial]:
 def of_masses(saved: Arrays, rng: np.random.Generator) -> Iterator[Trial]:
     """Yield trials of masses: of each body something is free, and a box turns as one of its size and mass does."""
     name = "model.particle_inverse_mass"
-    inverse, masses, starts = saved[name], saved["model.particle_mass"], saved["model.soft_particle_start"]
+    inverse, free = saved[name], saved["model.particle_free_inverse_mass"]
+    starts = saved["model.soft_particle_start"]
     for body in range(len(starts) - 1):
         rows = np.arange(starts[body], starts[body + 1])
         held, one = put(inverse, rows, 0.0), int(rng.choice(rows))
-        yield Trial("one particle is free", None, {name: put(held, one, 1.0 / masses[one])})
+        yield Trial("one particle is free", None, {name: put(held, one, free[one])})
         yield Trial("no particle is free", f"{name} of soft body {body}", {name: held})
-        for by in (0.9e-9, -0.9e-9, 1.1e-9, -1.1e-9):
-            off = put(held, one, (1.0 + by) / masses[one])
-            yield Trial("a mass that is off", None if abs(by) < 1e-9 else f"{name}[{one}]", {name: off})
+        for off in (np.nextafter(free[one], 0.0), np.nextafter(free[one], np.inf), 2.0 * free[one]):
+            yield Trial("a mass that is off", f"{name}[{one}]", {name: put(held, one, off)})
     name = "model.box_inverse_inertia"
     inverse = saved[name]
     for box, axis in np.ndindex(inverse.shape):

@@ -69,7 +69,7 @@ def with_boxes(rng: np.random.Generator, kind: str, gas: float = 1.0) -> tuple[W
         Fault(
             "liquid that stays where a box comes",
             builder.with_hosts,
-            "liquid_mass(model, body) - liquid_mass(before, body) → 1.0",
+            "with_liquid_mass(m_, b_, liquid_mass(before, body)) → model",
         ),
         Fault("a liquid that fills the boxes", filling.liquid_mass, "m_[b_] - model_.soft_boxes_volume[b_] → m_[b_]"),
         Fault(
