@@ -45,7 +45,7 @@ NUMBERS = {
         Fault(
             "particles that stay pinned",
             SoftBody._pin,
-            "model.particle_free_inverse_mass[rows].copy() → model.particle_inverse_mass[rows].min() + self.masses * 0.0",
+            "model.particle_free_inverse_mass[rows].copy() → 0.0 * self.masses",
         ),
         Fault("velocities of what is pinned", SoftBody._pin, "self.velocities[still] = 0.0 → "),
     ),
