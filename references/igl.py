@@ -84,6 +84,14 @@ def below(vertices: np.ndarray, triangles: np.ndarray, level: float) -> tuple[np
 
     By exact arithmetic. And of each triangle whether it is of the mesh's own surface (t,), and not of the lid.
     """
-    plane = np.array([0.0, 0.0, level]), np.array([0.0, 0.0, 1.0])
-    points, faces, birth = igl.copyleft.cgal.intersect_with_half_space(*_arrays(vertices, triangles), *plane)
+    return behind(vertices, triangles, np.array([0.0, 0.0, level]), np.array([0.0, 0.0, 1.0]))
+
+
+def behind(
+    vertices: np.ndarray, triangles: np.ndarray, point: np.ndarray, normal: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return as `below` what is behind the plane through `point` (3,) [m], where its `normal` (3,) does not point."""
+    points, faces, birth = igl.copyleft.cgal.intersect_with_half_space(
+        *_arrays(vertices, triangles), np.asarray(point, float), np.asarray(normal, float)
+    )
     return np.asarray(points), np.asarray(faces), np.asarray(birth).ravel() < len(triangles)

@@ -53,6 +53,12 @@ def centroid(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return np.asarray(mesh.center_mass) + origin
 
 
+def topology(vertices: np.ndarray, triangles: np.ndarray) -> tuple[bool, bool, int]:
+    """Tell whether a mesh is closed, and turned one way, and return its Euler characteristic."""
+    mesh, _ = _mesh(vertices, triangles)
+    return bool(mesh.is_watertight), bool(mesh.is_winding_consistent), int(mesh.euler_number)
+
+
 def inertia(vertices: np.ndarray, triangles: np.ndarray, mass: float) -> np.ndarray:
     """Return the inertia (3, 3) [kg m²] about its centroid of the homogeneous solid in a closed mesh."""
     mesh, _ = _mesh(vertices, triangles)

@@ -27,6 +27,15 @@ def test_a_cube_measures_what_a_cube_measures(cases):
     assert_allclose(trimesh.inertia(vertices, triangles, 12.0), np.diag([13.0, 10.0, 5.0]), atol=1e-12)
 
 
+def test_balls_and_rings_have_their_euler_characteristics(cases):
+    vertices, triangles = cases.solid("octahedron", 1.0)
+    assert trimesh.topology(vertices, triangles) == (True, True, 2)
+    assert trimesh.topology(*cases.torus(1.0, 0.4, 12, 8)) == (True, True, 0)
+    assert trimesh.topology(vertices, triangles[1:])[0] is False
+    triangles[0] = triangles[0, ::-1]
+    assert trimesh.topology(vertices, triangles)[1] is False
+
+
 def test_the_centroid_is_that_of_the_solid_not_of_its_surface_or_vertices():
     corner = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, 0.5)], float)
     triangles = np.array([(0, 2, 1), (0, 1, 4), (4, 1, 3), (0, 4, 2), (4, 3, 2), (1, 2, 3)])
