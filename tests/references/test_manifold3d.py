@@ -45,7 +45,9 @@ def test_a_box_is_cut_in_two_by_any_plane(cases, place):
     ahead, behind = manifold3d.halves(vertices * [4.0, 2.0, 2.0] + place, triangles, np.full(3, place + 1.0), [3, 0, 0])
     assert [len(ahead), len(behind), ahead[0].euler] == [1, 1, 2]
     assert_allclose([ahead[0].volume, behind[0].volume], [12.0, 4.0], rtol=1e-13)
-    assert_allclose(np.array([ahead[0].centre, behind[0].centre]) - place, [[2.5, 1.0, 1.0], [0.5, 1.0, 1.0]], rtol=1e-12)
+    assert_allclose(
+        np.array([ahead[0].centre, behind[0].centre]) - place, [[2.5, 1.0, 1.0], [0.5, 1.0, 1.0]], rtol=1e-12
+    )
 
 
 def test_a_ring_falls_into_rings_or_strings(cases):
