@@ -58,9 +58,9 @@ def below(vertices: np.ndarray, triangles: np.ndarray, level: float) -> Below:
 def halves(
     vertices: np.ndarray, triangles: np.ndarray, point: np.ndarray, normal: np.ndarray
 ) -> tuple[list[Solid], list[Solid]]:
-    """Return the pieces of a closed mesh where the `normal` (3,) of a plane through `point` (3,) [m] points, and others.
+    """Return the pieces of a closed mesh in front of a plane through `point` (3,) [m], where `normal` (3,) points.
 
-    The largest first, on each side; arrays and errors as of `below`.
+    And those behind it; the largest first, on each side; arrays and errors as of `below`.
     """
     whole, origin = _solid(vertices, triangles)
     way = normal / np.linalg.norm(normal)

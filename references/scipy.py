@@ -342,6 +342,11 @@ def places_joined(points: np.ndarray, reach: float) -> np.ndarray:
     return first[group]
 
 
+def nearest_rows(rows: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Return the row of `others` (m, k) that is nearest to each of `rows` (n, k)."""
+    return np.asarray(others[scipy.spatial.cKDTree(others).query(rows)[1]])
+
+
 def scale_motion(
     time: np.ndarray,
     scale0: float,

@@ -240,8 +240,9 @@ class SoftBody(SleepyBody):
         That one is this body still; the others come last in the world, and are called "ball.1", … after "ball". Of
         equal ones the largest is that where the normal points. All are closed by caps, whose springs are at rest.
         They share the gas by their volume, so that its pressure stays; mass by area, liquid by volume. The cut passes
-        through vertices that are nearer than a fifth of an edge. Both momenta and the centre of mass stay, and so do
-        the springs' and the gas's energy. Joints stay where they are, boxes inside go with their piece.
+        through vertices that are nearer than a fifth of an edge, or less where its caps would meet the skin. Both
+        momenta and the centre of mass stay, and so do the springs' and the gas's energy. Joints stay where they are,
+        boxes inside go with their piece.
 
         `radius` [m]: only parts of the section are cut that are within it of the point, so that a ring becomes a
         string. Raises ParameterError, and changes nothing, where the plane misses the body, goes through a box inside,

@@ -1,7 +1,8 @@
 """Section of a closed surface by a plane: the surface of what is left on both sides, closed by caps.
 
 Where the plane goes through an edge there is a new vertex on it, and where it passes near a vertex, through that: so no
-piece of an edge is shorter than a part of it, NEAREST. Such a cut is bent by as much. Vertices of the cut are two
+piece of an edge is shorter than a part of it, NEAREST. Such a cut is bent by as much; where its caps would go through
+the surface, by less. Vertices of the cut are two
 afterwards, one for each side, at the same place; so are caps, which fill the section with triangles as large as those
 of the surface.
 """
@@ -17,11 +18,14 @@ from softbody.geometry.connected import joined
 from softbody.geometry.planar_mesh import planar_mesh
 from softbody.geometry.polyhedron import signed_volume
 from softbody.geometry.query import points_in_mesh
+from softbody.geometry.self_intersections import self_intersections
 from softbody.mesh.mesh import unique_edges
+from softbody.mesh.weld import first_at_place
 
 # Of an edge: the nearest to an end of it that a cut goes through it. A spring is the stiffer the shorter it is, and
-# steps must be the shorter for it. The second is for bodies that are so thin that a bent section would meet itself.
-NEAREST, FLATTEST = 0.2, 0.01
+# steps must be the shorter for it. Others are tried where a cut that is bent so much meets itself, or its caps the skin.
+NEAREST = 0.2
+BENDS = NEAREST, 0.1, 0.05, 0.01
 
 NOT = -1  # no vertex, no triangle
 
@@ -61,13 +65,23 @@ def cut_surface(points: np.ndarray, triangles: np.ndarray, plane: Plane, spacing
     cut that are within the plane's radius, all of them. Raises MeshError where the section meets itself, or goes on
     beyond the radius.
     """
-    try:
-        return _cut_surface(points, triangles, plane, spacing, NEAREST)
-    except MeshError:
-        return _cut_surface(points, triangles, plane, spacing, FLATTEST)
+    found, error = None, None
+    for nearest in BENDS:
+        try:
+            cut = _bent(points, triangles, plane, spacing, nearest)
+        except MeshError as each:
+            error = error or each
+            continue
+        if cut is None or not _caps_go_through(cut):
+            return cut
+        found = found or cut
+    if found is None and error is not None:
+        raise error
+    return found
 
 
-def _cut_surface(points: np.ndarray, triangles: np.ndarray, plane: Plane, spacing: float, nearest: float) -> Cut | None:
+def _bent(points: np.ndarray, triangles: np.ndarray, plane: Plane, spacing: float, nearest: float) -> Cut | None:
+    """Return the cut that is bent by such a part of edges, at most."""
     heights = (points - plane.point) @ plane.normal
     side = sides_of(heights, triangles, nearest)
     nodes, rings = _nodes(heights, triangles, side, nearest), {}
@@ -88,6 +102,12 @@ def _cut_surface(points: np.ndarray, triangles: np.ndarray, plane: Plane, spacin
     if not chosen[: len(places)].any():
         return None
     return _put_together(points, triangles, side, nodes, rings, (plane.point + inner @ axes, cap, chosen))
+
+
+def _caps_go_through(cut: Cut) -> bool:
+    """Tell whether caps meet the surface elsewhere than along their borders."""
+    meets, _ = self_intersections(cut.points, cut.triangles, first_at_place(cut.points))
+    return bool((cut.origin[meets] == NOT).any())
 
 
 def _nodes(heights: np.ndarray, triangles: np.ndarray, side: np.ndarray, nearest: float) -> _Nodes:
@@ -245,8 +265,8 @@ def _is_in(point: np.ndarray, cut: Cut, rows: np.ndarray) -> bool:
 def sides_of(heights: np.ndarray, triangles: np.ndarray, nearest: float) -> np.ndarray:
     """Return on which side of the plane (n,) vertices at these `heights` (n,) [m] are: 1, −1, and 0 for those cut.
 
-    A vertex is cut that is `nearest` of an edge or less from the plane, if the cut can pass through it: its neighbours
-    are on one side of it, and the others on the other.
+    A vertex is cut to which the plane is nearer than `nearest` of an edge, where the cut can pass through it: its
+    neighbours are on one side of it, and the others on the other.
     """
     side = np.where(heights >= 0.0, 1, -1)
     edges = unique_edges(triangles)
