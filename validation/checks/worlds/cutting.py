@@ -148,11 +148,12 @@ def halves_are_those_of_others(run: Run) -> Comparison:
                     told = [[piece.volume, *trimesh.centroid(piece.positions, piece.triangles)] for piece in side]
                     expected = [[each.volume, *each.centre] for each in solids]
                     most = max(len(told), len(expected))
-                    rows = [
-                        np.concatenate([each, np.zeros((most - len(each), 4))]) if each else np.zeros((most, 4))
-                        for each in (told, expected)
-                    ]
-                    answers.extend(*rows, 1.0, f"{kind}, a piece of it" if turn else kind)
+                    ours, theirs = np.zeros((2, most, 4))
+                    ours[: len(told)], theirs[: len(expected)] = (
+                        np.reshape(told, (-1, 4)),
+                        np.reshape(expected, (-1, 4)),
+                    )
+                    answers.extend(ours, theirs, 1.0, f"{kind}, a piece of it" if turn else kind)
                     cut, faces, _ = igl.behind(points, triangles, plane.point, sign * plane.normal)
                     judge, volumes = (
                         np.array([trimesh.volume(cut, faces), *trimesh.centroid(cut, faces)]),
@@ -314,8 +315,8 @@ def pieces_are_closed(run: Run) -> Comparison:
                     plane = anywhere(rng, body.positions)
                     body = cut(body, plane, eulers(body, plane), f"{kind}, a piece of it" if turn else kind)
         ring = softbody.torus(1.0, 0.3, int(rng.integers(12, 36)), int(rng.integers(6, 14)))
-        lean, turn = rng.normal(0.0, 0.05, 3), rng.uniform(0.0, 2.0 * np.pi)
-        along = np.array([np.cos(turn), np.sin(turn), 0.0])
+        lean, angle = rng.normal(0.0, 0.05, 3), rng.uniform(0.0, 2.0 * np.pi)
+        along = np.array([np.cos(angle), np.sin(angle), 0.0])
         cut(standing(ring), Half(0.1 * lean, along + lean), [2, 2], "ring, across")
         cut(standing(ring), Half(0.1 * lean, (0.0, 0.0, 1.0) + lean), [0, 0], "ring, flat")
         open_at = Half(along + lean, np.cross(along, (0.0, 0.0, 1.0)) + lean)
@@ -357,9 +358,8 @@ def whole(bodies: tuple[SoftBody, ...]) -> Whole:
         force = body.external_force
         sums = (mass * points, mass * velocity, mass * np.cross(points, velocity), force, np.cross(points, force))
         found += [mass.sum(), spring, body.gas, *np.concatenate([each.sum(axis=0) for each in sums])]
-    mass, spring, gas, *_ = found.tolist()
-    moment, momentum, spin, force, torque = found[3:].reshape(5, 3)
-    return Whole(mass, moment, momentum, spin, spring, gas, force, torque)
+    moment, momentum, spin, pull, torque = found[3:].reshape(5, 3)
+    return Whole(float(found[0]), moment, momentum, spin, float(found[1]), float(found[2]), pull, torque)
 
 
 def full(rng: np.random.Generator, kind: str, case: int) -> SoftBody:
@@ -677,7 +677,7 @@ def halves_stay_apart(run: Run) -> Comparison:
     """Halves of a body on the ground stay out of each other.
 
     Balls and blocks are cut level or upright, and go on for a second by default settings, pressed together by their
-    gas: how deep particles of one are in another at most, and whether one is warned of that goes through itself nowhere.
+    gas: how deep particles of one are in another at most, and whether one is warned of that does not meet itself.
     """
     from references import igl
 
