@@ -23,7 +23,7 @@ from softbody.mesh.mesh import unique_edges
 from softbody.mesh.weld import first_at_place
 
 # Of an edge: the nearest to an end of it that a cut goes through it. A spring is the stiffer the shorter it is, and
-# steps must be the shorter for it. Others are tried where a cut that is bent so much meets itself, or its caps the skin.
+# steps must be the shorter for it. Others are tried where a cut that is bent so much meets itself, or caps the skin.
 NEAREST = 0.2
 BENDS = NEAREST, 0.1, 0.05, 0.01
 
