@@ -232,7 +232,11 @@ def copies_stay(run: Run) -> Comparison:
     kind="specification",
     because="whole numbers, and masses that were given",
     faults=(
-        Fault("a mass of what is fixed", SoftBody, "i_[self._rows()].max() → i_[self._rows()].mean()"),
+        Fault(
+            "a mass of what is fixed",
+            SoftBody,
+            "mass_of(m_) → len(self.positions) / self.store.model.particle_inverse_mass[self._rows()].mean()",
+        ),
         Fault("handles that are not followed", Store.follow, "self.handles[id(handle)] = handle → pass"),
         Fault(
             "one handle a number",
