@@ -363,6 +363,8 @@ def refused_by_name(run: Run) -> Comparison:
                 np.asarray(before[name]).tobytes() == np.asarray(after[name]).tobytes() for name in before
             )
             answers.add(
-                [words in error, kept, world["b"] == things["b"]], [True] * 3, kind=f"{kind}: {words in error or error}"
+                [words in error, kept, len(world.soft_bodies) == 5],
+                [True] * 3,
+                kind=f"{kind}: {words in error or error}",
             )
     return answers.comparison()
