@@ -365,6 +365,6 @@ def refused_by_name(run: Run) -> Comparison:
             answers.add(
                 [words in error, kept, len(world.soft_bodies) == 5],
                 [True] * 3,
-                kind=f"{kind}: {words in error or error}",
+                kind=kind,
             )
     return answers.comparison()
