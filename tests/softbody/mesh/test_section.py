@@ -10,7 +10,7 @@ from softbody.errors import MeshError
 from softbody.geometry.polyhedron import signed_volume
 from softbody.geometry.self_intersections import self_intersections
 from softbody.mesh.mesh import check_surface, unique_edges
-from softbody.mesh.section import FLATTER, NEAREST, NOT, Plane, cut_surface, pieces_of
+from softbody.mesh.section import BENDS, NEAREST, NOT, Plane, cut_surface, pieces_of
 
 MESHES = {
     "ball": icosphere(2),
@@ -65,7 +65,7 @@ def test_no_spring_is_shorter_than_a_part_of_its_edge(name, seed):
     if cut is None:
         return
     between = cut.ends[:, 0] != cut.ends[:, 1]
-    least = NEAREST * FLATTER[-1]
+    least = BENDS[-1]
     assert (cut.way[between] >= least).all()
     assert (cut.way[between] <= 1.0 - least).all()
     edges = unique_edges(cut.triangles)
