@@ -2,9 +2,8 @@
 
 Where the plane goes through an edge there is a new vertex on it, and where it passes near a vertex, through that: so no
 piece of an edge is shorter than a part of it, NEAREST. Such a cut is bent by as much; where its caps would go through
-the surface, by less. Vertices of the cut are two
-afterwards, one for each side, at the same place; so are caps, which fill the section with triangles as large as those
-of the surface.
+the surface, by less. Vertices of the cut are two afterwards, one for each side, at the same place; so are caps, which
+fill the section with triangles as large as those of the surface.
 """
 
 from __future__ import annotations
