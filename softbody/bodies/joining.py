@@ -52,13 +52,13 @@ def join_bodies(store: Store, a: SoftBody, b: SoftBody, where: ArrayLike | None,
     if (where is None) == (within is None):
         raise ParameterError("give a place where to join them, or within which distance particles become one")
     place = None if where is None else vector(where, "where")
-    within = None if within is None else check_range(within, "within", "m", above=0.0)
+    near = 0.0 if within is None else check_range(within, "within", "m", above=0.0)
     with store.exclusive():
         _check_two(store, a, b)
         parts, rows, first, second = store.parts, taken_out(store.parts), a.row(), b.row()
         both = _together(rows[first], rows[second])
         try:
-            joined = _zipped(both, a, b, place) if place is not None else _glued(both, len(a.positions), within)
+            joined = _zipped(both, a, b, place) if place is not None else _glued(both, len(a.positions), near)
             made = _rows_of(both, joined)
         except MeshError as error:
             raise ParameterError(f"{a!r} and {b!r} cannot be joined: {error}") from error
@@ -125,10 +125,10 @@ def _zipped(both: SoftRows, a: SoftBody, b: SoftBody, place: np.ndarray) -> Join
     return Joined(np.arange(len(points)), rows)
 
 
-def _glued(both: SoftRows, count: int, within: float | None) -> Joined:
+def _glued(both: SoftRows, count: int, near: float) -> Joined:
     """Return both bodies, the first of `count` particles, where triangles that lie on each other are gone."""
     points, triangles = both.state["particle_position"], both.model["triangle_particles"]
-    return Joined(*glued(points, triangles, count, float(within or 0.0)))
+    return Joined(*glued(points, triangles, count, near))
 
 
 def _rows_of(both: SoftRows, joined: Joined) -> SoftRows:
