@@ -14,6 +14,7 @@ from softbody.bodies import adding
 from softbody.bodies.body import Body
 from softbody.bodies.builder import empty_parts
 from softbody.bodies.contact_points import ContactPoints
+from softbody.bodies.event import Event
 from softbody.bodies.ground import Ground
 from softbody.bodies.inventory import Inventory
 from softbody.bodies.joining import join_bodies
@@ -193,6 +194,7 @@ class World(Inventory):
         velocity: ArrayLike = (0.0, 0.0, 0.0),
         *,
         rest_length: ArrayLike | None = None,
+        tear_at: ArrayLike = 0.0,
         damping: float | None = None,
         fixed: ArrayLike = (),
         name: str | None = None,
@@ -207,6 +209,13 @@ class World(Inventory):
         the mass of a particle; or 0 in a world whose integrator is "rk4_velocity", which damps by itself.
         `fixed`: indices of vertices that stay in place. `name`, by which the world finds it, `world[name]`: a text that
         nothing else in the world is called.
+
+        `tear_at`: length / rest length beyond which a spring tears the surface, > 1, of every spring, or (e,); 0: it
+        never does. For a force of F [N] it is 1 + F / (stiffness × rest length). After each step the springs that are
+        farthest beyond tear: the particle at an end splits, across the spring. Springs along a split are two, half as
+        stiff. The gas flows out through the hole, by `leak` [m/s] (200): dn/dt = −leak × area × n / volume; 0 keeps
+        it. What falls off is a body of its own, "ball.1"; `events` tells. A torn body holds particles and edges against
+        boxes, the ground and whole bodies, and is held by none from within: others go into it through holes.
 
         Properties, all keywords: `restitution` 0 … 1 (0) and `friction` ≥ 0 (0.5) in contacts; `drag` [1/s], the rate
         at which all velocities fade. The body counts as collapsed, which ends a run with a SimulationError, at the
@@ -224,7 +233,7 @@ class World(Inventory):
             self.store,
             mesh,
             (mass, gas),
-            (stiffness, rest_length),
+            (stiffness, rest_length, tear_at),
             (position, velocity),
             fixed,
             name,
@@ -367,7 +376,14 @@ class World(Inventory):
         something hangs in one.
         """
         join_bodies(self.store, a, b, where, within)
+        place = a.centre if where is None else vector(where, "where")
+        self.store.events.append(Event("join", self.time, place[None], (SoftBody(self, a.index),)))
         return a
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """What bodies tore, were cut or were joined, the latest 10 000; no part of a snapshot."""
+        return tuple(self.store.events)
 
     def step(
         self, time_step: float, steps: int = 1, *, substeps: int | None = None, allow_unstable: bool = False

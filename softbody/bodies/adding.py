@@ -40,7 +40,7 @@ def add_soft_body(
     store: Store,
     mesh: Mesh,
     amounts: tuple[float, float],
-    springs: tuple[ArrayLike, ArrayLike | None],
+    springs: tuple[ArrayLike, ArrayLike | None, ArrayLike | None],
     motion: tuple[ArrayLike, ArrayLike],
     fixed: ArrayLike,
     name: str | None,
@@ -48,7 +48,7 @@ def add_soft_body(
 ) -> int:
     """Do what `World.add_soft_body` says; return the body's number.
 
-    `amounts`: mass and gas; `springs`: stiffness and rest length; `motion`: position and velocity.
+    `amounts`: mass and gas; `springs`: stiffness, rest length and tear_at; `motion`: position and velocity.
     """
     damping = properties["damping"]
     if damping is None and store.settings.integrator == RK4_VELOCITY:

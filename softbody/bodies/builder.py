@@ -39,6 +39,7 @@ from softbody.model.validation import (
     fixed_particles_of,
     rest_length_of,
     stiffness_of,
+    tear_at_of,
     unit_quaternion,
     vector,
 )
@@ -100,15 +101,15 @@ def with_soft_body(
     parts: Parts,
     mesh: Mesh,
     amounts: tuple[float, float],
-    springs: tuple[ArrayLike, ArrayLike | None],
+    springs: tuple[ArrayLike, ArrayLike | None, ArrayLike | None],
     motion: tuple[ArrayLike, ArrayLike],
     fixed: ArrayLike,
     properties: dict[str, Any],
 ) -> Parts:
     """Return the parts with one more soft body, as `World.add_soft_body` is told it; raises ParameterError.
 
-    `amounts`: mass and gas; `springs`: stiffness and rest length; `motion`: position and velocity; `properties` by
-    field, with a damping of None for `default_damping`.
+    `amounts`: mass and gas; `springs`: stiffness, rest length and tear_at; `motion`: position and velocity;
+    `properties` by field, with a damping of None for `default_damping`.
     """
     if not isinstance(mesh, Mesh):
         raise ParameterError(f"mesh is a {type(mesh).__name__}; make a softbody.Mesh(vertices, triangles)")
@@ -141,6 +142,7 @@ def with_soft_body(
             edge_particles=edges + first,
             edge_rest_length=rest_length,
             edge_stiffness=stiffness,
+            edge_tear_at=tear_at_of(0.0 if springs[2] is None else springs[2], len(edges)),
             triangle_particles=mesh.triangles + first,
             soft_particle_start=first + count,
             soft_edge_start=len(model.edge_particles) + len(edges),
@@ -262,6 +264,9 @@ def _with_rings(rings: VertexRings, more: VertexRings, rows: int, edges: int) ->
         next_neighbour=appended(rings.next_neighbour, more.next_neighbour),
         stiffness=appended(rings.stiffness, more.stiffness),
         common_stiffness=appended(rings.common_stiffness, more.common_stiffness),
+        border=appended(rings.border, more.border),
+        hole=appended(rings.hole, more.hole + len(rings.border)),
+        hole_start=appended(rings.hole_start, more.hole_start[1:] + len(rings.hole)),
     )
 
 

@@ -9,17 +9,16 @@ whole such that both momenta stay.
 from __future__ import annotations
 
 from functools import partial
-from itertools import count
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from softbody.bodies.body import Body
-from softbody.bodies.names import Names
 from softbody.bodies.sharing import Particles, with_centre, with_momenta
 from softbody.bodies.soft_rows import (
     SoftRows,
+    Springs,
     check_may_change,
     holding_themselves,
     moved_joints,
@@ -77,7 +76,7 @@ def cut_body(body: Body, point: ArrayLike, normal: ArrayLike, radius: float) -> 
         after = holding_themselves(with_ends_on(parts, after, [row], numbers), numbers)
         names = store.names
         for number in numbers[1:]:
-            names = names.renamed(("soft", number), _free_name(body.name, names))
+            names = names.renamed(("soft", number), names.free_after(body.name))
         replace_all(store, after, names)
         return numbers
 
@@ -90,11 +89,6 @@ def _plane(point: ArrayLike, normal: ArrayLike, radius: float) -> Plane:
     if radius != np.inf:
         radius = check_range(radius, "radius", "m", above=0.0)
     return Plane(vector(point, "point"), direction / length, radius)
-
-
-def _free_name(name: str | None, names: Names) -> str | None:
-    """Return what a piece of a body of this name is called: "ball.1", or the first such name that nobody has."""
-    return next((f"{name}.{k}" for k in count(1) if f"{name}.{k}" not in names), None) if name else None
 
 
 def _pieces(store: Store, body: Body, cut: Cut, normal: np.ndarray) -> list[Piece]:
@@ -175,10 +169,8 @@ def _forces(own: SoftRows, cut: Cut, mass: np.ndarray) -> np.ndarray:
     return np.asarray(shared[:, None] * force[old])
 
 
-def _springs(
-    own: SoftRows, cut: Cut, which: np.ndarray, edges: np.ndarray, length: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return rest lengths [m] and stiffness [N/m] of `edges` (e, 2), whose length [m] is this now.
+def _springs(own: SoftRows, cut: Cut, which: np.ndarray, edges: np.ndarray, length: np.ndarray) -> Springs:
+    """Return the springs on `edges` (e, 2), whose length [m] is this now.
 
     They are of vertices (n,) of the Cut, `which`.
     """
@@ -196,9 +188,10 @@ def _springs(
     part = np.where(is_part, np.abs(places[0] - places[1]), 1.0)
     on_both_sides = (part == 1.0) & cut.on_cut[edges].all(axis=1)
     stiffness = own.model["edge_stiffness"][at] / part * np.where(on_both_sides, 0.5, 1.0)
-    return (
+    return Springs(
         np.where(is_part, own.model["edge_rest_length"][at] * part, length),
         np.where(is_part, stiffness, own.model["edge_stiffness"].mean()),
+        np.where(is_part, own.model["edge_tear_at"][at], own.model["edge_tear_at"].min()),
     )
 
 

@@ -17,6 +17,7 @@ from softbody.bodies.sharing import Particles, with_centre, with_momenta
 from softbody.bodies.soft_body import SoftBody
 from softbody.bodies.soft_rows import (
     SoftRows,
+    Springs,
     check_may_change,
     holding_themselves,
     moved_joints,
@@ -163,8 +164,8 @@ def _particles(both: SoftRows, now: np.ndarray, count: int) -> Particles:
     return after if len(now) == count else after._replace(velocity=with_momenta(before, after))
 
 
-def _springs(both: SoftRows, now: np.ndarray, edges: np.ndarray, length: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return rest lengths [m] and stiffness [N/m] of the joined body's `edges` (e, 2), whose length [m] is this now."""
+def _springs(both: SoftRows, now: np.ndarray, edges: np.ndarray, length: np.ndarray) -> Springs:
+    """Return the springs on the joined body's `edges` (e, 2), whose length [m] is this now."""
     size = len(now) + 1
     old = np.sort(now[both.model["edge_particles"]], axis=1)
     at = np.searchsorted(edges[:, 0] * size + edges[:, 1], old[:, 0] * size + old[:, 1])
@@ -173,11 +174,14 @@ def _springs(both: SoftRows, now: np.ndarray, edges: np.ndarray, length: np.ndar
     weight = both.model["edge_stiffness"][there]
     stiffness = np.bincount(at[there], weight, len(edges))
     is_new = np.bincount(at[there], minlength=len(edges)) == 0
-    return (
+    tear_at = np.zeros(len(edges))
+    np.maximum.at(tear_at, at[there], both.model["edge_tear_at"][there])
+    return Springs(
         np.where(
             is_new, length, _mean(both.model["edge_rest_length"][there, None], weight, at[there], len(edges))[:, 0]
         ),
         np.where(is_new, both.model["edge_stiffness"].mean(), stiffness),
+        tear_at,
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from difflib import get_close_matches
+from itertools import count
 
 import numpy as np
 
@@ -71,6 +72,10 @@ class Names:
         if name is not None:
             whose[name], called[who] = who, name
         return Names(whose, called)
+
+    def free_after(self, name: str | None) -> str | None:
+        """Return what a piece of a body of a name is called: "ball.1", or the first such name that nobody has."""
+        return next((f"{name}.{k}" for k in count(1) if f"{name}.{k}" not in self), None) if name else None
 
     def renumbered(self, number: Callable[[str, int], int]) -> Names:
         """Return the names where each kind and number has another `number`, or is GONE."""

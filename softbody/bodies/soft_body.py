@@ -15,7 +15,7 @@ from softbody.dynamics.filling import liquid_mass, liquid_pressure
 from softbody.dynamics.pressure import gas_pressure, room_in, soft_volume
 from softbody.dynamics.vertex_rings import with_springs
 from softbody.errors import ParameterError
-from softbody.model.arrays import mass_of
+from softbody.model.arrays import is_open, mass_of
 from softbody.model.properties import check_self_contact, checked_property, properties_of
 from softbody.model.validation import (
     NO_NUMBERS,
@@ -25,6 +25,7 @@ from softbody.model.validation import (
     rest_length_of,
     shown,
     stiffness_of,
+    tear_at_of,
 )
 
 
@@ -87,6 +88,7 @@ class SoftBody(SleepyBody):
     deflated_below = BodyProperty()
     sound_speed = BodyProperty()
     liquid_drag = BodyProperty()
+    leak = BodyProperty()
 
     @property
     def self_contact(self) -> float:
@@ -143,18 +145,36 @@ class SoftBody(SleepyBody):
         """Rest length (e,) of the springs [m], read-only; `set_springs` changes it."""
         return _read_only(self.store.model.edge_rest_length[self._edge_rows()])
 
-    def set_springs(self, stiffness: ArrayLike | None = None, rest_length: ArrayLike | None = None) -> None:
-        """Change `stiffness` [N/m] or `rest_length` [m] of all springs: one number, or (e,) as in add_soft_body."""
+    @property
+    def tear_at(self) -> np.ndarray:
+        """Length / rest length (e,) beyond which each spring tears, 0: never; read-only, `set_springs` changes it."""
+        return _read_only(np.abs(self.store.model.edge_tear_at[self._edge_rows()]))
+
+    @property
+    def is_torn(self) -> bool:
+        """Whether it has torn, so that its surface has holes."""
+        return bool(is_open(self.store.model, self.row()))
+
+    def set_springs(
+        self,
+        stiffness: ArrayLike | None = None,
+        rest_length: ArrayLike | None = None,
+        tear_at: ArrayLike | None = None,
+    ) -> None:
+        """Change `stiffness` [N/m], `rest_length` [m] or `tear_at` of all springs: one, or (e,); see add_soft_body."""
         with self.store.exclusive():
             model, rings, edges = self.store.model, self.store.rings, self._edge_rows()
             count = edges.stop - edges.start
             stiffnesses, lengths = model.edge_stiffness.copy(), model.edge_rest_length.copy()
+            limits = model.edge_tear_at.copy()
             if stiffness is not None:
                 stiffnesses[edges] = stiffness_of(stiffness, count)
             if rest_length is not None:
                 lengths[edges] = rest_length_of(rest_length, count)
+            if tear_at is not None:
+                limits[edges] = tear_at_of(tear_at, count)
             self.store.replace(
-                model=model._replace(edge_stiffness=stiffnesses, edge_rest_length=lengths),
+                model=model._replace(edge_stiffness=stiffnesses, edge_rest_length=lengths, edge_tear_at=limits),
                 rings=with_springs(rings, lengths, stiffnesses, model.soft_edge_start),
             )
 

@@ -18,7 +18,7 @@ from softbody.errors import ParameterError
 from softbody.geometry import closest_on_mesh
 from softbody.geometry.polyhedron import signed_volume, surface_area
 from softbody.mesh.mesh import unique_edges
-from softbody.model.arrays import NOBODY
+from softbody.model.arrays import NOBODY, has_border, is_open
 
 NUMBERS = "edge_particles", "triangle_particles"  # fields that hold numbers of particles
 
@@ -29,6 +29,14 @@ class SoftRows(NamedTuple):
     model: dict[str, np.ndarray]
     controls: dict[str, np.ndarray]
     state: dict[str, np.ndarray]
+
+
+class Springs(NamedTuple):
+    """The springs on the edges of one soft body, in their order."""
+
+    rest_length: np.ndarray  # (e,) [m]
+    stiffness: np.ndarray  # (e,) [N/m]
+    tear_at: np.ndarray  # (e,) see Model
 
 
 def taken_out(parts: Parts) -> list[SoftRows]:
@@ -81,24 +89,28 @@ def remade(
     particles: Particles,
     force: np.ndarray,
     triangles: np.ndarray,
-    springs: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]],
+    springs: Callable[[np.ndarray, np.ndarray], Springs],
 ) -> SoftRows:
     """Return the rows of a body `like` another, of other particles, `force` (n, 3) [N] on them, and triangles (t, 3).
 
-    `springs` tells the rest lengths [m] and stiffness [N/m] of edges (e, 2), of a length (e,) [m].
+    `springs` tells those on edges (e, 2), of a length (e,) [m]. An open surface stays as thick as it was.
     """
     points = particles.position
     edges = unique_edges(triangles)
     length = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
-    rest_length, stiffness = springs(edges, length)
+    rest_length, stiffness, tear_at = springs(edges, length)
+    thickness = like.model["soft_thickness"]
+    if not has_border(len(edges), len(triangles)):
+        thickness = np.array([2.0 * signed_volume(points, triangles) / surface_area(points, triangles)])
     known = {
         "particle_free_inverse_mass": 1.0 / particles.mass,
         "particle_inverse_mass": np.where(particles.fixed, 0.0, 1.0 / particles.mass),
         "edge_particles": edges,
         "edge_rest_length": rest_length,
         "edge_stiffness": stiffness,
+        "edge_tear_at": tear_at,
         "triangle_particles": triangles,
-        "soft_thickness": np.array([2.0 * signed_volume(points, triangles) / surface_area(points, triangles)]),
+        "soft_thickness": thickness,
         "soft_edge_length": np.array([length.mean()]),
     }
     state = {"particle_position": points, "particle_velocity": particles.velocity}
@@ -159,6 +171,8 @@ def check_may_change(body: Body) -> None:
     rows = slice(*model.soft_particle_start[row : row + 2])
     if not all(np.isfinite(array[rows]).all() for array in store.state[:2]):
         raise ParameterError(f"{body!r} has particles that are not finite; put them where they belong")
+    if is_open(model, row):
+        raise ParameterError(f"{body!r} has torn, and what has holes is neither cut nor joined")
     hangs = store.joints.suspension_particles[:, 0] == rows.start
     if hangs.any():
         title = store.names.title(("suspension", int(np.argmax(hangs))))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections import deque
 from typing import Any, Protocol
 from weakref import WeakValueDictionary
 
@@ -18,6 +19,7 @@ from softbody.model.settings import Settings
 from softbody.model.shapes import Labels
 from softbody.model.sleep_state import Rested, not_rested
 
+MOST_EVENTS = 10_000  # that a world remembers
 FIRST_ROOM = 256  # contacts; there is more as soon as it is needed
 
 
@@ -45,6 +47,7 @@ class Store:
         self.clock = new_clock()
         self.owed = 0.0  # [s] that `step_frame` was asked for and that were too short for a step of one's own
         self.time_step = 0.0  # [s] of the last step, 0 before there is one
+        self.events: deque[Any] = deque(maxlen=MOST_EVENTS)  # what bodies tore, were cut or joined; see Event
         self.handles: WeakValueDictionary[int, Any] = WeakValueDictionary()
         self._turn = threading.Lock()  # of who steps, or changes what there is
 

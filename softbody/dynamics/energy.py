@@ -59,7 +59,9 @@ def potential_energies(model: Model, controls: Controls, state: State) -> tuple[
             model.edge_stiffness[edges],
         )
         if controls.soft_gas[body] > 0.0:
-            gas += gas_energy(controls.soft_gas[body], room_in(model, state.particle_position, body))
+            room = room_in(model, state.particle_position, body)
+            if room > 0.0:
+                gas += gas_energy(controls.soft_gas[body], room)
     g = controls.gravity[0], controls.gravity[1], controls.gravity[2]
     for i in range(state.particle_position.shape[0]):
         if model.particle_inverse_mass[i] > 0.0:

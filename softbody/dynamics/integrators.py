@@ -31,10 +31,11 @@ from softbody.dynamics.one_ring_forces import (
     Springs,
     add_load,
     ring_forces,
+    volume_of_holes,
 )
 from softbody.dynamics.particle_ground import land
 from softbody.dynamics.pressure import gas_pressure
-from softbody.dynamics.watch import Watch, stays_in_room
+from softbody.dynamics.watch import Watch, is_beyond, stays_in_room
 from softbody.model.arrays import END, FIRST, SoftBodies, VertexRings
 from softbody.model.material import Material
 from softbody.model.settings import RK4, RK4_VELOCITY, SYMPLECTIC_EULER
@@ -92,9 +93,9 @@ def _advance_body(
     Its blocks are done in shares, of which share i has blocks cut[i] … cut[i + 1]; they write to places of their own,
     so that the result is the same for any `cut`. `block_moment` (blocks,) is scratch. Returns the least volume [m³]
     of all starts of steps and of the end (NaN if one is NaN), and how many steps were made: where `stop` (1,) is not 0,
-    only those to the next landing. Where particles leave their room in a step, those before are made. In haste a step
-    that follows a landing is left at once, with the rows where it began; and so are all before the first landing, but
-    then the rows are scratch: −1.
+    only those to the next landing. Where particles leave their room in a step, those before are made; where a spring
+    goes beyond its limit, that step, too. In haste a step that follows a landing is left at once, with the rows where
+    it began; and so are all before the first landing, but then the rows are scratch: −1.
     """
     h, steps, integrator = batch.h, batch.steps, batch.integrator
     one, other = work[POSITION : POSITION + 6], work[NEXT_POSITION : NEXT_POSITION + 6]
@@ -108,6 +109,7 @@ def _advance_body(
     gravity, load = bodies.gravity, Load(rings.start[body], bodies.drag[body], bodies.force)
     real, stages, least = work.dtype.type, STAGES[integrator], np.inf
     k, damping = rings.common_stiffness[body], real(bodies.damping[body])
+    limited = watch.square.shape[0] > 0
     damped, loaded = damping > 0.0 or load.drag > 0.0, load.drag > 0.0 or load.force.shape[0] > 0
     # One call of the force, for the stages of all steps and for the volume at the end: machine code for it is made
     # for every place that it is called from.
@@ -127,7 +129,7 @@ def _advance_body(
         volume = 0.0
         for block in range(cut[0], cut[-1]):
             volume += block_moment[block]
-        volume /= 18.0
+        volume = volume / 18.0 + volume_of_holes(rings, body, x)
         if stage == 0 and not volume >= least:  # so that NaN stays
             least = volume
         if turn > 0 and stop[0] != 0:
@@ -152,6 +154,9 @@ def _advance_body(
             if not stays_in_room(watch, body, end[:3], work[SEEN : SEEN + 3], count):
                 steps = step
                 break
+        lands = stage == stages - 1 and (batch.begin + step + 1) % batch.landing == 0
+        if limited and lands and is_beyond(watch, end[:3]):
+            steps = step + 1
     if steps % 2 == 1:
         copy_rows(work, NEXT_POSITION, POSITION, rings.block[cut[-1] - 1, END])
     return least, steps

@@ -23,6 +23,7 @@ from softbody.compiler.simd import (
     square_root,
     sum_of_lanes,
 )
+from softbody.geometry.borders import hole, volume_of_fan
 from softbody.linalg.vec import add, cross, dot, scale, sub
 from softbody.linalg.vec_lanes import VecLanes, load_vec_lanes, store_vec_lanes
 from softbody.model.arrays import DEGREE, END, ENTRY, FIRST, NEXT, NUMBER, STIFFNESS, VertexRings
@@ -124,6 +125,16 @@ def fan_sums(rings: VertexRings, springs: Springs, block: int, forces: Forces) -
         store_vec_lanes(areas, first + q, turn)
         total = total + in_double(first_lanes(dot(sub(here, origin), turn), rings.block[block, NUMBER] - q))
     return sum_of_lanes(total)
+
+
+@jit_lean
+def volume_of_holes(rings: VertexRings, body: int, x: np.ndarray) -> float:
+    """Return the volume [m³] that closes all holes of a body at `x` (3, n) [m], about the particle at index 0."""
+    volume, points = 0.0, x.T
+    for k in range(rings.hole_start[body], rings.hole_start[body + 1]):
+        middle, area = hole(points, rings.border, (rings.hole[k, 0], rings.hole[k, 1]))
+        volume += volume_of_fan(middle, area, (x[0, 0], x[1, 0], x[2, 0]))
+    return volume
 
 
 @jit_lean

@@ -7,14 +7,15 @@ from math import log
 import numpy as np
 
 from softbody.compiler.jit import jit
+from softbody.geometry.borders import fans_of_holes
 from softbody.geometry.polyhedron import signed_volume
-from softbody.model.arrays import Model
+from softbody.model.arrays import Model, is_open
 
 
 @jit
 def gas_pressure(gas: float, volume: float) -> float:
     """Return P = nRT / V [Pa] of an ideal gas; `gas` is nRT [J], `volume` [m³]; paper §2.3, §10.6."""
-    return gas / volume
+    return gas / volume if gas > 0.0 else 0.0
 
 
 @jit
@@ -25,9 +26,16 @@ def gas_energy(gas: float, volume: float) -> float:
 
 @jit
 def soft_volume(model: Model, position: np.ndarray, body: int) -> float:
-    """Return the signed volume [m³] of one soft body at `position` (n, 3) [m]; paper §2.3."""
+    """Return the signed volume [m³] of one soft body at `position` (n, 3) [m]; paper §2.3.
+
+    Holes where it has torn are closed by fans about the middle of their corners.
+    """
     triangles = model.triangle_particles[model.soft_triangle_start[body] : model.soft_triangle_start[body + 1]]
-    return signed_volume(position, triangles)
+    volume = signed_volume(position, triangles)
+    if is_open(model, body):
+        first, end = model.soft_particle_start[body], model.soft_particle_start[body + 1]
+        volume += fans_of_holes(position[first:end], triangles - first)[0]
+    return volume
 
 
 @jit

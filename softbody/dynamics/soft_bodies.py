@@ -39,8 +39,10 @@ from softbody.dynamics.one_ring_forces import (
     Springs,
     add_load,
     ring_forces,
+    volume_of_holes,
 )
 from softbody.dynamics.pressure import gas_pressure
+from softbody.dynamics.stability import GROWTH
 from softbody.dynamics.watch import Watch, nobody_watched, watch_of
 from softbody.linalg.vec import load, store
 from softbody.linalg.vec_lanes import gather_vec, load_vec_lanes, scatter_vec, store_vec_lanes
@@ -275,7 +277,8 @@ def move_body(
             volume, made = advance_body_on_threads(
                 bodies, rings, body, part, cut, work, memory.block_moment, memory.stop, watch
             )
-        has_left = is_watched and 0 <= made < part.steps
+        is_torn = watch.is_torn[0]
+        has_left = (is_watched and 0 <= made < part.steps) or is_torn
         if made <= 0:
             # Left in the midst of a step.
             if made < 0:
@@ -369,6 +372,8 @@ def find_fault(
     # Written so that NaN, for which every comparison is false, counts as diverged.
     if not (extent <= most_extent and far <= extent * (RESOLVED_IN_SINGLE if rows.itemsize == 4 else RESOLVED)):
         return DIVERGED
+    if rings.hole_start[body + 1] > rings.hole_start[body]:
+        extent = max(extent, most_extent / GROWTH)  # what has torn off may all meet in a point, and part again
     for c in range(3):
         total, number, least = spread(0.0), 0, spread(extent)
         for block in range(first, end):
@@ -407,7 +412,8 @@ def ring_accelerations(bodies: SoftBodies, motion: Motion, acceleration: np.ndar
         ring_forces(rings, springs, (start, end), Forces(x, speed, pull, area), moments)
         outside = Load(rings.start[body], bodies.drag[body], bodies.force)
         add_load(rings, outside, (start, end), work[INVERSE_MASS], (speed, pull))
-        push = gas_pressure(bodies.gas[body], moments[start:end].sum() / 18.0 - bodies.boxes_volume[body]) / 6.0
+        volume = moments[start:end].sum() / 18.0 + volume_of_holes(rings, body, x)
+        push = gas_pressure(bodies.gas[body], volume - bodies.boxes_volume[body]) / 6.0
         for i in range(particle.shape[0]):
             inverse_mass = bodies.inverse_mass[particle[i]]
             for c in range(3):

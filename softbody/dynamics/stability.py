@@ -7,7 +7,7 @@ from math import sqrt
 import numpy as np
 
 from softbody.compiler.jit import jit
-from softbody.dynamics.pressure import room_in
+from softbody.dynamics.pressure import gas_pressure, room_in
 from softbody.linalg.vec import add, cross, dot, load, norm, scale, sub
 from softbody.model.arrays import Controls, Model, mass_of
 
@@ -46,7 +46,7 @@ def highest_frequency(model: Model, controls: Controls, position: np.ndarray, bo
             for d in range(3):
                 gradient[i - first, d] += six_gradients[d] / 6.0
     volume = room_in(model, position, body)
-    pressure = controls.soft_gas[body] / volume
+    pressure = gas_pressure(controls.soft_gas[body], volume)
     springs = 0.0
     for e in edge_range:
         i = model.edge_particles[e, 0]
@@ -62,7 +62,7 @@ def highest_frequency(model: Model, controls: Controls, position: np.ndarray, bo
         g = load(gradient, i)
         rank_one += dot(g, g) * model.particle_inverse_mass[first + i]
         rows = max(rows, bend[i] * model.particle_inverse_mass[first + i])
-    return sqrt(springs + abs(pressure) * (rank_one / abs(volume) + rows))
+    return sqrt(springs + (abs(pressure) * (rank_one / abs(volume) + rows) if pressure != 0.0 else 0.0))
 
 
 @jit

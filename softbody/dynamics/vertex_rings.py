@@ -9,7 +9,8 @@ import numpy as np
 
 from softbody.compiler.jit import jit
 from softbody.compiler.simd import LANES
-from softbody.model.arrays import DEGREE, END, ENTRY, FIRST, STIFFNESS, VertexRings
+from softbody.geometry.borders import border_of, holes_of
+from softbody.model.arrays import DEGREE, END, ENTRY, FIRST, STIFFNESS, VertexRings, has_border
 
 # Particles whose neighbours are grouped by degree together: 2 048 of them and all that their step needs are some
 # 0.4 MB, which stays in a core's second-level cache from the force to the update.
@@ -34,6 +35,9 @@ def no_rings() -> VertexRings:
         next_neighbour=np.empty(0, np.uint32),
         stiffness=np.empty(0),
         common_stiffness=np.empty(0),
+        border=np.empty(0, np.int64),
+        hole=np.empty((0, 2), np.int64),
+        hole_start=np.zeros(1, np.int64),
     )
 
 
@@ -47,7 +51,9 @@ def build_rings(
     by degree within windows of it.
     """
     # A copy: for the read-only triangles of a Mesh the kernel would be compiled once more.
-    ring_start, ring, after, is_cycle = one_rings(count, triangles.copy())
+    triangles = triangles.copy()
+    ring_start, ring, after, is_cycle = one_rings(count, triangles)
+    border, holes = holes_of(count, triangles) if has_border(len(edges), len(triangles)) else NO_HOLES
     degree = np.diff(ring_start)
     order = breadth_first_order(ring_start, ring)
     # A particle where several fans of triangles meet goes to blocks of its own: its entries are not one cycle.
@@ -92,6 +98,9 @@ def build_rings(
             edge=edge.astype(np.uint32),
             neighbour=index[there].astype(np.uint32),
             next_neighbour=np.concatenate([np.empty(0, np.int64), *nexts]).astype(np.uint32),
+            border=index[border],
+            hole=holes,
+            hole_start=np.array([0, len(holes)]),
         ),
         rest_length,
         stiffness,
@@ -124,20 +133,25 @@ def with_springs(
     return in_precision(changed, rings.rest_tension.dtype.type)
 
 
+NO_HOLES = np.empty(0, np.int64), np.empty((0, 2), np.int64)
+
+
 @jit
 def one_rings(count: int, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return (start, ring, after, is_cycle): the neighbours of each of `count` vertices, counter-clockwise.
 
     Vertex i has ring[start[i] : start[i + 1]], and after each of them comes `after`, which closes with the first.
     Where several fans of triangles meet in a vertex, one is listed after the other, and `is_cycle` (count,) is
-    False. `triangles` (t, 3) of a closed mesh: every edge is met by two triangles, so every fan closes.
+    False. So it is where the fan is open, whose neighbours have no order: after the last of them comes itself, so that
+    both make no triangle. `triangles` (t, 3), of which one fan at most that is open meets in a vertex.
     """
     start = np.zeros(count + 1, np.int64)
+    beyond, before = border_of(count, triangles)
     for t in range(triangles.shape[0]):
         for c in range(3):
             start[triangles[t, c] + 1] += 1
     for i in range(count):
-        start[i + 1] += start[i]
+        start[i + 1] += start[i] + (beyond[i] >= 0)
     ring = np.empty(start[count], np.int64)
     after = np.empty(start[count], np.int64)
     filled = np.zeros(count, np.int64)
@@ -151,6 +165,10 @@ def one_rings(count: int, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray
     is_cycle = np.ones(count, np.bool_)
     entry_of = np.zeros(count, np.int64)  # of each neighbour of the vertex at hand: a search takes d² of d neighbours
     for i in range(count):
+        if beyond[i] >= 0:
+            ring[start[i + 1] - 1] = after[start[i + 1] - 1] = before[i]
+            is_cycle[i] = False
+            continue
         for e in range(start[i], start[i + 1]):
             entry_of[ring[e]] = e
         fan = ring[start[i]]

@@ -145,7 +145,7 @@ def checked_arrays(vertices: ArrayLike, triangles: ArrayLike) -> tuple[np.ndarra
         "vertex {0} is at {1}: not finite; remove it or repair its coordinates",
         points,
     )
-    _check_indices(faces, len(points))
+    check_indices(faces, len(points))
     faces = faces.astype(np.int64, order="C")
     try:
         edge_of = _check_closed(faces, len(points))
@@ -171,7 +171,7 @@ def _with_cure(error: MeshError, points: np.ndarray) -> MeshError:
 
 def check_surface(triangles: np.ndarray, count: int) -> None:
     """Raise MeshError unless `triangles` (t, 3) int64 of `count` vertices are closed and oriented; see Mesh."""
-    _check_indices(triangles, count)
+    check_indices(triangles, count)
     _check_closed(triangles, count)
 
 
@@ -198,7 +198,8 @@ def _require(ok: np.ndarray, message: str, *columns: np.ndarray) -> None:
         raise MeshError(message.format(first, *(column[first] for column in columns)))
 
 
-def _check_indices(faces: np.ndarray, count: int) -> None:
+def check_indices(faces: np.ndarray, count: int) -> None:
+    """Raise MeshError unless `faces` (t, 3) are of three of `count` vertices each, and use them all."""
     _require(
         (np.isfinite(faces) & (faces >= 0) & (faces < count)).all(axis=1),
         "triangle {0} is {1}, but vertices run from 0 to " + str(count - 1) + "; repair its indices",

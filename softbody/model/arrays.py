@@ -60,6 +60,8 @@ class Model(NamedTuple):
     edge_particles: Annotated[np.ndarray, Rows(2, whole=True)]  # (e, 2) that the edge's spring joins
     edge_rest_length: Annotated[np.ndarray, Rows(above=0.0)]  # (e,) [m]
     edge_stiffness: Annotated[np.ndarray, Rows(least=0.0)]  # (e,) [N/m]
+    # (e,) length / rest length beyond which the surface tears there; 0: never; < 0: not before it is within that once
+    edge_tear_at: Annotated[np.ndarray, Rows()]
     triangle_particles: Annotated[np.ndarray, Rows(3, whole=True)]  # (t, 3) counter-clockwise seen from outside
     soft_particle_start: Annotated[np.ndarray, Rows(whole=True)]  # (b + 1,)
     soft_edge_start: Annotated[np.ndarray, Rows(whole=True)]  # (b + 1,)
@@ -86,6 +88,10 @@ class Model(NamedTuple):
             0.0, "Distance [m] that its surface keeps from itself; 0: it does not.", "m", -inf, since=8, is_chosen=True
         ),
     ]
+    soft_leak: Annotated[
+        np.ndarray,
+        Property(200.0, "Speed [m/s] at which gas leaks out where it has torn; 0: none does.", "m/s", since=13),
+    ]  # (b,)
     # (b,) [kg/m³], of the liquid in the mesh as it was added, but for boxes inside: its mass is in that of particles
     soft_liquid_density: Annotated[
         np.ndarray, Property(0.0, "Density [kg/m³] of the liquid that fills it; 0: none does.", "kg/m³", since=10)
@@ -111,6 +117,19 @@ class Model(NamedTuple):
     liquid_surface_height: float  # z [m] below which there is liquid
     liquid_drag: float  # [N s/m³] against the liquid, by wet area
     liquid_velocity: Annotated[np.ndarray, Rows()]  # (3,) [m/s] with which it flows
+
+
+@jit_lean
+def has_border(edges: int, triangles: int) -> bool:
+    """Tell whether a surface of so many edges and triangles is open: each edge within has two triangles."""
+    return 2 * edges > 3 * triangles
+
+
+@jit_lean
+def is_open(model: Model, body: int) -> bool:
+    """Tell whether a soft body has torn, so that its surface has borders."""
+    edges = model.soft_edge_start[body + 1] - model.soft_edge_start[body]
+    return has_border(edges, model.soft_triangle_start[body + 1] - model.soft_triangle_start[body])
 
 
 class Controls(NamedTuple):
@@ -231,6 +250,9 @@ class VertexRings(NamedTuple):
     next_neighbour: np.ndarray  # (f,) index that comes next in the ring, for blocks whose entries are not all one cycle
     stiffness: np.ndarray  # (g,) [N/m] of each entry, for bodies whose springs differ
     common_stiffness: np.ndarray  # (b,) [N/m], NaN for a body whose springs differ
+    border: np.ndarray  # (c,) indices along the borders of holes, hole by hole
+    hole: np.ndarray  # (h, 2) rows of each hole in `border`
+    hole_start: np.ndarray  # (b + 1,) of each body in `hole`
 
 
 # Columns of `VertexRings.block`: first index and end, how many of them are no twins, how many neighbours each has, and

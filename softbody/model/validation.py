@@ -100,6 +100,19 @@ def rest_length_of(rest_length: ArrayLike, count: int) -> np.ndarray:
     return array
 
 
+def tear_at_of(tear_at: ArrayLike, count: int) -> np.ndarray:
+    """Return the stretch at which each of `count` springs tears, > 1 or 0, given one number or one for each."""
+    try:
+        array = np.broadcast_to(doubles(tear_at), count).copy()
+    except NO_NUMBERS as error:
+        raise ParameterError(f"tear_at does not fit; give one number or one for each of the {count} edges") from error
+    bad = ~((np.isfinite(array) & (array > 1.0)) | (array == 0.0))
+    if bad.any():
+        edge = int(np.argmax(bad))
+        raise ParameterError(f"tear_at of edge {edge} is {array[edge]}; give length / rest length > 1, or 0 for never")
+    return array
+
+
 def fixed_particles_of(fixed: ArrayLike, count: int) -> np.ndarray:
     """Return the indices of fixed vertices, each once, in order; of `count` at least one is free."""
     try:

@@ -7,6 +7,7 @@ from math import ceil, hypot, inf, isfinite
 import numpy as np
 
 from softbody.bodies.names import Names, Who
+from softbody.bodies.tearing import may_tear
 from softbody.collision.contact import Contacts
 from softbody.collision.pressed import FIRST, GONE_THROUGH, NOW, Pressed
 from softbody.collision.soft.surface import Surfaces
@@ -395,9 +396,33 @@ def masses(model: Model) -> np.ndarray:
         return 1.0 / np.append(inverse / np.diff(starts), model.box_inverse_mass)
 
 
+def check_may_tear(model: Model, joints: Joints, names: Names) -> None:
+    """Raise ParameterError where a body that may tear, or has torn, is or holds what cannot be torn."""
+    tears = may_tear(model)
+    if not tears.any():
+        return
+    hosts = np.zeros(model.soft_count, bool)
+    hosts[model.box_host[model.box_host != NOBODY]] = True
+    hangs = np.isin(model.soft_particle_start[:-1], joints.suspension_particles[:, 0])
+    causes = (
+        (model.soft_self_contact != 0.0, "it has self_contact; set that to False"),
+        (model.soft_liquid_density > 0.0, "it is full of liquid; set its liquid_density to 0"),
+        (hosts, "a box is inside it; let that box's inside be None"),
+        (hangs, "something hangs in it; remove that suspension"),
+        (np.full(model.soft_count, model.liquid_density > 0.0), "there is a liquid around it; set its density to 0"),
+    )
+    for has, cause in causes:
+        if (tears & has).any():
+            title = names.title(("soft", int(np.argmax(tears & has))))
+            raise ParameterError(
+                f"{title} may tear, or has torn, and {cause}, or its tear_at to 0: not both are computed"
+            )
+
+
 def may_lie_flat(model: Model, controls: Controls) -> Model:
-    """Return a model in which no body without gas that holds itself collapses: what of it is flat lies on itself."""
-    is_flat = (model.soft_self_contact > 0.0) & (controls.soft_gas == 0.0)
+    """Return a model in which no body collapses that may lie flat: without gas and holding itself, or torn."""
+    torn = 2 * np.diff(model.soft_edge_start) > 3 * np.diff(model.soft_triangle_start)
+    is_flat = ((model.soft_self_contact > 0.0) & (controls.soft_gas == 0.0)) | torn
     if not is_flat.any():
         return model
     return model._replace(soft_deflated_below=np.where(is_flat, -np.inf, model.soft_deflated_below))

@@ -17,9 +17,10 @@ from softbody.dynamics.liquid_rates import feels_liquid
 from softbody.dynamics.soft_bodies import Motion, motion_of
 from softbody.dynamics.stability import most_extents
 from softbody.model.arrays import Joints, Model, State
-from softbody.stepping.checks import may_carry_too_much
+from softbody.stepping.checks import check_may_tear, may_carry_too_much
 from softbody.stepping.skins import Skins
 from softbody.stepping.step import Work
+from softbody.stepping.tears import Tearing, tearing_of
 
 
 class Memory:
@@ -42,6 +43,8 @@ class Memory:
         self._start: State | None = None  # memory for that of a step
         self._grounded: np.ndarray | None = None  # memory for which boxes touch the ground
         self._acting: Acting | None = None  # memory for what acts in a step with joints or liquids
+        self._tearing: Tearing | None = None
+        self._tearing_of: Model | None = None
         self._limits_of: tuple[Model | None, bytes] = None, b""  # for which springs and gas extents are limited
         self._times_of: tuple[Model | None, bytes] = None, b""  # for which springs and gas parting times are known
         self._unlike_of: tuple[Model | None, bool] = None, False  # of which masses, and whether any are too unlike
@@ -69,7 +72,27 @@ class Memory:
             self.contents.sleep.rest if store.may_sleep else None,
             flag.is_set,
             self.pressed,
+            self.tearing(),
         )
+
+    def tearing(self) -> Tearing:
+        """Return what may tear, and the holes that there are."""
+        model = self._store.model
+        if self._tearing is None or self._tearing_of is not model:
+            check_may_tear(model, self._store.joints, self._store.names)
+            self._tearing, self._tearing_of = tearing_of(model, self._store.rings), model
+        return self._tearing
+
+    def remember(self, before: Memory) -> None:
+        """Remember what was said, before there were more soft bodies, about those that there were."""
+        old, more = before.contents.parts.model.soft_count, self._store.model.soft_count
+
+        def now(pair: tuple[int, int]) -> tuple[int, int]:
+            a, b = (number + (more - old if number >= old else 0) for number in pair)
+            return a, b
+
+        self.told, self.started_inside = set(map(now, before.told)), set(map(now, before.started_inside))
+        self.said_out = before.said_out
 
     def acting(self) -> tuple[Joints, Acting] | tuple[None, None]:
         """Return the joints, and memory for what acts in a step, where there are joints or liquids."""
@@ -90,6 +113,8 @@ class Memory:
                 motion = motion._replace(memory=motion.memory._replace(asleep=asleep))
             self._limits_of = None, b""
         motion = self._motion = motion._replace(rings=store.rings)
+        if motion.watch.square is not self.tearing().limits.square:
+            motion = self._motion = motion._replace(watch=motion.watch._replace(**self.tearing().limits._asdict()))
         gas = store.controls.soft_gas.tobytes()
         if not (self._limits_of[0] is model and self._limits_of[1] == gas):
             motion.memory.most_extent[:] = most_extents(model, store.controls)

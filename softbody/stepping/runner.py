@@ -9,8 +9,11 @@ import numba
 import numpy as np
 
 from softbody.bodies.contact_points import ContactPoints, contact_points
+from softbody.bodies.event import Event
 from softbody.bodies.liquid import check_level
+from softbody.bodies.soft_body import SoftBody
 from softbody.bodies.store import HasStore, Store
+from softbody.bodies.tearing import tear_bodies
 from softbody.collision.contact import remembered, remembering
 from softbody.collision.pressed import FIRST, NOW
 from softbody.compiler.interrupts import NEVER_SET, InterruptFlag, listening
@@ -115,6 +118,7 @@ class Runner:
                 if not fault:
                     fault, body = self.advance(call, begun[0] + steps, is_seen=True)
             store.time_step = h
+            model, controls, state, _, joints = store.parts  # others, where something has torn
             if fault:
                 store.contents.ground_impulse[:] = 0.0
                 check_finite(model, controls, state, joints)  # a target that was written over
@@ -170,6 +174,8 @@ class Runner:
             while (left := end - store.steps) > 0:
                 model, controls, state, *_ = store.parts
                 waits, skin = bool((model.soft_self_contact < 0.0).any()), memory.skin()
+                tearing = memory.tearing()
+                tearing.is_torn[0] = False
                 if store.may_sleep:
                     model = store.contents.sleep.model_of(model)
                 if skin is not None or not self._is_alone():
@@ -191,6 +197,7 @@ class Runner:
                         order,
                         store.contents.ground_impulse,
                         *memory.acting(),
+                        tearing,
                     )
                     fault, body = run_alone_by_clock(model, controls, state, memory.motion(flag), *how)
                     if skin is not None and store.steps > before:
@@ -208,6 +215,9 @@ class Runner:
                     memory.pressed.lasting[0] = 0  # the step that was undone is taken, whole or in parts
                 elif fault:
                     return fault, body
+                elif tearing.is_torn[0]:
+                    self._tear()
+                    memory, contacts = self.memory, store.contacts
                 if self._threads > 1:
                     team.note(store.steps - before)
                 if store.steps == look and model.soft_count:
@@ -216,6 +226,17 @@ class Runner:
                 is_alone = self._is_alone() and not (is_alone and store.steps == before)
                 is_seen, abort_mid_step = True, abort_mid_step and store.steps > before
         return 0, -1
+
+    def _tear(self) -> None:
+        """Let bodies tear whose springs are beyond their limits."""
+        store, before = self.store, self._memory
+        tears = tear_bodies(store)
+        if tears:
+            store.contents.is_fresh = False
+            self.memory.remember(before)
+            for tear in tears:
+                bodies = tuple(SoftBody(store, number) for number in tear.bodies)
+                store.events.append(Event("tear", store.time, tear.places, bodies))
 
     def _forget_contacts(self) -> None:
         """Forget the contacts of the step before one that had none."""
@@ -256,7 +277,7 @@ class Runner:
         """Tell whether there is one soft body at most, perhaps the ground and liquids, and nobody who may sleep."""
         store, model = self.store, self.store.model
         is_only = model.box_count == 0 and model.soft_count <= 1
-        return is_only and not (len(store.joints.joint_box) or store.may_sleep)
+        return is_only and not (len(store.joints.joint_box) or store.may_sleep or len(self.memory.tearing().holes))
 
     def stable_time_step(self) -> float:
         """Do what `World.stable_time_step` says."""

@@ -48,6 +48,7 @@ from softbody.model.sleep_state import SleepState
 from softbody.stepping.finite_check import begins_finite, checksum
 from softbody.stepping.move_boxes import hold_boxes, move_boxes, move_boxes_singly
 from softbody.stepping.sleep import begin_step, let_sleep, mark_sleepers, note_rest, wake_changed
+from softbody.stepping.tears import Tearing, leak_and_look
 from softbody.stepping.watched import give_room, note_places, stays_whole, take_room
 
 # Faults beside DIVERGED and COLLAPSED, of runs that begin or end before a step is taken.
@@ -77,6 +78,7 @@ class Work(NamedTuple):
     rest: SleepState | None  # None: nobody may sleep
     stop: np.ndarray  # (1,) what is not 0 ends a run early; somebody else may write it
     pressed: Pressed
+    tearing: Tearing
 
 
 class Order(NamedTuple):
@@ -253,7 +255,8 @@ def run(
     Where bodies would jump through each other, or boxes are small, a step is taken in equal parts. On a fault the state
     is that of the last good step. Unless what it begins with `is_seen` to be good, no step is taken where it may not
     be: the fault is UNSEEN. Where there is no room for all contacts it is NO_ROOM, and "body" is how many rows there
-    must be. Where `work.stop` is not 0, the run ends after the step, or with `abort_mid_step` in its midst.
+    must be. Where `work.stop` is not 0, the run ends after the step, or with `abort_mid_step` in its midst; and so it
+    does after a step in which something has torn.
 
     The time is counted from when the call began, so that it is the same to the last bit, however many runs it takes.
     All that changes is written to the arrays that are given: what a kernel returns is lost where a signal is handled
@@ -317,7 +320,7 @@ def run(
         note_rest(model, state, work.rest, settings, h)
         done += 1
         keep_first(work.pressed, clock.steps[0] + done)
-        if work.stop[0] != 0:
+        if leak_and_look(model, controls, state, work.tearing, h) or work.stop[0] != 0:
             break
     mark_sleepers(model, controls, state, work.joints, work.rest)
     _advance_clock(clock, order, done, state)
@@ -359,12 +362,13 @@ def run_alone_by_clock(
     ground_impulse: np.ndarray,
     joints: Joints | None,
     acting: Acting | None,
+    tearing: Tearing,
 ) -> tuple[int, int]:
     """Advance a world of one soft body like `run_alone`, and its clock, like `run`; return (fault, body).
 
     The last step is taken by itself, so that it is known what the ground gave: `ground_impulse` (n, 3) [N s]; and each
     is where there is memory for liquids, that are `acting` anew in each. With a `skin` the run ends, without a fault,
-    before a step in which the body may touch itself, or has a fault.
+    before a step in which the body may touch itself, or has a fault. It ends after one in which something has torn.
     """
     h, steps, abort_mid_step = order.h, order.steps, order.abort_mid_step
     if not (order.is_seen or _looks_as_left(controls, state, clock)):
@@ -383,9 +387,11 @@ def run_alone_by_clock(
             if made == 1:
                 resolve_ground(model, state, ground_impulse, None, True)
                 made = 1 if stays_whole(model, state, surfaces, skin) else 0
+                if made == 1:
+                    leak_and_look(model, controls, state, tearing, h)
         take_room(skin, motion.watch, made, made < left)
         done += made
-        if made == 0 or motion.memory.stop[0] != 0:
+        if made == 0 or tearing.is_torn[0] or motion.memory.stop[0] != 0:
             break
     clock.part[0] = h
     _advance_clock(clock, order, done, state)

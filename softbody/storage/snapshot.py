@@ -20,23 +20,36 @@ from softbody.dynamics.filling import liquid_mass
 from softbody.dynamics.joint_forces import no_joints, weights_of
 from softbody.errors import MeshError, ParameterError, SnapshotError
 from softbody.mesh.mesh import check_surface, unique_edges
-from softbody.model.arrays import NOBODY, Controls, Joints, Model, Property, Rows, State, mass_of
+from softbody.mesh.tearing import check_torn_surface
+from softbody.model.arrays import (
+    NOBODY,
+    Controls,
+    Joints,
+    Model,
+    Property,
+    Rows,
+    State,
+    has_border,
+    is_open,
+    mass_of,
+)
 from softbody.model.properties import check_self_contact, known_properties
 from softbody.model.settings import PRECISIONS, Settings, check_name, check_settings
 from softbody.model.sleep_state import Rested, not_rested
-from softbody.model.validation import QUATERNION_TOLERANCE
+from softbody.model.validation import QUATERNION_TOLERANCE, tear_at_of
 from softbody.storage.snapshot_entries import Entries, Snapshot
 
 # Of snapshots and files. Format 1 has no number, and holds the vertex rings, too; before 3 there are no joints,
 # before 4 no times left, before 5 no names, before 6 nobody sleeps, before 7 soft contacts remember nothing, before 8
 # nobody holds itself, before 9 there is no liquid, before 10 none in a body and nothing hangs in one, before 11 what
-# hangs in a body takes no place there, before 12 all particles of a body have the same mass. A property of bodies may
-# begin a new one.
+# hangs in a body takes no place there, before 12 all particles of a body have the same mass, before 13 none tears. A
+# property of bodies may begin a new one.
 SETTINGS_SINCE = {"sleep_speed": 6, "sleep_after": 6, "self_contact": 8}  # formats; worlds before did as by default
 LIQUID_SINCE = 9
 SUSPENDED_SINCE = 10
 INSIDE_SINCE = 11
 MASSES_SINCE = 12
+TEARING_SINCE = 13
 FORMAT = max(MASSES_SINCE, *SETTINGS_SINCE.values(), *(note.since for note in known_properties().values()))
 
 GROUND = {  # limits of each of its numbers
@@ -117,6 +130,7 @@ def _checked(entries: Entries) -> Snapped:
     if number < 4:
         entries.put("state.box_time_left", np.zeros(model.box_count))
     _check_surfaces(model)
+    tear_at_of(np.abs(model.edge_tear_at), counts["edge"])
     model = _with_boxes_volumes(_with_masses(model, number), number)
     _check_masses(model)
     controls, state = _controls(entries, counts), _part(entries, "state", State, counts)
@@ -177,6 +191,8 @@ def _model(entries: Entries, number: int) -> tuple[Model, dict[str, int]]:
         entries.put("model.soft_boxes_volume", np.zeros(counts["soft"]))
     if number < MASSES_SINCE:
         entries.put("model.particle_free_inverse_mass", np.ones(counts["particle"]))
+    if number < TEARING_SINCE:
+        entries.put("model.edge_tear_at", np.zeros(counts["edge"]))
     for field, note in known_properties().items():
         if number < note.since:
             entries.put(f"model.{field}", np.full(counts[field.split("_")[0]], note.default))
@@ -212,7 +228,10 @@ def _rows_of(kind: Any) -> dict[str, Rows]:
 
 
 def _check_surfaces(model: Model) -> None:
-    """Raise SnapshotError unless the triangles of each soft body are a closed surface of its particles and edges."""
+    """Raise SnapshotError unless the triangles of each soft body are a surface of its particles and edges.
+
+    It is closed, or has simple borders where it has torn.
+    """
     known = dict[bytes, np.ndarray]()
     for body in range(model.soft_count):
         first, end = model.soft_particle_start[body : body + 2]
@@ -221,7 +240,8 @@ def _check_surfaces(model: Model) -> None:
         key = np.int64(end - first).tobytes() + triangles.tobytes()
         if key not in known:
             try:
-                check_surface(triangles, int(end - first))
+                check = check_torn_surface if has_border(len(edges), len(triangles)) else check_surface
+                check(triangles, int(end - first))
             except MeshError as error:
                 raise SnapshotError(
                     f"model.triangle_particles of soft body {body}, from {first} on: {error}"
@@ -255,8 +275,9 @@ def _with_masses(model: Model, number: int) -> Model:
     """
     inverse = model.particle_inverse_mass
     greatest = np.maximum.reduceat(np.append(inverse, 0.0), model.soft_particle_start)[:-1]
-    if not (greatest > 0.0).all():
-        body = int(np.argmin(greatest > 0.0))
+    may_move = (greatest > 0.0) | np.array([is_open(model, body) for body in range(model.soft_count)], bool)
+    if not may_move.all():
+        body = int(np.argmin(may_move))
         raise SnapshotError(f"model.particle_inverse_mass of soft body {body} is 0 everywhere: leave one particle free")
     if number < MASSES_SINCE:
         return model._replace(particle_free_inverse_mass=np.repeat(greatest, np.diff(model.soft_particle_start)))

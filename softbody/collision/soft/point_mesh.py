@@ -16,6 +16,8 @@ from softbody.model.surface_point import SurfacePoint, at_particle
 # A way shorter than this part of a triangle's size is rounding, and has no direction.
 NO_WAY = 1e-9
 
+BEYOND = -1  # no triangle
+
 
 class WayOut(NamedTuple):
     """The shortest way from inside a body to its surface, or from outside; a depth ≤ 0: there is none."""
@@ -78,10 +80,10 @@ def way_out_before(p: Vec, own: Vec, surface: Surface, farthest: float) -> WayOu
 
 @jit_lean
 def vertex_normal(surface: Surface, vertex: int) -> Vec:
-    """Return the sum of the area vectors [m²] of the triangles about a vertex."""
+    """Return the sum of the area vectors [m²] of the triangles about a vertex, which may be on a border."""
     first = int(surface.touching[vertex])
     total, other = _normal(surface, first), _next_about(surface, first, vertex)
-    while other != first:
+    while other != first and other != BEYOND:
         total, other = add(total, _normal(surface, other)), _next_about(surface, other, vertex)
     return total
 
@@ -119,7 +121,7 @@ def _facing_more(out: Vec, surface: Surface, one: int, other: int) -> int:
 
 @jit_lean
 def _across(surface: Surface, triangle: int, side: int) -> int:
-    """Return the triangle beyond a side of another."""
+    """Return the triangle beyond a side of another, or BEYOND the border."""
     edge = surface.sides[triangle, side]
     edge = edge if edge >= 0 else -1 - edge
     left, right = surface.wings[edge, 0], surface.wings[edge, 1]

@@ -36,7 +36,7 @@ from softbody.geometry.bvh import refit_bvh
 from softbody.geometry.sphere import radius_about
 from softbody.linalg.quaternion import load_quaternion
 from softbody.linalg.vec import Vec, add, load, scale, store
-from softbody.model.arrays import Model, State
+from softbody.model.arrays import Model, State, is_open
 from softbody.model.material import combined, material_of_box, material_of_soft
 from softbody.model.settings import Settings
 from softbody.model.sleep_state import SleepState, is_settled, sleeps
@@ -261,6 +261,8 @@ def _find_contacts_of(
     solid, near, first = Solid(surface, tree), pairs.other[pairs.start[body] : pairs.start[body + 1]], listing.number[0]
     for other in near:
         if other < soft:
+            if is_open(model, body):  # nothing is inside it
+                continue
             probe = surface_of(model, state, shapes, scratch, thread, other)
             length, other_length = model.soft_edge_length[body], model.soft_edge_length[other]
             has_edges = pairs.with_edges and other_length >= COARSE * length
@@ -295,6 +297,8 @@ def _find_contacts_with_box(
     points = before.particle_position[model.soft_particle_start[body] : model.soft_particle_start[body + 1]]
     is_inside, surface = bool(model.box_host[box] == body), solid.surface
     find_contacts_in_box(surface, (box, placed), (points, old), with_edges, is_inside, memory, material, listing)
+    if is_open(model, body):
+        return
     if is_inside:
         find_corners_outside(solid, (box, placed), memory, material, listing)
     else:

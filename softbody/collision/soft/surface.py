@@ -194,19 +194,26 @@ def _room_for_eight(most: int) -> Eight:
 
 
 def _kind_of(vertices: np.ndarray, triangles: np.ndarray) -> tuple[BVH, tuple[np.ndarray, ...]]:
-    """Return the BVH of a closed mesh, and its rows in `Shapes`; edges are in the order of `unique_edges`."""
+    """Return the BVH of a mesh, and its rows in `Shapes`; edges are in the order of `unique_edges`.
+
+    Beyond a border there is triangle −1, and the corner of an edge there is the other one. Around a vertex on the
+    border, the triangle that touches it is that beyond whose sides, one after the other, are all others.
+    """
     edges = unique_edges(triangles)
     start, end, third = (np.roll(triangles, -k, axis=1) for k in range(3))
     rows = np.array([len(vertices), 1])
     edge = np.searchsorted(edges @ rows, np.stack([np.minimum(start, end), np.maximum(start, end)], axis=-1) @ rows)
     leads_back = start > end
-    wings, corners = np.empty((2, len(edges), 2), np.int32)
+    wings, corners = np.full((2, len(edges), 2), -1, np.int32)
     wings[edge, leads_back.astype(int)] = np.arange(len(triangles))[:, None]
     corners[edge, leads_back.astype(int)] = third
+    corners = np.where(corners < 0, corners[:, ::-1], corners)
     ridges = np.concatenate([edges, corners], axis=1).astype(np.int32)
     sides = np.where(leads_back, -1 - edge, edge).astype(np.int32)
     touching = np.zeros(len(vertices), np.int32)
     touching[triangles] = np.arange(len(triangles))[:, None]
+    rim, side = np.nonzero((wings[edge] < 0).any(axis=2))
+    touching[end[rim, side]] = rim
     tree = build_bvh(vertices, triangles)
     of_tree = tree.triangles, tree.order, tree.places, tree.level_start, tree.level_count
     return tree, (*of_tree, ridges, wings, sides, touching)

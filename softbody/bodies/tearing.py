@@ -1,0 +1,190 @@
+"""Soft bodies tear where springs are beyond their limits: what a tear makes of a body, and of what falls off."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from softbody.bodies.sharing import Particles
+from softbody.bodies.soft_rows import (
+    SoftRows,
+    Springs,
+    moved_joints,
+    particles_of,
+    remade,
+    replace_all,
+    taken_out,
+    with_ends_on,
+    with_soft_bodies,
+)
+from softbody.bodies.store import Store
+from softbody.geometry.borders import fans_of_holes, holds_gas
+from softbody.geometry.connected import joined
+from softbody.geometry.polyhedron import signed_volume, surface_area
+from softbody.mesh.mesh import unique_edges
+from softbody.mesh.tearing import most_loaded, torn
+from softbody.model.arrays import Model
+
+
+class Tear(NamedTuple):
+    """What has become of one body in a step."""
+
+    places: np.ndarray  # (k, 3) [m] where its surface has parted
+    bodies: list[int]  # the numbers of its pieces, the largest first, which is the body still
+
+
+class _Skin(NamedTuple):
+    """A surface that has torn."""
+
+    triangles: np.ndarray  # (t, 3)
+    origin: np.ndarray  # (m,) vertex of before that each is
+    load: np.ndarray  # (e,) of the springs of before, 1 at their limit
+
+
+def may_tear(model: Model) -> np.ndarray:
+    """Tell which soft bodies (b,) may tear, or have torn."""
+    limited = np.append(model.edge_tear_at != 0.0, False)
+    is_torn = 2 * np.diff(model.soft_edge_start) > 3 * np.diff(model.soft_triangle_start)
+    return np.asarray(np.logical_or.reduceat(limited, model.soft_edge_start)[:-1] | is_torn)
+
+
+def tear_bodies(store: Store) -> list[Tear]:
+    """Let all bodies tear whose springs are beyond their limits; return what has torn."""
+    parts, names = store.parts, store.names
+    rows, more, tears = taken_out(parts), list[SoftRows](), list[Tear]()
+    was, soft_count = list[int](), parts.model.soft_count
+    for body in range(soft_count):
+        skin = _torn(rows[body])
+        if skin is None:
+            continue
+        places, (first, *others) = _places(rows[body], skin), _pieces(rows[body], skin)
+        number = soft_count + len(more)
+        rows[body], more = first, more + others
+        tears.append(Tear(places, [body, *range(number, number + len(others))]))
+        was.append(body)
+    if not tears:
+        return []
+    after = with_soft_bodies(parts, rows + more, parts.model.box_host)
+    after = moved_joints(parts, after, np.arange(soft_count))
+    for body, tear in zip(was, tears):
+        after = with_ends_on(parts, after, [body], tear.bodies)
+        for number in tear.bodies[1:]:
+            names = names.renamed(("soft", number), names.free_after(names.name(("soft", body))))
+    replace_all(store, after, names)
+    return tears
+
+
+def _torn(own: SoftRows) -> _Skin | None:
+    """Return how the surface of a body tears, or None."""
+    model, points = own.model, own.state["particle_position"]
+    edges, triangles, rest = model["edge_particles"], model["triangle_particles"], model["edge_rest_length"]
+    length = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
+    limit = model["edge_tear_at"] * rest
+    load = np.where(limit > 0.0, length / np.where(limit > 0.0, limit, 1.0), 0.0)
+    tearing = most_loaded(load, edges, len(points))
+    if not len(tearing):
+        return None
+    tension = model["edge_stiffness"] * np.maximum(length - rest, 0.0)
+    pull = np.bincount(edges.ravel(), np.repeat(tension, 2), len(points))
+    after, origin = torn(points, triangles, edges, tearing, pull)
+    return _Skin(after, origin, load) if len(origin) > len(points) else None
+
+
+def _pieces(own: SoftRows, skin: _Skin) -> list[SoftRows]:
+    """Return the rows of all pieces, the heaviest first."""
+    before, (triangles, origin, load) = particles_of(own), skin
+    points = before.position[origin]
+    mass = _masses(own, before.mass, skin)
+    has_split = np.bincount(origin, minlength=len(before.mass)) > 1
+    force = own.controls["particle_force"]
+    force = force[origin] * (mass / before.mass[origin])[:, None] if len(force) else force
+    part = joined(len(origin), np.concatenate([triangles[:, :2], triangles[:, 1:]]))
+    found = []
+    for label in np.unique(part).tolist():
+        which = np.flatnonzero(part == label)
+        numbers = np.searchsorted(which, triangles[part[triangles[:, 0]] == label])
+        found.append((which, numbers, _room(points[which], numbers), float(mass[which].sum())))
+    whole, most, room = sum(each[3] for each in found), max(each[3] for each in found), sum(each[2] for each in found)
+    found.sort(key=lambda each: (-round(each[3] / most, 9), *points[each[0]].mean(axis=0).tolist()))
+    made = []
+    for which, numbers, volume, weight in found:
+        old = origin[which]
+        particles = Particles(mass[which], points[which], before.velocity[old], before.fixed[old])
+        springs = partial(_springs, own, old, numbers, has_split, load)
+        rows = remade(own, particles, force[which] if len(force) else force, numbers, springs)
+        rows.model["soft_mesh_volume"] = own.model["soft_mesh_volume"] * (weight / whole)
+        rows.controls["soft_gas"] = own.controls["soft_gas"] * (volume / room if room > 0.0 else 0.0)
+        made.append(rows)
+    return made
+
+
+def _room(points: np.ndarray, triangles: np.ndarray) -> float:
+    """Return the volume [m³] for gas in an open surface, 0 where it holds none."""
+    more, open_area = fans_of_holes(points, triangles)
+    volume = signed_volume(points, triangles) + more
+    return volume if holds_gas(volume, open_area, surface_area(points, triangles)) else 0.0
+
+
+def _masses(own: SoftRows, before: np.ndarray, skin: _Skin) -> np.ndarray:
+    """Return the masses (m,) [kg] of all vertices: those that a vertex of before became share its mass.
+
+    They do so by the stiffness of the springs that they have, so that none swings faster than before.
+    """
+    triangles, origin, _ = skin
+    edges = unique_edges(triangles)
+    stiffness = _stiffness(own, origin, triangles, edges) + np.finfo(float).tiny
+    around = np.bincount(edges.ravel(), np.repeat(stiffness, 2), len(origin))
+    return np.asarray(around / np.bincount(origin, around)[origin] * before[origin])
+
+
+def _springs(
+    own: SoftRows,
+    old: np.ndarray,
+    triangles: np.ndarray,
+    has_split: np.ndarray,
+    load: np.ndarray,
+    edges: np.ndarray,
+    length: np.ndarray,
+) -> Springs:
+    """Return the springs on `edges` (e, 2): those of before, as stiff as they have triangles of them still.
+
+    Near to where the surface has parted, those that are beyond their limit wait until they have given way.
+    """
+    row = _rows_before(own, old, edges)
+    limit = own.model["edge_tear_at"][row]
+    waits = (load[row] > 1.0) & has_split[old[edges]].any(axis=1)
+    return Springs(
+        own.model["edge_rest_length"][row],
+        _stiffness(own, old, triangles, edges),
+        np.where(waits, -np.abs(limit), limit),
+    )
+
+
+def _rows_before(own: SoftRows, old: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Return the row that each of `edges` (e, 2) had, of vertices that were `old` (m,)."""
+    was, ends, count = own.model["edge_particles"], np.sort(old[edges], axis=1), len(own.state["particle_position"])
+    return np.searchsorted(was[:, 0] * count + was[:, 1], ends[:, 0] * count + ends[:, 1])
+
+
+def _stiffness(own: SoftRows, old: np.ndarray, triangles: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Return the stiffness (e,) [N/m] of `edges` (e, 2): half lies in each of its two triangles."""
+    row = _rows_before(own, old, edges)
+    at_before = _triangles_at(own.model["edge_particles"], own.model["triangle_particles"])[row]
+    return np.asarray(_triangles_at(edges, triangles) / at_before * own.model["edge_stiffness"][row])
+
+
+def _triangles_at(edges: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Return how many of `triangles` (t, 3) have each of `edges` (e, 2), sorted."""
+    size = int(triangles.max()) + 1
+    after = np.roll(triangles, -1, axis=1)
+    keys = np.minimum(triangles, after) * size + np.maximum(triangles, after)
+    at = np.searchsorted(edges[:, 0] * size + edges[:, 1], keys.ravel())
+    return np.bincount(at, minlength=len(edges))
+
+
+def _places(own: SoftRows, skin: _Skin) -> np.ndarray:
+    """Return where [m] the vertices are that have split."""
+    has_split = np.flatnonzero(np.bincount(skin.origin) > 1)
+    return own.state["particle_position"][has_split]

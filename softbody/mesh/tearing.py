@@ -1,0 +1,144 @@
+"""How a surface tears: its fans part at the ends of springs, and what hangs together at no side any more is in two.
+
+A vertex splits along the plane across the spring that tears it: the triangles about it that are on the spring's side
+stay together, and so do the others. A split changes no triangle. Springs between triangles that part are two, half as
+stiff each, so that no force and no energy changes.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from softbody.errors import MeshError
+from softbody.geometry.connected import joined
+from softbody.mesh.mesh import check_indices, unique_edges
+
+TIED = 1e-9  # loads that differ by less of themselves are equal
+
+
+class Corners(NamedTuple):
+    """The corners of all triangles, vertex by vertex: corner 3 t + c is that of triangle t at its vertex c."""
+
+    start: np.ndarray  # (n + 1,) of each vertex in `corner`
+    corner: np.ndarray  # (3 t,)
+
+
+def corners_about(triangles: np.ndarray, count: int) -> Corners:
+    """Return the corners about each of `count` vertices of `triangles` (t, 3)."""
+    flat = triangles.ravel()
+    return Corners(np.append(0, np.cumsum(np.bincount(flat, minlength=count))), np.argsort(flat, kind="stable"))
+
+
+def edges_of_corners(triangles: np.ndarray, edges: np.ndarray, count: int) -> np.ndarray:
+    """Return the edge (t, 3) of `edges` (e, 2), sorted, from each corner of `triangles` (t, 3) to the next."""
+    after = np.roll(triangles, -1, axis=1)
+    keys = edges[:, 0] * count + edges[:, 1]
+    return np.searchsorted(keys, np.minimum(triangles, after) * count + np.maximum(triangles, after))
+
+
+def most_loaded(load: np.ndarray, edges: np.ndarray, count: int) -> np.ndarray:
+    """Return which of `edges` (e, 2) tear: those of a `load` (e,) above 1 that none at their ends exceeds."""
+    greatest = np.zeros(count)
+    for end in edges.T:
+        np.maximum.at(greatest, end, load)
+    return np.flatnonzero((load > 1.0) & (load >= (1.0 - TIED) * greatest[edges].max(axis=1)))
+
+
+def check_torn_surface(triangles: np.ndarray, count: int) -> None:
+    """Raise MeshError unless `triangles` (t, 3) of `count` vertices are oriented, with borders that are simple."""
+    check_indices(triangles, count)
+    after = np.roll(triangles, -1, axis=1)
+    keys, times = np.unique(triangles * count + after, return_counts=True)
+    if (times > 1).any():
+        a, b = divmod(int(keys[np.argmax(times > 1)]), count)
+        raise MeshError(f"two triangles run along edge {a}–{b} the same way; flip one, or take one away")
+    edges = unique_edges(triangles)
+    _, origin = _parted(triangles, edges_of_corners(triangles, edges, count), np.zeros(len(edges), bool), count)
+    if len(origin) > count:
+        raise MeshError(f"vertex {origin[count]} has triangles that hang together there alone; give each part its own")
+
+
+def torn(
+    points: np.ndarray,
+    triangles: np.ndarray,
+    edges: np.ndarray,
+    tearing: np.ndarray,
+    pull: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return triangles (t, 3) where fans have parted, and the vertex (m,) of before that each vertex is.
+
+    `points` (n, 3) [m]; `edges` (e, 2) of `triangles` (t, 3), sorted; the rows that are `tearing`; `pull` (n,) [N] of
+    all springs at each vertex. A spring parts the fan at that end which is on the border, so that a tear runs on; of
+    two such, or none, where there is more pull; of equal ones at both. Vertices that do not split keep their number.
+    """
+    count = len(points)
+    corners, side = corners_about(triangles, count), edges_of_corners(triangles, edges, count)
+    meets = np.bincount(side.ravel(), minlength=len(edges))
+    on_border = np.zeros(count, bool)
+    on_border[edges[meets == 1]] = True
+    parted = np.zeros(len(edges), bool)
+    for edge in tearing.tolist():
+        for vertex in _ends_that_split(edge, edges, corners, meets, (on_border, pull)):
+            other = int(edges[edge].sum()) - vertex
+            parted[_across(points, triangles, side, corners, (vertex, other))] = True
+    return _parted(triangles, side, parted, count)
+
+
+def _ends_that_split(
+    edge: int, edges: np.ndarray, corners: Corners, meets: np.ndarray, known: tuple[np.ndarray, np.ndarray]
+) -> list[int]:
+    """Return the ends of an edge at which it tears: that has triangles besides those of the edge."""
+    on_border, pull = known
+    ends = [v for v in edges[edge].tolist() if corners.start[v + 1] - corners.start[v] > meets[edge]]
+    if len(ends) == 2:
+        ends = [v for v in ends if on_border[v]] if on_border[ends].any() else ends
+        ends = [v for v in ends if pull[v] >= (1.0 - TIED) * pull[ends].max()]
+    return ends
+
+
+def _across(
+    points: np.ndarray, triangles: np.ndarray, side: np.ndarray, corners: Corners, edge: tuple[int, int]
+) -> np.ndarray:
+    """Return the edges at a vertex where its fan parts, across the edge to another: (vertex, other)."""
+    vertex, other = edge
+    about = corners.corner[corners.start[vertex] : corners.start[vertex + 1]]
+    t, c = about // 3, about % 3
+    ahead, back = triangles[t, (c + 1) % 3], triangles[t, (c + 2) % 3]
+    of_edge = (ahead == other) | (back == other)
+    along = points[other] - points[vertex]
+    way = (points[ahead] + points[back] - 2.0 * points[vertex]) @ along
+    near = of_edge | (way > -TIED * (along @ along))
+    if near.all():  # on a tip: what is not of the edge parts
+        near = of_edge
+    after, before = side[t, c], side[t, (c + 2) % 3]  # the edges to `ahead` and to `back`
+    near_edges = np.concatenate([after[near], before[near]])
+    far_edges = np.concatenate([after[~near], before[~near]])
+    return np.intersect1d(near_edges, far_edges)
+
+
+def _parted(triangles: np.ndarray, side: np.ndarray, parted: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return triangles, and the origin of each vertex, where triangles hang together at edges that have not `parted`.
+
+    The part of a fan that has the first corner keeps the vertex's number; others follow, in the order of corners.
+    """
+    edge, corner = side.ravel(), np.arange(3 * len(triangles))
+    following = corner // 3 * 3 + (corner + 1) % 3
+    order = np.argsort(edge, kind="stable")
+    twice = np.flatnonzero(edge[order[1:]] == edge[order[:-1]])
+    one, other = order[twice], order[twice + 1]
+    whole = ~parted[edge[one]]
+    one, other = one[whole], other[whole]
+    # The corner where a side starts meets, across it, the corner where the other's ends.
+    links = np.concatenate([np.stack([one, following[other]], axis=1), np.stack([following[one], other], axis=1)])
+    fan = joined(len(corner), links)
+    fans, first, of = np.unique(fan, return_index=True, return_inverse=True)
+    vertex = triangles.ravel()[first]  # of each fan
+    rank = np.lexsort((first, vertex))
+    is_first = np.append(True, np.diff(vertex[rank]) > 0)
+    number = np.empty(len(fans), np.int64)
+    number[rank[is_first]] = vertex[rank[is_first]]
+    more = np.sort(rank[~is_first])  # by their first corner
+    number[more] = count + np.arange(len(more))
+    return number[of].reshape(-1, 3), np.append(np.arange(count), vertex[more])
