@@ -15,7 +15,7 @@ from softbody.geometry.bvh import BVH, Search, build_bvh, refit_bvh, search_spac
 from softbody.geometry.self_intersections import find_pairs
 from softbody.geometry.unfolded import find_unfolded, is_star_shaped
 from softbody.mesh.weld import first_at_place
-from softbody.model.arrays import Model
+from softbody.model.arrays import Model, is_open
 from softbody.stepping.checks import title_of
 
 EARLY = (128, 512)  # steps after which it is looked at, besides each of
@@ -45,7 +45,8 @@ class Skins:
             for body in range(model.soft_count)
         ]
         self._skins: dict[int, Skin] = {}
-        self._clean: dict[int, int | None] = dict.fromkeys(range(model.soft_count))  # who was not told of → since when
+        whole = (body for body in range(model.soft_count) if not is_open(model, body))  # what has torn may fold as it likes
+        self._clean: dict[int, int | None] = dict.fromkeys(whole)  # who was not told of → since when
 
     def look(self, positions: np.ndarray, steps: int, names: Names) -> None:
         """Warn of the bodies that go through themselves at `positions` (n, 3), after `steps`: of each once."""
