@@ -18,6 +18,7 @@ LINES = 25  # at most: an example is read at one look
 EXPECTED = {
     "blade": ("block.1: 0.88 kg", ["blade.webp"]),
     "bowling": ("of 10 boxes were moved", ["bowling.webp"]),
+    "burst": ("J of gas left", ["burst.webp"]),
     "drops": ("one drop with 12 J of gas", ["drops.webp"]),
     "film": ("1 soft bodies of 512 particles, 4 boxes", ["rolling.webp"]),
     "inflate_ring": ("the two differ by", ["inflated.png", "inflating.png"]),
@@ -27,6 +28,7 @@ EXPECTED = {
     "points_in_mesh": ("frame 2:", ["distance.png"]),
     "pull_pin_inflate": ("touch, with", ["inflated.png"]),
     "resting": ("the ground carries", ["resting.png"]),
+    "rip": ("pieces", ["rip.webp"]),
     "squeeze_part": ("the plate presses with", ["squeezed.png"]),
     "two_balls": ("", ["two_balls.png"]),
 }

@@ -110,7 +110,11 @@ def use_the_rest(world: softbody.World) -> None:
     world.angular_momentum()
     world.equilibrium(1e-3)
     one, other = body.cut(body.centre, (1.0, 0.0, 0.0))
-    world.join(one, other, within=1e-6)
+    whole = world.join(one, other, within=1e-6)
+    whole.set_springs(tear_at=1.01)
+    whole.positions = whole.centre + 1.05 * (whole.positions - whole.centre)
+    world.step(1e-9, 2)
+    assert whole.is_torn
     mesh = softbody.icosphere(2)
     mesh.check()
     query = MeshQuery(mesh)
