@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from softbody.bodies.body import Body
 from softbody.bodies.contact_points import ContactPoints
+from softbody.bodies.event import Event
 from softbody.bodies.ground import Ground
 from softbody.bodies.joint import Joint
 from softbody.bodies.liquid import Liquid
@@ -57,6 +58,7 @@ __all__ = [
     "ContactPoints",
     "Controls",
     "Energies",
+    "Event",
     "Finding",
     "Frame",
     "Ground",

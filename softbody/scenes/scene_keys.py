@@ -20,6 +20,7 @@ from softbody.model.validation import (
     check_yes_or_no,
     doubles,
     shown,
+    tear_at_of,
     unit_quaternion,
     vector,
 )
@@ -61,19 +62,28 @@ def _points(value: Any, name: str) -> np.ndarray:
     return np.array([_vector(each, f"each of {name}") for each in value])
 
 
+def _of_edges(value: Any, name: str) -> np.ndarray:
+    """Return one number, or a list of one for each edge."""
+    try:
+        return doubles(_no_truth(value, name))
+    except NO_NUMBERS as error:
+        raise ParameterError(f"{name} is {shown(value)}; give one number, or a list of one for each edge") from error
+
+
 def _springs(unit: str) -> Check:
     def check(value: Any, name: str) -> Any:
-        try:
-            numbers = doubles(_no_truth(value, name))
-        except NO_NUMBERS as error:
-            raise ParameterError(
-                f"{name} is {shown(value)}; give one number, or a list of one for each edge"
-            ) from error
+        numbers = _of_edges(value, name)
         for each in numbers.ravel():
             check_range(each, name, unit, least=0.0)
         return numbers
 
     return check
+
+
+def _tear_at(value: Any, name: str) -> np.ndarray:
+    numbers = _of_edges(value, name)
+    tear_at_of(numbers.ravel(), numbers.size)
+    return numbers
 
 
 def _extent(value: Any, name: str) -> np.ndarray:
@@ -208,6 +218,7 @@ SOFT_BODY: dict[str, Check] = {
     "orientation": _orientation,
     "velocity": _vector,
     "rest_length": _springs("m"),
+    "tear_at": _tear_at,
     "fixed": _indices,
     "fixed_above": _number("m"),
     "fixed_below": _number("m"),

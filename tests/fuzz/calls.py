@@ -143,16 +143,22 @@ class Caller:
         self.world = self.one([World, World.paper])(gravity=self.vector(), **some)
 
     def try_add_soft_body(self) -> None:
-        some = {"restitution", "friction", "damping", "drag", "deflated_below", "colour"}
+        some = {"restitution", "friction", "damping", "drag", "deflated_below", "leak", "colour"}
         properties = {name: self.number() for name in sorted(some) if self.rng.random() < 0.1}
         if self.rng.random() < 0.1:
             properties["fixed"] = self.one([[0], [0, 1], [99], [-1], 0, (), [0.5], *OTHERS])
         if self.rng.random() < 0.1:
             properties["rest_length"] = self.one([self.number(), np.ones(6), np.ones(12), *OTHERS])
+        if self.rng.random() < 0.1:
+            properties["tear_at"] = self.tear_at()
         stiffness = self.one([self.number(), self.number(), 100.0, np.ones(6), np.ones(7)])
         self.world.add_soft_body(
             self.mesh(), self.number(), stiffness, self.number(), self.vector(), self.vector(), **properties
         )
+
+    def tear_at(self) -> Any:
+        """Return what may be meant as limits of springs."""
+        return self.one([None, 0.0, 1.001, 1.2, self.number(), np.full(6, 1.1), np.full(12, 1.1), *OTHERS])
 
     def try_add_box(self) -> None:
         size = np.abs(self.rng.normal(size=3)) + 0.1 if self.rng.random() < 0.8 else self.vector()
@@ -228,7 +234,7 @@ class Caller:
         elif kind == 1:
             body.external_force = self.vector()
         elif kind == 2:
-            body.set_springs(*(self.one([None, self.number(), np.ones(6)]) for _ in range(2)))
+            body.set_springs(*(self.one([None, self.number(), np.ones(6)]) for _ in range(2)), self.tear_at())
         elif kind == 3:
             self.written(self.one([body.positions, body.velocities]))
         else:

@@ -203,6 +203,9 @@ def test_a_box_is_refused_by_the_name_of_its_bad_parameter(filled, name, value):
         ({"fixed": [0.5]}, "fixed is"),
         ({"rest_length": 0.0}, "rest_length of edge 0 is 0.0; give a finite length > 0"),
         ({"rest_length": [1.0, 2.0]}, "rest_length does not fit"),
+        ({"tear_at": 1.0}, "tear_at of edge 0 is 1.0; give length / rest length > 1, or 0 for never"),
+        ({"tear_at": [2.0, 2.0]}, "tear_at does not fit; give one number or one for each of the 12 edges"),
+        ({"leak": -1.0}, "leak is -1.0"),
         ({"deflated_below": 1.5}, "deflated_below is 1.5"),
     ],
 )
@@ -255,7 +258,8 @@ def test_every_property_in_the_model_is_taken_by_name_and_has_its_default():
         assert properties_of(kind, given) == dict.fromkeys(of_kind, 0.25)
 
 
-OF_SOFT = "deflated_below, damping, drag, restitution, friction, self_contact, liquid_density, sound_speed, liquid_drag"
+OF_SOFT = "deflated_below, damping, drag, restitution, friction, self_contact, leak, liquid_density, sound_speed"
+OF_SOFT += ", liquid_drag"
 
 
 @pytest.mark.parametrize(

@@ -137,6 +137,7 @@ def refused(snapshot, message):
         ("model.edge_particles", (-1, 0), 3, r"edge_particles of soft body 1"),
         ("model.edge_rest_length", 0, 0.0, r"edge_rest_length\[0\] is 0\.0; it must be a finite number > 0"),
         ("model.edge_stiffness", 0, np.inf, r"edge_stiffness\[0\] is inf"),
+        ("model.edge_tear_at", 7, 0.5, r"model\.edge_tear_at of edge 7 is 0\.5; give length / rest length > 1"),
         ("model.triangle_particles", (5, 2), 10**9, r"soft body 0, from 0 on: triangle 5 is .* 1000000000\], but"),
         ("model.triangle_particles", (5, 2), -1, r"triangle_particles of soft body 0"),
         ("model.triangle_particles", (-1, 2), 0, r"triangle_particles of soft body 1"),
@@ -201,7 +202,7 @@ def test_what_no_snapshot_has_is_refused(mixed):
 
 
 def test_a_snapshot_of_a_later_format_says_so_and_one_of_the_first_is_read_without_its_rings(mixed):
-    refused(mixed | {"format": np.array(13)}, "format is 13, and this softbody reads formats up to 12")
+    refused(mixed | {"format": np.array(14)}, "format is 14, and this softbody reads formats up to 13")
     first = {name: array for name, array in mixed.items() if name.partition(".")[0] not in ("format", "names", "rest")}
     first |= {"rings.particle": np.array([10**9]), "rings.order": np.array([-1])}
     worlds = World(), World()

@@ -28,6 +28,7 @@ NUMBERS = {
     "liquid_density": 3.0,
     "sound_speed": 20.0,
     "liquid_drag": 50.0,
+    "leak": 400.0,
 }  # of soft bodies, and up to where
 
 
@@ -67,7 +68,9 @@ def set_as_if_made_so(run: Run) -> Comparison:
             place, speed = np.array([0.7 * k, 0.0, 0.7 * k]), rng.normal(size=3)
             stiffness, gas = rng.uniform(50.0, 300.0), rng.uniform(5.0, 30.0)
             pins = rng.choice(len(ball.vertices), int(rng.integers(0, 3)), replace=False)
-            made.add_soft_body(ball, 1.0, stiffness, gas, place, speed, fixed=pins, **numbers)
+            tear_at = rng.choice([0.0, rng.uniform(1.2, 2.0)])
+            numbers["liquid_density"] *= tear_at == 0.0  # what tears holds none
+            made.add_soft_body(ball, 1.0, stiffness, gas, place, speed, tear_at=tear_at, fixed=pins, **numbers)
             body = later.add_soft_body(ball, 1.0, 100.0, 1.0, place, fixed=rng.choice(len(ball.vertices), 2, False))
             box: dict[str, Any] = {name: numbers[name] for name in ("restitution", "friction")}
             made.add_box((0.4, 0.3, 0.2), 1.0, place + (0.0, 0.75, 0.0), velocity=speed, **box)
@@ -78,7 +81,7 @@ def set_as_if_made_so(run: Run) -> Comparison:
             body.fixed = ()
             body.velocities = speed
             body.fixed, body.gas = pins, gas
-            body.set_springs(stiffness)
+            body.set_springs(stiffness, tear_at=tear_at)
             other.position, other.velocity = place + (0.0, 0.75, 0.0), speed
         later.gravity = gravity
         step = 0.3 * made.stable_time_step()

@@ -119,6 +119,7 @@ def of_bodies() -> Iterator[Case]:
         "position": VECTOR,
         "velocity": VECTOR,
         "rest_length": Limits((None, LEAST, 1.0, np.ones(120)), of_edges),
+        "tear_at": Limits((0.0, np.nextafter(1.0, 2.0), 2, np.full(120, 1.5)), (LEAST, 1.0, *of_edges[1:])),
         "damping": _optional(NOT_NEGATIVE)._replace(told=()),
         "fixed": Limits(((), (0,), (41,), [0, 0], range(41)), ((42,), (-1,), (0.0,), "ab", range(42), ((0,), (1,)))),
         "drag": NOT_NEGATIVE,
@@ -128,12 +129,13 @@ def of_bodies() -> Iterator[Case]:
         "liquid_density": NOT_NEGATIVE,
         "sound_speed": NOT_NEGATIVE,
         "liquid_drag": NOT_NEGATIVE,
+        "leak": NOT_NEGATIVE,
         "self_contact": Limits((True, False, 0.0, 1e-6), (-LEAST, 1.0, *NO_NUMBERS)),
     }.items():
         yield f"add_soft_body({name}=…)", told(soft, name), limits
-        if name not in ("mass", "stiffness", "position", "velocity", "rest_length", "damping"):
+        if name not in ("mass", "stiffness", "position", "velocity", "rest_length", "tear_at", "damping"):
             yield f"soft_body.{name} = …", having(a_soft_body, name), limits
-        if name in ("stiffness", "rest_length"):
+        if name in ("stiffness", "rest_length", "tear_at"):
             call = told(lambda **given: a_soft_body().set_springs(**given), name)
             yield f"soft_body.set_springs({name}=…)", call, limits
     rows = np.ones((42, 3))

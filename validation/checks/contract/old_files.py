@@ -41,6 +41,8 @@ NONE_THEN: dict[str, Any] = {
     "model.soft_liquid_density": 0.0,
     "model.soft_sound_speed": 0.0,
     "model.soft_liquid_drag": 0.0,
+    "model.soft_leak": 200.0,
+    "model.edge_tear_at": 0.0,
     "model.soft_boxes_volume": 0.0,
     "model.box_host": -1,
     "joints.joint_inside": -1,

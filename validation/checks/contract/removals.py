@@ -22,7 +22,7 @@ LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 STEP, TURNS, GRAVITY = 1e-3, 40, (0.0, 0.0, -1.0)
 Thing = SoftBody | Box | Joint
 MORE: dict[type, tuple[str, ...]] = {  # that is told besides what may be set
-    SoftBody: ("mass", "stiffness", "rest_length", "triangles", "edges", "volume"),
+    SoftBody: ("mass", "stiffness", "rest_length", "tear_at", "is_torn", "triangles", "edges", "volume"),
     Box: ("mass", "size"),
     Joint: ("ends", "length"),
 }
@@ -60,6 +60,8 @@ def planned_body(rng: np.random.Generator, number: int) -> Plan:
         "sound_speed": rng.random(),
         "liquid_drag": rng.random(),
     }
+    if not given["liquid_density"]:  # what tears holds none
+        given["tear_at"] = rng.uniform(1.2, 3.0, len(mesh.edges))
     return Plan("soft body", given, force=0.1 * rng.normal(size=mesh.vertices.shape))
 
 

@@ -53,6 +53,7 @@ USUAL: dict[str, Table] = {  # what the documentation says that is so where noth
     "ground": {"height": 0.0, **TOUCH},
     "liquid": {"density": 1000.0, "surface_height": 0.0, "drag": 0.0, "velocity": NOWHERE},
     "soft_body": {**POSE, **TOUCH, "fixed": [], "fixed_above": INF, "fixed_below": -INF, "drag": 0.0}
+    | {"tear_at": 0.0, "leak": 200.0}
     | {"deflated_below": 0.0, "liquid_density": 0.0, "sound_speed": 0.0, "liquid_drag": 0.0, "self_contact": False},
     "box": {**POSE, **TOUCH, "mass": None, "kinematic": False, "angular_velocity": NOWHERE, "inside": None},
     "suspension": {"name": None, "weights": "mean-value", "box": None, "points": None},
@@ -87,7 +88,8 @@ DRAWS: dict[str, Table] = {
     | {"damping": LENGTH, "drag": LENGTH, "stiffness": [(100.0, 200.0), (100.0, 200.0, 12)]}
     | {"rest_length": [LENGTH, (1.0, 1.5, 12)], "fixed": lambda rng: rng.permutation(6)[:2].tolist()}
     | {"fixed_above": (0.1, 0.3), "fixed_below": (-0.3, -0.1), "deflated_below": (0.1, 0.9)}
-    | {"liquid_density": LENGTH, "sound_speed": LENGTH, "liquid_drag": LENGTH}
+    | {"liquid_density": LENGTH, "sound_speed": LENGTH, "liquid_drag": LENGTH, "leak": LENGTH}
+    | {"tear_at": [LENGTH, (1.1, 1.5, 12)]}
     | {"self_contact": [True, False, (1e-4, 9e-4)]},
     "box": {**POSED, **TOUCHING, "size": (1.0, 2.0, 3), "mass": LENGTH, "static": True, "kinematic": True}
     | {"angular_velocity": VECTOR, "inside": (0, 1)},
@@ -233,7 +235,7 @@ def judged(scene: Table, parts: Parts) -> Table:
         springs = 3 * len(x) - (0 if is_torus else 6)
         damping = 0.1 * np.sqrt(2.0 * np.mean(one["stiffness"]) * one["mass"] / len(x))
         one.setdefault("damping", 0.0 if world["integrator"] == "rk4_velocity" else damping)
-        one |= {key: np.broadcast_to(one.get(key, 0.0), springs) for key in ("stiffness", "rest_length")}
+        one |= {key: np.broadcast_to(one.get(key, 0.0), springs) for key in ("stiffness", "rest_length", "tear_at")}
         one |= {"position": x[order], "fixed": held[order], "velocity": np.outer(~held[order], one["velocity"])}
         rows[f"soft_body[{k}]"] = {key: one[key] for key in one if key != "orientation"}
     for k, box in enumerate(scene["box"]):
@@ -272,7 +274,7 @@ def told(found: SceneFile, scene: Table) -> Table:
         rows[f"suspension[{k}]"] = told_of | {"weights": "tetrahedron" if 2 * alike >= len(weights) else "mean-value"}
     for k, (body, given) in enumerate(zip(world.soft_bodies, scene["soft_body"])):
         numbers = ["mass", "gas", "stiffness", "damping", "drag", "deflated_below", "self_contact"]
-        numbers += ["liquid_density", "sound_speed", "liquid_drag"]
+        numbers += ["liquid_density", "sound_speed", "liquid_drag", "leak", "tear_at"]
         order, one = in_order(body.positions), {key: getattr(body, key) for key in ("name", *TOUCH, *numbers)}
         one["mass"] -= body.liquid_density * body.volume
         one |= {"rest_length": body.rest_length if "rest_length" in given else body.strain}
@@ -347,7 +349,7 @@ def crowd(rng: Rng, parts: Parts) -> Table:
     for k, shape in enumerate(shapes):
         body = drawn(DRAWS["soft_body"], rng) | {"shape": shape} | never
         if k >= 2:  # vertices and edges that nobody has numbered
-            body |= {"fixed": [], "stiffness": 100.0 + k, "rest_length": 1.0 + k}
+            body |= {"fixed": [], "stiffness": 100.0 + k, "rest_length": 1.0 + k, "tear_at": 1.1 + k}
         z = np.sort(placed(body, parts)[:, 2])
         scene["soft_body"].append(body | {"fixed_above": float(z[-2:].mean()), "fixed_below": float(z[:2].mean())})
     for left_out in ("static kinematic", "mass static", "mass kinematic velocity angular_velocity"):

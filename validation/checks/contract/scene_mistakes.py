@@ -112,6 +112,8 @@ def mistakes_of_their_own() -> Iterator[Mistake]:
         ({"fixed": [6]}, "fixed", "fixed vertex 6"),
         ({"stiffness": [1.0] * 11}, "stiffness", "12 edges"),
         ({"rest_length": [1.0] * 11}, "rest_length", "12 edges"),
+        ({"tear_at": [2.0] * 11}, "tear_at", "12 edges"),
+        ({"tear_at": [2.0] * 11 + [1.0]}, "tear_at", "tear_at of edge 11 is 1.0"),
         ({"shape": {"name": "torsu"}}, "shape", "did you mean 'torus'?"),
         ({"shape": {"name": "torus", "file": "whole.off"}}, "shape", "shape is"),
         ({"shape": {"radius": 1.0}}, "shape", "shape is"),

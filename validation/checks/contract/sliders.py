@@ -21,6 +21,7 @@ FAMILY = "what users set and ask"
 LANE = "worlds"  # claims that share the kernels of a whole world, and a process
 
 Told = dict[str, Any]
+SPRINGS = {"stiffness", "rest_length", "tear_at"}  # that are told, and that `set_springs` sets
 
 
 def told(world: World) -> Told:
@@ -29,7 +30,7 @@ def told(world: World) -> Told:
     rows |= {f"ground: {name}": getattr(world.ground, name) for name in settable(type(world.ground))}
     for thing in (*world.soft_bodies, *world.boxes):
         names = settable(type(thing)) - {"positions", "velocities", "position", "orientation", "velocity"}
-        names = names - {"angular_velocity"} | ({"stiffness", "rest_length"} if isinstance(thing, SoftBody) else set())
+        names = names - {"angular_velocity"} | (SPRINGS if isinstance(thing, SoftBody) else set())
         rows |= {f"{thing.kind} {thing.index}: {name}": np.copy(getattr(thing, name)) for name in names}
     return rows
 

@@ -50,6 +50,11 @@ NO_LIMIT = Limits((0.0, 1.0, INF), (-LEAST, NAN, -INF))
 TAKEN = "model.soft_boxes_volume"
 
 
+TEARS = Limits(  # below −1 a spring waits
+    (0.0, ABOVE_ONE, -ABOVE_ONE, LARGEST, -LARGEST), (LEAST, 0.5, 1.0, -1.0, -LEAST, NAN, INF, -INF, TOO_LARGE)
+)
+
+
 def only(limits: Limits) -> Limits:
     """Return limits of which only what is refused is tried: what is taken depends on other entries."""
     return Limits((), limits.refused)
@@ -62,8 +67,9 @@ _BY_LIMITS: dict[Limits, str] = {
     " cache.point cache.impulse model.soft_self_contact"
     " model.liquid_surface_height model.liquid_velocity",
     HEIGHT: "model.ground_height",
+    TEARS: "model.edge_tear_at",
     NOT_NEGATIVE: "model.edge_stiffness model.soft_damping model.soft_drag"
-    " model.soft_sound_speed model.soft_liquid_drag"
+    " model.soft_sound_speed model.soft_liquid_drag model.soft_leak"
     " model.soft_friction model.box_friction model.ground_friction model.liquid_density model.liquid_drag"
     " controls.soft_gas state.box_time_left joints.joint_stiffness joints.joint_damping joints.joint_rest_length"
     " rest.time time",
@@ -82,7 +88,7 @@ NUMBERS = {name: limits for limits, names in _BY_LIMITS.items() for name in name
 # The same of those that hold one whole number. (Others are tried as what they say together.)
 COUNTS = Limits((1, 10_000_000), (0, -1, 10_000_001))
 WHOLE: dict[str, Limits] = {
-    "format": Limits((), (-1, 0, 1, 13, 2**62)),
+    "format": Limits((), (-1, 0, 1, 14, 2**62)),
     "model.soft_count": Limits((), (-1, 1, 3)),
     "model.box_count": Limits((), (-1, 3, 5)),
     "settings.integrator": Limits((0, 1, 2), (-1, 3, 2**62)),
