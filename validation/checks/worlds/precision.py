@@ -20,6 +20,7 @@ from softbody.dynamics.soft_bodies import motion_of
 from softbody.mesh import mesh
 from softbody.stepping.runner import Runner
 from softbody.stepping.step import Order, Work, run_alone
+from softbody.stepping.tears import tearing_of
 from softbody.stepping.step import run as run_together
 from validation.answers import Answers
 from validation.cases import edge_lengths, lumpy_sphere
@@ -229,6 +230,7 @@ def threads_find_the_same_contacts(run: Run) -> Comparison:
             None,
             bell,
             never_pressed(),
+            tearing_of(model, world.store.rings),
         )
         step, steps = 0.5 * world.stable_time_step(), run.count(10, 20, 100)
         found, settings, clock = new_contacts(10_000), world.store.settings, world.store.clock
