@@ -24,7 +24,7 @@ from softbody.geometry.borders import fans_of_holes, holds_gas
 from softbody.geometry.connected import joined
 from softbody.geometry.polyhedron import signed_volume, surface_area
 from softbody.mesh.mesh import unique_edges
-from softbody.mesh.tearing import most_loaded, torn
+from softbody.mesh.tearing import may_part, most_loaded, torn
 from softbody.model.arrays import Model
 
 
@@ -83,7 +83,8 @@ def _torn(own: SoftRows) -> _Skin | None:
     length = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
     limit = model["edge_tear_at"] * rest
     load = np.where(limit > 0.0, length / np.where(limit > 0.0, limit, 1.0), 0.0)
-    tearing = most_loaded(load, edges, len(points))
+    parts = may_part(triangles, edges, len(points))
+    tearing = most_loaded(np.where(parts, load, 0.0), edges, len(points))
     if not len(tearing):
         return None
     tension = model["edge_stiffness"] * np.maximum(length - rest, 0.0)

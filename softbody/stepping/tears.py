@@ -15,6 +15,7 @@ from softbody.geometry.borders import holds_gas, hole, holes_of
 from softbody.geometry.polyhedron import surface_area
 from softbody.linalg.vec import dot, load, norm, sub
 from softbody.linalg.vec_lanes import gather_vec
+from softbody.mesh.tearing import may_part
 from softbody.model.arrays import Controls, Model, State, VertexRings, is_open
 
 SPENT = 1e-9  # of what springs at their rest length would hold: less gas than that is none
@@ -39,7 +40,9 @@ class Tearing(NamedTuple):
 def tearing_of(model: Model, rings: VertexRings) -> Tearing:
     """Return what may tear of a model with these rings, and its holes."""
     limited = model.edge_tear_at != 0.0
-    edges = np.flatnonzero(limited & _may_part(model)) if limited.any() else np.empty(0, np.int64)
+    edges, count = np.empty(0, np.int64), len(model.particle_inverse_mass)
+    if limited.any():
+        edges = np.flatnonzero(limited & may_part(model.triangle_particles, model.edge_particles, count))
     padded = np.append(edges, np.full(-len(edges) % LANES, 0))
     limit = np.square(model.edge_tear_at * model.edge_rest_length)[padded]
     limit[len(edges) :] = np.inf
@@ -76,16 +79,6 @@ def tearing_of(model: Model, rings: VertexRings) -> Tearing:
         SPENT * energy,
         limits,
     )
-
-
-def _may_part(model: Model) -> np.ndarray:
-    """Tell of which edges (e,) an end has triangles besides those of the edge: only there a fan can part."""
-    about = np.bincount(model.triangle_particles.ravel(), minlength=len(model.particle_inverse_mass))
-    sides = np.sort(np.stack([model.triangle_particles, np.roll(model.triangle_particles, -1, axis=1)]), axis=0)
-    count = len(about)
-    keys, meets = np.unique(sides[0] * count + sides[1], return_counts=True)
-    at = np.searchsorted(keys, model.edge_particles[:, 0] * count + model.edge_particles[:, 1])
-    return np.asarray((about[model.edge_particles] > meets[at][:, None]).any(axis=1))
 
 
 @jit
