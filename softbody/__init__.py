@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 from softbody.bodies.body import Body
 from softbody.bodies.contact_points import ContactPoints
-from softbody.bodies.event import Event
 from softbody.bodies.ground import Ground
 from softbody.bodies.joint import Joint
 from softbody.bodies.liquid import Liquid
 from softbody.bodies.rigid_box import Box
-from softbody.bodies.soft_body import SoftBody
+from softbody.bodies.soft_body import Event, SoftBody
 from softbody.bodies.suspended import Suspended
 from softbody.dynamics.energy import Energies
 from softbody.errors import (

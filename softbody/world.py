@@ -14,7 +14,6 @@ from softbody.bodies import adding
 from softbody.bodies.body import Body
 from softbody.bodies.builder import empty_parts
 from softbody.bodies.contact_points import ContactPoints
-from softbody.bodies.event import Event
 from softbody.bodies.ground import Ground
 from softbody.bodies.inventory import Inventory
 from softbody.bodies.joining import join_bodies
@@ -22,7 +21,7 @@ from softbody.bodies.joint import End, Joint
 from softbody.bodies.liquid import Liquid
 from softbody.bodies.names import Names
 from softbody.bodies.rigid_box import Box
-from softbody.bodies.soft_body import SoftBody
+from softbody.bodies.soft_body import Event, SoftBody
 from softbody.bodies.store import FIRST_ROOM, Contents, Store
 from softbody.bodies.suspended import Suspended
 from softbody.collision.contact import new_contacts

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import inf
 
 import numpy as np
@@ -26,6 +27,7 @@ from softbody.model.validation import (
     shown,
     stiffness_of,
     tear_at_of,
+    vector,
 )
 
 
@@ -268,7 +270,9 @@ class SoftBody(SleepyBody):
         string. Raises ParameterError, and changes nothing, where the plane misses the body, goes through a box inside,
         or the section meets itself; and if something hangs in the body.
         """
-        return tuple(SoftBody(self.world, number) for number in cut_body(self, point, normal, radius))
+        pieces = tuple(SoftBody(self.world, number) for number in cut_body(self, point, normal, radius))
+        self.store.events.append(Event("cut", self.store.time, vector(point, "point")[None], pieces))
+        return pieces
 
     # What acts on it.
 
@@ -290,6 +294,19 @@ class SoftBody(SleepyBody):
                 none = np.zeros_like(self.store.state.particle_position)
                 self.store.replace(controls=controls._replace(particle_force=none))
             self.store.controls.particle_force[self._rows()] = force
+
+
+@dataclass(frozen=True, eq=False)
+class Event:
+    """One soft body of a world has torn, or was cut, or two were joined.
+
+    Of `bodies` the first is the one that was there before, and the largest. There are others where it fell apart.
+    """
+
+    kind: str  # "tear", "cut" or "join"
+    time: float  # [s] at the end of the step, or when it was done
+    places: np.ndarray  # (k, 3) [m] where particles have split; or one, where it was cut or joined
+    bodies: tuple[SoftBody, ...]
 
 
 def soft_bodies_of(world: HasStore) -> tuple[SoftBody, ...]:

@@ -9,9 +9,8 @@ import numba
 import numpy as np
 
 from softbody.bodies.contact_points import ContactPoints, contact_points
-from softbody.bodies.event import Event
 from softbody.bodies.liquid import check_level
-from softbody.bodies.soft_body import SoftBody
+from softbody.bodies.soft_body import Event, SoftBody
 from softbody.bodies.store import HasStore, Store
 from softbody.bodies.tearing import tear_bodies
 from softbody.collision.contact import remembered, remembering

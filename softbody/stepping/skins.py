@@ -45,7 +45,9 @@ class Skins:
             for body in range(model.soft_count)
         ]
         self._skins: dict[int, Skin] = {}
-        whole = (body for body in range(model.soft_count) if not is_open(model, body))  # what has torn may fold as it likes
+        whole = (
+            body for body in range(model.soft_count) if not is_open(model, body)
+        )  # what has torn may fold as it likes
         self._clean: dict[int, int | None] = dict.fromkeys(whole)  # who was not told of → since when
 
     def look(self, positions: np.ndarray, steps: int, names: Names) -> None:

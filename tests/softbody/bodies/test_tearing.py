@@ -179,3 +179,14 @@ def test_single_triangles_may_be_what_is_left():
     assert all(len(each.positions) == 3 for each in world.soft_bodies)
     assert body.mass == pytest.approx(0.25)
     assert min(each.positions[:, 2].min() for each in world.soft_bodies) >= -2.0 - 1e-9
+
+
+def test_cuts_and_joins_are_events_too():
+    world = World(gravity=(0.0, 0.0, 0.0))
+    ball = world.add_soft_body(icosphere(2), 1.0, 100.0, 1.0, name="ball")
+    pieces = ball.cut((0.1, 0.0, 0.0), (1.0, 0.0, 0.0))
+    world.join(*pieces, within=1e-6)
+    cut, join = world.events
+    assert (cut.kind, join.kind) == ("cut", "join")
+    assert cut.places.tolist() == [[0.1, 0.0, 0.0]]
+    assert cut.bodies[0] == join.bodies[0] == ball

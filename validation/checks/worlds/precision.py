@@ -20,8 +20,8 @@ from softbody.dynamics.soft_bodies import motion_of
 from softbody.mesh import mesh
 from softbody.stepping.runner import Runner
 from softbody.stepping.step import Order, Work, run_alone
-from softbody.stepping.tears import tearing_of
 from softbody.stepping.step import run as run_together
+from softbody.stepping.tears import tearing_of
 from validation.answers import Answers
 from validation.cases import edge_lengths, lumpy_sphere
 from validation.check import Comparison, Run, check

@@ -5,24 +5,21 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
 import softbody
 from softbody import Mesh, SoftBody, World
-from softbody.bodies import soft_rows, tearing
-from softbody.dynamics import one_ring_forces, pressure, vertex_rings, watch
-from softbody.geometry import borders
+from softbody.bodies import tearing
+from softbody.dynamics import pressure, watch
 from softbody.mesh import tearing as fans
-from softbody.stepping import checks, runner, tears
+from softbody.stepping import tears
 from validation.answers import Answers
 from validation.cases import edge_lengths, random_mesh, rotated
 from validation.check import Comparison, Run, check
-from validation.checks.worlds.cases import NEVER_ACT, WEIGHTLESS
-from validation.checks.worlds.cutting import beside, pulls_at, refusal, told, whole
+from validation.checks.worlds.cases import WEIGHTLESS
+from validation.checks.worlds.cutting import beside, pulls_at, told, whole
 from validation.fault import Fault
 
 FAMILY = "bodies that tear"
@@ -177,9 +174,7 @@ def facets(bodies: tuple[SoftBody, ...]) -> list[bytes]:
     kind="third-party engine",
     faults=(
         Fault("fans that hang together at one side alone", fans._parted, "np.concatenate([a_, b_]) → a_"),
-        Fault(
-            "parts that stay one body", tearing._pieces, "joined(len(origin), a_) → np.zeros(len(origin), np.int64)"
-        ),
+        Fault("parts that stay one body", tearing._pieces, "joined(len(origin), a_) → np.zeros(len(origin), np.int64)"),
         Fault("new vertices that are one", fans._parted, "count + np.arange(len(more)) → count + 0 * more"),
         Fault("skins that never tear", fans.most_loaded, "load > 1.0 → load > 1e300"),
     ),
