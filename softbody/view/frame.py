@@ -21,6 +21,7 @@ class Frame(NamedTuple):
 
     time: float  # [s]
     soft: list[np.ndarray]  # vertices (n, 3) [m] of each soft body, single precision
+    triangles: list[np.ndarray]  # (t, 3) of each, which a tear changes
     quantity: str | None  # that colours show
     values: list[np.ndarray]  # (n,) of it, of each soft body; or none
     box_position: np.ndarray  # (m, 3) [m]
@@ -39,6 +40,7 @@ def frame_of(world: Steppable, quantity: str | None = None, pull: np.ndarray | N
     return Frame(
         store.time,
         [body.positions.astype(np.float32) for body in bodies],
+        [body.triangles for body in bodies],
         quantity,
         [QUANTITIES[quantity](body) for body in bodies] if quantity else [],
         store.state.box_position.copy(),

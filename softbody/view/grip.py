@@ -52,6 +52,9 @@ class Grip:
         """Let the spring act as it is stretched now; it stays so until it pulls again."""
         if isinstance(self._body, SoftBody):
             body, rows = self._body, self._rows
+            if len(body.positions) != len(self._before[0]):
+                self._slip()
+                return
             force = self._force(body.positions[rows].mean(axis=0), body.velocities[rows].mean(axis=0), body.mass)
             forces = self._before[0].copy()
             forces[rows] += force / len(rows)
@@ -67,10 +70,20 @@ class Grip:
 
     def let_go(self) -> None:
         """Pull no more."""
-        if isinstance(self._body, SoftBody):
+        if isinstance(self._body, SoftBody) and len(self._body.positions) != len(self._before[0]):
+            self._slip()
+        elif isinstance(self._body, SoftBody):
             self._body.external_force = self._before[0]
         elif self._body is not None:
             self._act_on_box(self._body, *self._before)
+        self._body = None
+
+    def _slip(self) -> None:
+        """Let go of a body that has torn in the hand: nothing acts on its pieces any more."""
+        pieces = (each for event in self._store.events if self._body in event.bodies for each in event.bodies)
+        for each in pieces:
+            if each.is_there:
+                each.external_force = np.zeros(3)
         self._body = None
 
     def line(self) -> np.ndarray | None:
@@ -78,7 +91,8 @@ class Grip:
         if self._body is None:
             return None
         if isinstance(self._body, SoftBody):
-            return np.array([self._body.positions[self._rows].mean(axis=0), self.target])
+            held = self._rows[self._rows < len(self._body.positions)]  # fewer, where it has torn just now
+            return np.array([self._body.positions[held].mean(axis=0), self.target]) if len(held) else None
         return np.array([self._body.position + _turned(self._body.orientation, self._arm), self.target])
 
     def _force(self, point: np.ndarray, velocity: np.ndarray, mass: float) -> np.ndarray:

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from softbody.bodies.soft_body import SoftBody
 from softbody.model.colours import STATIC, colour_of
 from softbody.model.settings import INTEGRATORS, integrator_name
 from softbody.render.camera import VIEW
@@ -40,6 +39,7 @@ class Page:
         self._nothing = np.zeros((3, 3), np.float32), np.array([[0, 1, 2]])
         self._range: tuple[float, float] | None = None  # of the quantity that colours show, since it was chosen
         self._quantity: str | None = None
+        self._wireframe = False
         self._plotted = -np.inf
         self._make_scene()
         self._make_controls()
@@ -47,8 +47,7 @@ class Page:
     def draw(self, frame: Frame) -> None:
         """Show an instant."""
         with self._server.atomic():
-            for handle, vertices in zip(self._soft, frame.soft):
-                handle.vertices = vertices
+            self._show_bodies(frame)
             for handle, position, turn in zip(self._boxes, frame.box_position, frame.box_orientation):
                 handle.position, handle.wxyz = position, turn
             self._show_colours(frame)
@@ -62,7 +61,6 @@ class Page:
     def _make_scene(self) -> None:
         scene, world = self._server.scene, self._session.world
         model, first = world.store.model, self._session.frame
-        self._triangles = [SoftBody(world, i).triangles for i in range(model.soft_count)]
         drawing = Drawing(world, "plain")
         camera = framed(world, drawing.things(), drawing.joint_ends(), SHAPE)
         size = float(np.linalg.norm(np.subtract(camera.eye, camera.target))) / 4.0
@@ -80,22 +78,10 @@ class Page:
             blue: Any = _bytes(tuple(LIQUID.tolist()))
             scene.add_mesh_simple("/liquid", corners, np.array([[0, 1, 2], [0, 2, 3]]), color=blue, opacity=0.4)
         # One looks into bodies with boxes inside.
-        opacity = [0.4 if i in model.box_host else None for i in range(model.soft_count)]
-        self._soft = [
-            scene.add_mesh_simple(
-                f"/soft/{i}", vertices, self._triangles[i], color=_bytes(colour_of(i)), opacity=opacity[i]
-            )
-            for i, vertices in enumerate(first.soft)
-        ]
-        self._bands = [
-            [
-                scene.add_mesh_simple(
-                    f"/colours/{i}/{k}", *self._nothing, color=self._palette[k], visible=False, opacity=opacity[i]
-                )
-                for k in range(LEVELS)
-            ]
-            for i in range(model.soft_count)
-        ]
+        self._opacity = {i: 0.4 for i in range(model.soft_count) if i in model.box_host}
+        self._soft, self._bands, self._triangles = list[Any](), list[list[Any]](), list[np.ndarray]()
+        for vertices, triangles in zip(first.soft, first.triangles):
+            self._add_body(vertices, triangles)
         self._boxes = []
         for i in range(model.box_count):
             is_static = model.box_inverse_mass[i] == 0.0
@@ -112,12 +98,41 @@ class Page:
         self._joints = scene.add_line_segments(
             "/joints", np.zeros((1, 2, 3)), _bytes(LINE), thickness=0.25 * DOT * size, visible=False
         )
-        for i, handle in enumerate(self._soft):
-            for each in (handle, *self._bands[i]):
-                each.on_drag(partial(self._dragged, "soft", i))
         for i, handle in enumerate(self._boxes):
             if model.box_inverse_mass[i] > 0.0:
                 handle.on_drag(partial(self._dragged, "box", i))
+
+    def _add_body(self, vertices: np.ndarray, triangles: np.ndarray) -> None:
+        """Add a soft body to the scene, after those that there are."""
+        scene, i, shown = self._server.scene, len(self._soft), self._quantity is None
+        look: dict[str, Any] = {"opacity": self._opacity.get(i), "wireframe": self._wireframe}
+        self._triangles.append(triangles)
+        colour = _bytes(colour_of(i))
+        self._soft.append(scene.add_mesh_simple(f"/soft/{i}", vertices, triangles, color=colour, visible=shown, **look))
+        self._bands.append(
+            [
+                scene.add_mesh_simple(
+                    f"/colours/{i}/{k}", *self._nothing, color=self._palette[k], visible=not shown, **look
+                )
+                for k in range(LEVELS)
+            ]
+        )
+        for each in (self._soft[i], *self._bands[i]):
+            each.on_drag(partial(self._dragged, "soft", i))
+
+    def _show_bodies(self, frame: Frame) -> None:
+        """Show where soft bodies are, and what of them has torn; what there is no more is a point."""
+        for i, (vertices, triangles) in enumerate(zip(frame.soft, frame.triangles)):
+            if i == len(self._soft):
+                self._add_body(vertices, triangles)
+                continue
+            self._soft[i].vertices = vertices
+            if not np.array_equal(triangles, self._triangles[i]):
+                self._soft[i].faces = self._triangles[i] = triangles
+        for i in range(len(frame.soft), len(self._soft)):
+            self._triangles[i] = self._nothing[1]
+            for handle in (self._soft[i], *self._bands[i]):
+                handle.vertices, handle.faces = self._nothing
 
     async def _dragged(self, kind: str, index: int, event: Any) -> None:
         """Pull a body to where the mouse is (asynchronous, for viser keeps such calls in order)."""
@@ -189,6 +204,7 @@ class Page:
         self._session.ask(partial(self._session.show, quantity))
 
     def _show_springs(self, yes: bool) -> None:
+        self._wireframe = yes
         for handle in (*self._soft, *(band for body in self._bands for band in body)):
             handle.wireframe = yes
 
@@ -207,7 +223,7 @@ class Page:
         if self._range is not None:
             least, greatest = min(least, self._range[0]), max(greatest, self._range[1])
         self._range = least, greatest
-        for body, vertices, triangles, values in zip(self._bands, frame.soft, self._triangles, frame.values):
+        for body, vertices, triangles, values in zip(self._bands, frame.soft, frame.triangles, frame.values):
             for handle, part in zip(body, bands_of(vertices, triangles, values, least, greatest)):
                 handle.vertices, handle.faces = part if len(part[1]) else self._nothing
 

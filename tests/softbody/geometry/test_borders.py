@@ -56,7 +56,7 @@ def test_two_holes_have_two_fans():
     mesh = box((1.0, 1.0, 4.0), 2)
     middles = mesh.vertices[mesh.triangles].mean(axis=1)
     points, triangles = without(mesh, np.flatnonzero(np.abs(middles[:, 2]) > 1.99))
-    border, rows = holes_of(len(points), triangles)
+    _, rows = holes_of(len(points), triangles)
     assert len(rows) == 2
     assert (np.diff(rows) == 8).all()
     more, area = fans_of_holes(points + 100.0, triangles)

@@ -86,3 +86,20 @@ def test_an_empty_hand_pulls_nothing():
     before = act(world).copy()
     Grip(world.store).pull()
     np.testing.assert_array_equal(act(world), before)
+
+
+def test_a_body_that_tears_in_the_hand_slips_out_of_it():
+    world = softbody.World(gravity=(0.0, 0.0, 0.0))
+    ball = world.add_soft_body(softbody.icosphere(2), 1.0, 100.0, 1.0, tear_at=1.5)
+    grip = Grip(world.store)
+    grip.grab(ball, ball.positions[0])
+    grip.target = ball.positions[0] + (0.0, 0.0, 2.0)
+    grip.pull()
+    assert ball.external_force.any()
+    ball.positions = 1.6 * ball.positions
+    world.step(1e-6)
+    assert world.events
+    grip.line()
+    grip.pull()
+    assert not grip.is_holding
+    assert not any(each.external_force.any() for each in world.soft_bodies)
