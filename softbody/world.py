@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from dataclasses import replace
 from math import inf
 from typing import TYPE_CHECKING, Any
 
@@ -381,8 +382,11 @@ class World(Inventory):
 
     @property
     def events(self) -> tuple[Event, ...]:
-        """What bodies tore, were cut or were joined, the latest 10 000; no part of a snapshot."""
-        return tuple(self.store.events)
+        """What bodies tore, were cut or were joined, the latest 10 000; no snapshot has them, so a restore ends them."""
+        return tuple(
+            replace(event, bodies=tuple(SoftBody(self, b.index) if b.is_there else b for b in event.bodies))
+            for event in self.store.events
+        )
 
     def step(
         self, time_step: float, steps: int = 1, *, substeps: int | None = None, allow_unstable: bool = False
@@ -460,6 +464,7 @@ class World(Inventory):
         changes nothing. An interrupt comes before it, or after.
         """
         restore(self.store, snapshot)
+        self.store.events.clear()
 
     def state_hash(self) -> str:
         """Return a SHA-256, in hexadecimal, of where the bodies are and how they move, to the last bit."""

@@ -65,6 +65,8 @@ def set_self_contact(world: HasStore, start: HasStore, value: float) -> None:
     if world.store.settings.single_soft_contact:
         return  # the paper's contacts are those of different bodies
     for body, was in zip(soft_bodies_of(world), soft_bodies_of(start)):
+        if body.tear_at.any() or body.is_torn:
+            continue  # what may tear does not hold itself
         body.self_contact = (was.self_contact or True) if value > 0.0 else False
 
 
