@@ -382,7 +382,7 @@ class World(Inventory):
 
     @property
     def events(self) -> tuple[Event, ...]:
-        """What bodies tore, were cut or were joined, the latest 10 000; no snapshot has them, so a restore ends them."""
+        """What bodies tore, were cut or were joined, the latest 10 000; no snapshot has them: a restore ends them."""
         return tuple(
             replace(event, bodies=tuple(SoftBody(self, b.index) if b.is_there else b for b in event.bodies))
             for event in self.store.events

@@ -231,7 +231,7 @@ def pieces_are_surfaces(run: Run) -> Comparison:
     faults=(
         Fault("copies of all the mass", tearing._masses, "a_ / b_ * before[origin] → before[origin]"),
         Fault("mass by halves", tearing._masses, "np.repeat(stiffness, 2) → np.repeat(0.0 * stiffness + 1.0, 2)"),
-        Fault("springs on both sides of all their stiffness", tearing._stiffness, "a_ / at_before * b_ → b_"),
+        Fault("a slit with all its stiffness on both sides", tearing._stiffness, "a_ / at_before * b_ → b_"),
         Fault("slower pieces", tearing._pieces, "before.velocity[old] → 0.9 * before.velocity[old]"),
         Fault("gas in each piece", tearing._pieces, "volume / room if room > 0.0 else 0.0 → 1.0"),
         Fault("gas where there are no vessels", tearing._room, "volume if holds_gas(a_, b_, c_) else 0.0 → volume"),
@@ -423,7 +423,9 @@ def of_places(points: np.ndarray, edges: np.ndarray, wave: np.ndarray) -> np.nda
         Fault("a split by numbers", fans._across, "way > a_ → (way > a_) & (ahead > back)"),
         Fault("ties by rounding", fans.most_loaded, "(1.0 - TIED) * a_ → (1.0 + 1e-15 * edges[:, 0]) * a_"),
         Fault(
-            "masses by numbers", tearing._masses, "a_ / b_ * c_ → a_ / b_ * c_ * (1.0 + 1e-6 * np.arange(len(origin)))"
+            "equal masses of all copies",
+            tearing._masses,
+            "a_ / b_ * c_ → a_ / b_ * c_ * (1.0 + 1e-6 * np.arange(len(origin)))",
         ),
     ),
 )
@@ -487,7 +489,8 @@ def copies_after(body: SoftBody) -> np.ndarray:
     """Return how many particles (n,) each becomes by the rules that are documented, by SciPy's graphs.
 
     Springs beyond their limit tear that none at their ends exceeds, each at its end on the border; of two such, or
-    none, where there is more pull. Triangles there stay together that are on the spring's side, and so do others.
+    none, where there is more pull, or at both of equal ones. Triangles there stay together that are on the
+    spring's side, and so do others.
     """
     from references import scipy
 
@@ -509,16 +512,18 @@ def copies_after(body: SoftBody) -> np.ndarray:
         ends = [v for v in (a, b) if len(about[v]) > len(sides[frozenset((a, b))])]
         if len(ends) == 2 and ((a in rim) != (b in rim)):
             ends = [v for v in ends if v in rim]
-        vertex = ends[0] if len(ends) == 1 else ends[int(pull[ends[1]] > pull[ends[0]])]
-        other = a + b - vertex
-        along = points[other] - points[vertex]
-        way = {t: float((points[triangles[t]].sum(axis=0) - 3.0 * points[vertex]) @ along) for t in about[vertex]}
-        near = {t for t, ahead in way.items() if ahead > 0.0 or other in triangles[t]}
-        if len(near) == len(way):
-            near = {t for t in near if other in triangles[t]}
-        parted |= {
-            side for side, at in sides.items() if vertex in side and len(at) == 2 and (at[0] in near) != (at[1] in near)
-        }
+        for vertex in (v for v in ends if pull[v] >= (1.0 - 1e-9) * pull[ends].max()):
+            other = a + b - vertex
+            along = points[other] - points[vertex]
+            way = {t: float((points[triangles[t]].sum(axis=0) - 3.0 * points[vertex]) @ along) for t in about[vertex]}
+            near = {t for t, ahead in way.items() if ahead > 0.0 or other in triangles[t]}
+            if len(near) == len(way):
+                near = {t for t in near if other in triangles[t]}
+            parted |= {
+                side
+                for side, at in sides.items()
+                if vertex in side and len(at) == 2 and (at[0] in near) != (at[1] in near)
+            }
     links = [
         (3 * one + triangles[one].index(v), 3 * other + triangles[other].index(v))
         for side, at in sides.items()
@@ -575,11 +580,12 @@ def tears_where_it_says(run: Run) -> Comparison:
             for each in pieces_of(world)[1:]:
                 each.set_springs(tear_at=0.0)
             before, expected = body.positions.copy(), copies_after(body)
+            earlier = len(world.events)
             error = still(world)
             seen = {
                 place.tobytes(): 0 for place in before
             }  # what has torn before lies at the same places: count what was this body
-            bodies = world.events[-1].bodies if world.events and world.events[-1].bodies[0] == body else (body,)
+            bodies = next((each.bodies for each in world.events[earlier:] if each.bodies[0] == body), (body,))
             for each in bodies:
                 for place in each.positions:
                     seen[place.tobytes()] = seen.get(place.tobytes(), 0) + 1
@@ -745,7 +751,7 @@ def bits_of(world: World) -> bytes:
     kind="the core in another form",
     faults=(
         Fault("alone it tears a step later", watch.is_beyond, "load_lanes(square, i) → load_lanes(square, i) + 1e-2"),
-        Fault("a leak by the whole run", tears._leak, "open_area * h → open_area * 2e-3"),
+        Fault("a leak by the whole run", tears._leak, "a_ * h / volume → a_ * 2e-3 / volume"),
         Fault(
             "limits in company",
             tears.leak_and_look,
@@ -761,7 +767,8 @@ def bits_of(world: World) -> bytes:
 def tears_to_the_same_bits(run: Run) -> Comparison:
     """A body that bursts does so to the same bits.
 
-    Balls with weak springs over the ground: alone, beside a box that is far away, with two threads, in many steps at once or one
+    Balls with weak springs over the ground: alone, beside a box that is far away, with two threads, in many steps
+    at once or one
     by one, and from a snapshot or a file of the midst of it.
     """
     rng, answers = run.fresh_rng(), Answers()
@@ -795,11 +802,11 @@ def tears_to_the_same_bits(run: Run) -> Comparison:
                     world.step(h, 2 * half)
                 made[kind] = bits_of(world), [round(event.time / h) for event in world.events]
         except Exception as error:  # of a damaged core
-            answers.add([False] * 3, [True] * 3, kind=type(error).__name__)
+            answers.add([False, False, False], [True, True, True], kind=type(error).__name__)
             continue
-        for kind, (bits, times) in made.items():
+        for kind, (bits, steps) in made.items():
             same = made["alone"]
-            answers.add([bits == same[0], times == same[1], len(times) > 1], [True] * 3, kind=kind, case=case)
+            answers.add([bits == same[0], steps == same[1], len(steps) > 1], [True] * 3, kind=kind, case=case)
     return answers.comparison()
 
 
@@ -975,8 +982,8 @@ def events_tell(run: Run) -> Comparison:
     reference="heights of particles, and how deep they are in the box, by NumPy, frame by frame",
     kind="bound",
     unit="m, of bodies of 1 m",
-    tolerance=2e-3,
-    because="contacts give way a little in each step",
+    tolerance=1e-3,
+    because="contacts give way a little in each step: 1.6e-4 at worst of three seeds",
     faults=(
         NEVER_ACT,
         Fault(
@@ -1002,7 +1009,7 @@ def pieces_lie_on_what_is_there(run: Run) -> Comparison:
         world.add_ground()
         if top:
             world.add_box((0.8, 0.8, top), None, (0.0, 0.0, 0.5 * top))
-        place = (0.0, 0.0, top + 0.01 - float(mesh.vertices[:, 2].min()))
+        place = (0.0, 0.0, top + 0.02 * rng.uniform() - float(mesh.vertices[:, 2].min()))
         gas, limit = rng.uniform(100.0, 300.0), weak_spots(rng, mesh)
         world.add_soft_body(mesh, 1.0, 300.0, gas, place, tear_at=limit, name="it")
         deepest, kind = np.zeros(2), "on a box" if top else "on the ground"
@@ -1014,5 +1021,5 @@ def pieces_lie_on_what_is_there(run: Run) -> Comparison:
                 deepest = np.maximum(deepest, [-points[:, 2].min(), inside.max() if top else 0.0])
         except Exception as error:  # of a damaged core
             deepest, kind = np.ones(2), type(error).__name__
-        answers.add([*deepest, float(not world.events)], [0.0, 0.0, 0.0], kind=kind)
+        answers.add([*deepest, float(not world.events)], [0.0, 0.0, 0.0], kind=kind, case=case)
     return answers.comparison()
