@@ -190,3 +190,16 @@ def test_cuts_and_joins_are_events_too():
     assert (cut.kind, join.kind) == ("cut", "join")
     assert cut.places.tolist() == [[0.1, 0.0, 0.0]]
     assert cut.bodies[0] == join.bodies[0] == ball
+
+
+def test_what_was_said_of_boxes_is_remembered_by_their_new_numbers():
+    world = World(gravity=(0.0, 0.0, 0.0))
+    stretched(world, 1.5, octahedron(), tear_at=2.0)
+    for x in (5.0, 5.4):
+        world.add_box((1.0, 1.0, 1.0), 1.0, (x, 0.0, 0.0))
+    world.step(1e-6)
+    assert world.runner.memory.started_inside == {(1, 2)}
+    world.soft_bodies[0].set_springs(tear_at=1.1)
+    world.step(1e-6, 2)
+    assert len(world.soft_bodies) == 8
+    assert world.runner.memory.started_inside == {(8, 9)}

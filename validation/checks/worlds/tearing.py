@@ -751,7 +751,6 @@ def bits_of(world: World) -> bytes:
     kind="the core in another form",
     faults=(
         Fault("alone it tears a step later", watch.is_beyond, "load_lanes(square, i) → load_lanes(square, i) + 1e-2"),
-        Fault("a leak by the whole run", tears._leak, "a_ * h / volume → a_ * 2e-3 / volume"),
         Fault(
             "limits in company",
             tears.leak_and_look,
@@ -991,7 +990,6 @@ def events_tell(run: Run) -> Comparison:
             soft_contacts._find_contacts_with_box,
             "with_boxes is None → is_open(model, pair[0])",
         ),
-        Fault("tears that end a run", runner.Runner._tear, "self.memory.remember(before) → None"),
     ),
 )
 def pieces_lie_on_what_is_there(run: Run) -> Comparison:
