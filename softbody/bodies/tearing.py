@@ -24,7 +24,7 @@ from softbody.geometry.borders import fans_of_holes, holds_gas
 from softbody.geometry.connected import joined
 from softbody.geometry.polyhedron import signed_volume, surface_area
 from softbody.mesh.mesh import unique_edges
-from softbody.mesh.tearing import may_part, most_loaded, torn
+from softbody.mesh.tearing import may_part, most_loaded, torn, triangles_at
 from softbody.model.arrays import Model
 
 
@@ -172,17 +172,9 @@ def _rows_before(own: SoftRows, old: np.ndarray, edges: np.ndarray) -> np.ndarra
 def _stiffness(own: SoftRows, old: np.ndarray, triangles: np.ndarray, edges: np.ndarray) -> np.ndarray:
     """Return the stiffness (e,) [N/m] of `edges` (e, 2): half lies in each of its two triangles."""
     row = _rows_before(own, old, edges)
-    at_before = _triangles_at(own.model["edge_particles"], own.model["triangle_particles"])[row]
-    return np.asarray(_triangles_at(edges, triangles) / at_before * own.model["edge_stiffness"][row])
-
-
-def _triangles_at(edges: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Return how many of `triangles` (t, 3) have each of `edges` (e, 2), sorted."""
-    size = int(triangles.max()) + 1
-    after = np.roll(triangles, -1, axis=1)
-    keys = np.minimum(triangles, after) * size + np.maximum(triangles, after)
-    at = np.searchsorted(edges[:, 0] * size + edges[:, 1], keys.ravel())
-    return np.bincount(at, minlength=len(edges))
+    was, whole = own.model["edge_particles"], own.model["triangle_particles"]
+    at_before = triangles_at(whole, was, len(own.state["particle_position"]))[row]
+    return np.asarray(triangles_at(triangles, edges, len(old)) / at_before * own.model["edge_stiffness"][row])
 
 
 def _places(own: SoftRows, skin: _Skin) -> np.ndarray:

@@ -46,11 +46,15 @@ def most_loaded(load: np.ndarray, edges: np.ndarray, count: int) -> np.ndarray:
     return np.flatnonzero((load > 1.0) & (load >= (1.0 - TIED) * greatest[edges].max(axis=1)))
 
 
+def triangles_at(triangles: np.ndarray, edges: np.ndarray, count: int) -> np.ndarray:
+    """Return how many of `triangles` (t, 3) have each of `edges` (e, 2), sorted: 2, or 1 on a border."""
+    return np.bincount(edges_of_corners(triangles, edges, count).ravel(), minlength=len(edges))
+
+
 def may_part(triangles: np.ndarray, edges: np.ndarray, count: int) -> np.ndarray:
     """Tell of which of `edges` (e, 2), sorted, an end has triangles besides those of the edge: a fan can part there."""
     about = np.bincount(triangles.ravel(), minlength=count)
-    meets = np.bincount(edges_of_corners(triangles, edges, count).ravel(), minlength=len(edges))
-    return np.asarray((about[edges] > meets[:, None]).any(axis=1))
+    return np.asarray((about[edges] > triangles_at(triangles, edges, count)[:, None]).any(axis=1))
 
 
 def check_torn_surface(triangles: np.ndarray, count: int) -> None:

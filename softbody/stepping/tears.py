@@ -48,15 +48,17 @@ def tearing_of(model: Model, rings: VertexRings) -> Tearing:
     limit[len(edges) :] = np.inf
     limit[model.edge_tear_at[padded] < 0.0] = np.inf
     ends = (3 * model.edge_particles[padded]).astype(np.uint32)
-    border, holes, start = [np.empty(0, np.int64)], [np.empty((0, 2), np.int64)], [0]
+    border, holes, start, placed = [np.empty(0, np.int64)], [np.empty((0, 2), np.int64)], [0], 0
     for body in range(model.soft_count):
         first, end = model.soft_particle_start[body : body + 2]
+        start.append(start[-1])
         if is_open(model, body):
             triangles = model.triangle_particles[slice(*model.soft_triangle_start[body : body + 2])] - first
             own, rows = holes_of(int(end - first), triangles)
-            holes.append(rows + sum(map(len, border)))
+            holes.append(rows + placed)
             border.append(own + first)
-        start.append(sum(map(len, holes)))
+            start[-1] += len(rows)
+            placed += len(own)
     energy = np.add.reduceat(
         np.append(model.edge_stiffness * np.square(model.edge_rest_length), 0.0), model.soft_edge_start
     )[:-1]
