@@ -9,7 +9,7 @@ import numpy as np
 from softbody.compiler.jit import jit
 from softbody.dynamics.pressure import gas_pressure, room_in
 from softbody.linalg.vec import add, cross, dot, load, norm, scale, sub
-from softbody.model.arrays import Controls, Model, mass_of
+from softbody.model.arrays import Controls, Model, is_open, mass_of
 
 
 @jit
@@ -62,7 +62,9 @@ def highest_frequency(model: Model, controls: Controls, position: np.ndarray, bo
         g = load(gradient, i)
         rank_one += dot(g, g) * model.particle_inverse_mass[first + i]
         rows = max(rows, bend[i] * model.particle_inverse_mass[first + i])
-    return sqrt(springs + (abs(pressure) * (rank_one / abs(volume) + rows) if pressure != 0.0 else 0.0))
+    if is_open(model, body) and pressure == 0.0:  # of no volume at all, perhaps
+        return sqrt(springs)
+    return sqrt(springs + abs(pressure) * (rank_one / abs(volume) + rows))
 
 
 @jit

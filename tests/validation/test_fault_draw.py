@@ -200,11 +200,11 @@ def test_a_draw_is_of_one_kind_of_world_at_most(seed: int) -> None:
 
 def test_draws_reach_every_fault_and_none_much_more_often_than_others() -> None:
     times: Counter[tuple[Fault, str]] = Counter()
-    for seed in range(500):
+    for seed in range(1000):
         drawn = draw(FAULTS, CHECKS, 40, seed)
         times.update((fault, claim) for fault, claims in drawn.faults.items() for claim in claims)
     pairs = [(fault, claim) for fault, claims in FAULTS.items() for claim in claims]
-    even = 500 * 40 / len(pairs)
+    even = 1000 * 40 / len(pairs)
     assert set(times) == set(pairs)
     assert max(times.values()) < 4.0 * even
 

@@ -208,7 +208,7 @@ def stability_limit(run: Run) -> Comparison:
         Fault(
             "springs and gas a tenth of what they are in the stable step",
             stability.highest_frequency,
-            "springs_ + (abs(pressure_) * gas_ if is_pressed_ else 0.0) → 0.1 * springs_ + 0.1 * abs(pressure_) * gas_",
+            "springs_ + abs(pressure_) * gas_ → 0.1 * springs_ + 0.1 * abs(pressure_) * gas_",
         ),
     ),
 )
