@@ -46,8 +46,12 @@ class _Skin(NamedTuple):
 def may_tear(model: Model) -> np.ndarray:
     """Tell which soft bodies (b,) may tear, or have torn."""
     limited = np.append(model.edge_tear_at != 0.0, False)
-    is_torn = 2 * np.diff(model.soft_edge_start) > 3 * np.diff(model.soft_triangle_start)
-    return np.asarray(np.logical_or.reduceat(limited, model.soft_edge_start)[:-1] | is_torn)
+    return np.asarray(np.logical_or.reduceat(limited, model.soft_edge_start)[:-1] | has_torn(model))
+
+
+def has_torn(model: Model) -> np.ndarray:
+    """Tell which soft bodies (b,) have torn, all at once; see `is_open`."""
+    return np.asarray(2 * np.diff(model.soft_edge_start) > 3 * np.diff(model.soft_triangle_start))
 
 
 def tear_bodies(store: Store) -> list[Tear]:

@@ -7,7 +7,7 @@ from math import ceil, hypot, inf, isfinite
 import numpy as np
 
 from softbody.bodies.names import Names, Who
-from softbody.bodies.tearing import may_tear
+from softbody.bodies.tearing import has_torn, may_tear
 from softbody.collision.contact import Contacts
 from softbody.collision.pressed import FIRST, GONE_THROUGH, NOW, Pressed
 from softbody.collision.soft.surface import Surfaces
@@ -421,8 +421,7 @@ def check_may_tear(model: Model, joints: Joints, names: Names) -> None:
 
 def may_lie_flat(model: Model, controls: Controls) -> Model:
     """Return a model in which no body collapses that may lie flat: without gas and holding itself, or torn."""
-    torn = 2 * np.diff(model.soft_edge_start) > 3 * np.diff(model.soft_triangle_start)
-    is_flat = ((model.soft_self_contact > 0.0) & (controls.soft_gas == 0.0)) | torn
+    is_flat = ((model.soft_self_contact > 0.0) & (controls.soft_gas == 0.0)) | has_torn(model)
     if not is_flat.any():
         return model
     return model._replace(soft_deflated_below=np.where(is_flat, -np.inf, model.soft_deflated_below))
