@@ -99,12 +99,15 @@ class SubjectClaim:
     check: Check
     question: str
     compare: Callable[[Run, Callable], Comparison]
+    roundings: int  # in a row, at worst, that stand between the question and its answer; 0: answers are yes or no
 
 
 CLAIMS: dict[str, SubjectClaim] = {}
 
 
-def asks(question: str, **declared: object) -> Callable[[Callable[[Run, Callable], Comparison]], Callable]:
+def asks(
+    question: str, roundings: int = 0, **declared: object
+) -> Callable[[Callable[[Run, Callable], Comparison]], Callable]:
     """Declare a claim for subjects: a function of a run and of the subject's function; other words as of `check`."""
 
     def register(compare: Callable[[Run, Callable], Comparison]) -> Callable:
@@ -112,7 +115,7 @@ def asks(question: str, **declared: object) -> Callable[[Callable[[Run, Callable
         claim, detail = sentences_of(compare)
         said = {"claim": claim, "detail": detail, "family": compare.__globals__["FAMILY"]}
         words = {"section": "", "engines": (), "piece": "", "unit": "relative", **said, **declared}
-        CLAIMS[name] = SubjectClaim(Check(id=name, compare=None, **words), question, compare)  # type: ignore[arg-type]
+        CLAIMS[name] = SubjectClaim(Check(id=name, compare=None, **words), question, compare, roundings)  # type: ignore[arg-type]
         return compare
 
     return register
