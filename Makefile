@@ -7,13 +7,16 @@ RUN := .venv/bin/python
 
 MINUTES ?= 2
 
-.PHONY: report test docs bench faults mutants fuzz matrix release-check wheel lint lock upgrade clean
+.PHONY: report test league docs bench faults mutants fuzz matrix release-check wheel lint lock upgrade clean
 
 report: .venv/ready  ## judge every claim, time the step, make build/report/index.html
 	$(RUN) -m validation --require-all $(ARGS)
 
 test: .venv/ready  ## run the project's own tests
 	$(RUN) -m tests $(ARGS)
+
+league: .venv/ready  ## put every engine beside every other, how right it is and what that costs: build/league/index.html
+	$(RUN) -m validation.league $(ARGS)
 
 docs: .venv/ready  ## run the examples and the claims' declarations into pages: build/docs/index.html
 	$(RUN) -m sphinx -E -W --keep-going -q $(ARGS) docs build/docs

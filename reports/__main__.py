@@ -1,4 +1,4 @@
-"""Command line of the pages: `python -m reports FOLDER`, `… pdf`, `… diff`, `… readme`."""
+"""Command line of the pages: `python -m reports FOLDER`, `… pdf`, `… diff`, `… league`, `… readme`."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class PageUnlessNamed(click.Group):
 @click.group(
     cls=PageUnlessNamed,
     context_settings={"help_option_names": ["-h", "--help"]},
-    subcommand_metavar="FOLDER | diff BEFORE NOW | pdf FOLDER | readme",
+    subcommand_metavar="FOLDER | diff BEFORE NOW | league FOLDER | pdf FOLDER | readme",
 )
 def main() -> None:
     """Make FOLDER/index.html from FOLDER/report.json, tell two reports apart, print a page, or fill in the README."""
@@ -49,6 +49,35 @@ def make_page(folder: Path) -> None:
     text = page(report, folder)  # before anything is written: it may refuse a picture
     write(folder / "badge.svg", badge(report))
     write(target, text)
+    click.echo(target)
+
+
+@main.command(name="league")
+@click.argument("folder", type=click.Path(exists=True, file_okay=False, path_type=Path))
+@click.option(
+    "--beside",
+    "others",
+    multiple=True,
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="Show the engines of another league.json, too; it is named by its folder. May be said more than once.",
+)
+def make_league(folder: Path, others: tuple[Path, ...]) -> None:
+    """Make FOLDER/index.html from FOLDER/league.json.
+
+    Exit code: 0 the page is written, 2 a record cannot be read, or is of other tasks, 4 the page cannot be written.
+    """
+    from reports.league import page
+    from validation.league.record import NAME, merged, read_league
+
+    league = read(folder / NAME, read_league, f"run `python -m validation.league --out {folder}`")
+    for path in others:
+        try:
+            league = merged(league, read(path, read_league, "name a league.json"), path.resolve().parent.name)
+        except ValueError as error:
+            raise click.UsageError(str(error)) from None
+    target = folder / "index.html"
+    write(target, page(league))
     click.echo(target)
 
 

@@ -21,15 +21,18 @@ class Declared:
     cannot: dict[str, str] = field(default_factory=dict)  # CANNOT: a question → why the engine has no answer to it
     functions: frozenset[str] = frozenset()
     leans_on: frozenset[str] = frozenset()  # files of references/ that it imports
+    precision: str = "double"  # PRECISION: "single" or "double"
+    title: str = ""  # first line of its docstring
     module: str | None = None  # to import it by, if it is another package's
 
 
 def read_file(path: Path, name: str | None = None, module: str | None = None) -> Declared:
     """Return what a file says; raises ValueError, naming it, for what is no Python, or no table of texts."""
     try:
-        body = ast.parse(path.read_text(encoding="utf-8")).body
+        file = ast.parse(path.read_text(encoding="utf-8"))
     except (SyntaxError, ValueError, OSError) as error:
         raise ValueError(f"{path} cannot be read: {error}") from None
+    body = file.body
     said = {ast.unparse(node.targets[0]): node.value for node in body if isinstance(node, ast.Assign)}
     tables = {}
     for table in ("PACKAGES", "SETTINGS", "CANNOT"):
@@ -42,6 +45,9 @@ def read_file(path: Path, name: str | None = None, module: str | None = None) ->
     kind = ast.literal_eval(said["KIND"]) if isinstance(said.get("KIND"), ast.Constant) else LIBRARY
     if kind not in (ENGINE, LIBRARY):
         raise ValueError(f"{path}: KIND is {kind!r}; choose from {ENGINE!r} and {LIBRARY!r}")
+    precision = ast.literal_eval(said["PRECISION"]) if isinstance(said.get("PRECISION"), ast.Constant) else "double"
+    if precision not in ("single", "double"):
+        raise ValueError(f"{path}: PRECISION is {precision!r}; choose from 'single' and 'double'")
     functions = frozenset(node.name for node in body if isinstance(node, ast.FunctionDef))
     imports = [node for node in body if isinstance(node, ast.ImportFrom) and node.module == "references"]
     return Declared(
@@ -53,6 +59,8 @@ def read_file(path: Path, name: str | None = None, module: str | None = None) ->
         cannot=tables["CANNOT"],
         functions=functions,
         leans_on=frozenset(alias.name for node in imports for alias in node.names),
+        precision=precision,
+        title=(ast.get_docstring(file) or "").partition("\n")[0],
         module=module,
     )
 

@@ -18,9 +18,10 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from validation import plug_ins
+from validation import foreign, plug_ins
 from validation.check import Check, Comparison, Run, all_checks, sentences_of
 from validation.declared import Declared, all_in
+from validation.effort import spending
 from validation.engines import DECLARED
 from validation.record import NOT_RUN
 
@@ -178,17 +179,25 @@ def _check(subject: Declared, claim: SubjectClaim) -> Check:
 
 def _compare(subject: Declared, claim: SubjectClaim, run: Run) -> Comparison:
     """Run a claim on the cases that are the same for every subject."""
-    point = f"validation.subjects.{subject.name}" if subject.module is None else subject.module
-    answer = getattr(importlib.import_module(point), claim.question)
-    return claim.compare(replace(run, check_id=claim.check.id), answer)
+    answer = getattr(importlib.import_module(point_of(subject)), claim.question)
+    try:
+        return claim.compare(replace(run, check_id=claim.check.id), answer)
+    finally:
+        foreign.stop()
+
+
+def point_of(subject: Declared) -> str:
+    """Return the module of an adapter."""
+    return subject.module or f"validation.subjects.{subject.name}"
 
 
 def moving(now: Callable[[], tuple[np.ndarray, ...]], advance: Callable[[int], None], steps: int, every: int) -> Motion:
     """Return a motion, from what tells position, orientation, velocity and spin now, and what takes so many steps."""
     frames = []
-    for _ in range(steps // every):
-        advance(every)
-        frames.append([np.array(rows, float) for rows in now()])
+    with spending():
+        for _ in range(steps // every):
+            advance(every)
+            frames.append([np.array(rows, float) for rows in now()])
     return Motion(*(np.stack(rows) for rows in zip(*frames)))
 
 

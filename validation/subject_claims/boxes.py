@@ -31,6 +31,7 @@ def boxes(*rows: tuple, gravity: float = 0.0, friction: float = 0.0, restitution
 
 @asks(
     "move_boxes",
+    roundings=1_000,
     reference=NEWTON,
     unit="of the speed",
     tolerance=1e-12,
@@ -51,6 +52,7 @@ def fly(run: Run, move: Answer) -> Comparison:
 
 @asks(
     "move_boxes",
+    roundings=4_000,
     reference="closed form: Rodrigues' formula for the whole turn",
     unit="of the rotation matrix",
     tolerance=1e-10,
@@ -74,6 +76,7 @@ def turn(run: Run, move: Answer) -> Comparison:
 
 @asks(
     "move_boxes",
+    roundings=4_000,
     reference="invariant",
     kind="invariant",
     tolerance=1e-11,
@@ -119,6 +122,7 @@ def collisions(rng: np.random.Generator, count: int) -> list[Boxes]:
 
 @asks(
     "move_boxes",
+    roundings=500,
     reference="invariant",
     kind="invariant",
     unit="of the momenta",
@@ -132,6 +136,7 @@ def keep_momentum(run: Run, move: Answer) -> Comparison:
 
 @asks(
     "move_boxes",
+    roundings=500,
     reference="invariant",
     kind="invariant",
     unit="of the momenta, at 1 m",
@@ -156,6 +161,7 @@ def kept(run: Run, move: Answer, part: slice) -> Comparison:
 
 @asks(
     "move_boxes",
+    roundings=500,
     reference="invariant: kinetic energy",
     kind="invariant",
     unit="of the energy before",
@@ -175,6 +181,7 @@ def gain_nothing(run: Run, move: Answer) -> Comparison:
 
 @asks(
     "move_boxes",
+    roundings=500,
     reference="closed form: central impact",
     unit="of the closing speed",
     tolerance=1e-4,
@@ -201,6 +208,7 @@ def meet_face_to_face(run: Run, move: Answer) -> Comparison:
 
 @asks(
     "move_boxes",
+    roundings=8_000,
     reference="closed form e²ⁿ h",
     unit="of the first height",
     tolerance=2e-3,
@@ -231,6 +239,7 @@ def ground(height: float = 0.0, speed: object = (0.0, 0.0, 0.0)) -> tuple:
 
 @asks(
     "move_boxes",
+    roundings=1_000,
     reference=COULOMB,
     unit="of the way",
     tolerance=5e-3,
@@ -253,6 +262,7 @@ def slide(run: Run, move: Answer) -> Comparison:
 
 @asks(
     "move_boxes",
+    roundings=1_000,
     reference=COULOMB,
     unit="of g t²/2",
     tolerance=2e-3,
@@ -276,6 +286,7 @@ def slope(run: Run, move: Answer) -> Comparison:
 
 @asks(
     "move_boxes",
+    roundings=1_000,
     reference=COULOMB,
     unit="of the belt's speed",
     tolerance=5e-6,

@@ -41,6 +41,7 @@ def inflated(run: Run, count: int) -> list[tuple[str, GasBody, float]]:
 
 @asks(
     "gas_volume",
+    roundings=1_000,
     reference="closed form",
     unit="of the volume",
     tolerance=5e-5,
@@ -59,6 +60,7 @@ def rest(run: Run, volume: Answer) -> Comparison:
 
 @asks(
     "gas_period",
+    roundings=1_000,
     reference="closed form of small oscillations; they are of 1 % of the size",
     tolerance=2.5e-4,
     because="that of the same claim about Bullet and the core; 1e-4 of it is that the swing is not small",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -33,7 +34,7 @@ def inside(meshes: dict[str, Mesh], points: dict[str, np.ndarray], ask: Answer) 
     return Comparison(np.concatenate(measured), np.concatenate(expected), groups=kinds, inputs=inputs)
 
 
-POINTS = {
+POINTS: dict[str, Any] = {
     "reference": "exact integer arithmetic on the same floating-point inputs",
     "kind": "exact arithmetic",
     "unit": DISAGREEMENTS,

@@ -6,6 +6,7 @@ import dartpy
 import numpy as np
 
 from references.analytic import rotation_matrix
+from validation.effort import iterations
 from validation.subject import Boxes, Motion, moving
 
 PACKAGES = {"dartpy": "dartpy"}  # import name, and the name to install it by
@@ -39,6 +40,7 @@ def move_boxes(boxes: Boxes, step: float, steps: int, every: int) -> Motion:
     options = dartpy.constraint.NsgsFrictionSolver.Options()
     options.law = dartpy.constraint.NsgsFrictionSolver.Law.Coulomb
     options.tolerance = 1e-7
+    options.maxSweeps = iterations(options.maxSweeps)
     solver = world.getConstraintSolver()
     solver.setBoxedLcpSolver(dartpy.constraint.NsgsFrictionSolver(options))
     solver.setCollisionDetector(dartpy.collision.FCLCollisionDetector())

@@ -7,6 +7,7 @@ import numpy as np
 from references import trimesh
 
 PACKAGES = {"embreex": "embreex", "trimesh": "trimesh"}  # import name, and the name to install it by
+PRECISION = "single"
 CANNOT = {  # question → why it has no answer
     "move_boxes": "it knows meshes, and moves nothing",
     "boxes_overlap": "it knows meshes, and no boxes",

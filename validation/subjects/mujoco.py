@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 
 from references.analytic import rotation_matrix
+from validation.effort import iterations
 from validation.subject import Boxes, Motion, moving
 
 PACKAGES = {"mujoco": "mujoco"}  # import name, and the name to install it by
@@ -80,7 +81,8 @@ def _scene(boxes: Boxes, step: float) -> str:
         bodies.append(f'<body {pose}>{joint}<geom size="{_text(0.5 * size)}" {kilogram}/></body>')
     return f"""
         <mujoco>
-          <option timestep="{step!r}" gravity="0 0 {-boxes.gravity!r}" integrator="RK4" cone="elliptic" impratio="10"/>
+          <option timestep="{step!r}" gravity="0 0 {-boxes.gravity!r}" integrator="RK4" cone="elliptic" impratio="10"
+                  iterations="{iterations(100)}"/>
           <default>
             <geom type="box" condim="{3 if boxes.friction else 1}" friction="{boxes.friction!r} 0 0"
                   solref="{_text(np.array([-(swing**2), -2.0 * damped * swing]))}" solimp="0.999 0.999 0.001"/>

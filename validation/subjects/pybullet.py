@@ -6,6 +6,7 @@ import numpy as np
 
 from references.pybullet import pybullet
 from references.pybullet_world import closest
+from validation.effort import iterations
 from validation.subject import Boxes, Motion, moving
 
 PACKAGES = {"pybullet": "pybullet"}  # import name, and the name to install it by
@@ -41,6 +42,7 @@ def move_boxes(boxes: Boxes, step: float, steps: int, every: int) -> Motion:
         pybullet.setGravity(0.0, 0.0, -boxes.gravity, physicsClientId=client)
         pybullet.setPhysicsEngineParameter(
             solverResidualThreshold=0.0,
+            numSolverIterations=iterations(50),
             restitutionVelocityThreshold=0.0,
             deterministicOverlappingPairs=1,
             physicsClientId=client,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import rapier3d
 
+from validation.effort import iterations
 from validation.subject import Boxes, Motion, moving
 
 PACKAGES = {"rapier3d": "rapier3d"}  # import name, and the name to install it by
@@ -18,6 +19,7 @@ SETTINGS = {  # what was chosen against the defaults, and why
     ),
     "one thread": "worlds of some ten boxes gain nothing from more",
 }
+PRECISION = "single"
 CANNOT = {  # question → why it has no answer
     "boxes_overlap": "its adapter does not ask it so far",
     "gas_volume": "its soft bodies keep their volume, and have no gas",
@@ -31,6 +33,7 @@ def move_boxes(boxes: Boxes, step: float, steps: int, every: int) -> Motion:
     world = rapier3d.PhysicsWorld(gravity=(0.0, 0.0, -boxes.gravity))
     world.set_num_threads(1)
     world.integration_parameters.dt = step
+    world.integration_parameters.num_solver_iterations = iterations(4)
     handles = [_add(world, boxes, box) for box in boxes.rows()]
 
     def now() -> tuple[np.ndarray, ...]:

@@ -8,6 +8,7 @@ from softbody import Mesh, World
 from softbody.collision.boxes import sat_boxes
 from softbody.geometry import points_in_mesh as ask_points
 from validation.cases import BoxPairs
+from validation.effort import finer, iterations
 from validation.subject import Boxes, GasBody, Motion, moving, swells_again
 
 SETTINGS = {  # what was chosen against the defaults, and why
@@ -20,7 +21,7 @@ SAMPLES = 400  # of a breath: the crossing between two of them is straight to 1e
 
 def move_boxes(boxes: Boxes, step: float, steps: int, every: int) -> Motion:
     """Let boxes move."""
-    world = World(gravity=(0.0, 0.0, -boxes.gravity), gyroscopic=True)
+    world = World(gravity=(0.0, 0.0, -boxes.gravity), gyroscopic=True, iterations=iterations(30))
     for size, mass, position, orientation, velocity, spin in boxes.rows():
         world.add_box(
             size,
@@ -56,13 +57,14 @@ def gas_period(body: GasBody, swing: float) -> float:
     world = _at_rest(body)
     (ball,) = world.soft_bodies
     ball.velocities[:] = swing * body.frequency * (ball.positions - ball.centre)
-    middle, time_step = ball.volume, 2.0 * np.pi / body.frequency / SAMPLES
+    samples = round(SAMPLES * finer())
+    middle, time_step = ball.volume, 2.0 * np.pi / body.frequency / samples
 
     def advance() -> float:
         world.step(time_step)
         return float(ball.volume) - middle
 
-    return time_step * swells_again(advance, SAMPLES)
+    return time_step * swells_again(advance, samples)
 
 
 def points_in_mesh(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:

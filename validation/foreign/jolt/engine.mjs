@@ -1,0 +1,129 @@
+// Jolt's boxes, and its soft bodies with gas, which are the paper's model solved by XPBD (single precision).
+import { createRequire } from "node:module";
+import { pathToFileURL } from "node:url";
+import { seconds, serve, zeros } from "../protocol.mjs";
+
+const installed = createRequire(pathToFileURL(process.argv[2] + "/")).resolve("jolt-physics");
+const { default: init } = await import(pathToFileURL(installed));
+const Jolt = await init();
+const STILL = 0, MOVING = 1; // layers
+
+const settings = new Jolt.JoltSettings();
+settings.mMaxWorkerThreads = 0;
+const pairs = new Jolt.ObjectLayerPairFilterTable(2), layers = new Jolt.BroadPhaseLayerInterfaceTable(2, 2);
+pairs.EnableCollision(STILL, MOVING);
+pairs.EnableCollision(MOVING, MOVING);
+for (const layer of [STILL, MOVING]) layers.MapObjectToBroadPhaseLayer(layer, new Jolt.BroadPhaseLayer(layer));
+settings.mObjectLayerPairFilter = pairs;
+settings.mBroadPhaseLayerInterface = layers;
+settings.mObjectVsBroadPhaseLayerFilter = new Jolt.ObjectVsBroadPhaseLayerFilterTable(layers, 2, pairs, 2);
+const jolt = new Jolt.JoltInterface(settings), system = jolt.GetPhysicsSystem(), bodies = system.GetBodyInterface();
+const usual = system.GetPhysicsSettings(), [VELOCITY_STEPS, POSITION_STEPS] = [usual.mNumVelocitySteps, usual.mNumPositionSteps];
+
+function prepare(gravity, iterations) {
+  system.SetGravity(new Jolt.Vec3(0, 0, -gravity));
+  const chosen = system.GetPhysicsSettings();
+  chosen.mMinVelocityForRestitution = 0;
+  chosen.mNumVelocitySteps = Math.max(1, Math.round(iterations * VELOCITY_STEPS));
+  chosen.mNumPositionSteps = Math.max(1, Math.round(iterations * POSITION_STEPS));
+  system.SetPhysicsSettings(chosen);
+}
+
+function addBox(arrays, k, friction, restitution) {
+  const row = (name, width) => Array.from(arrays[name].data.subarray(width * k, width * (k + 1)));
+  const mass = arrays.mass.data[k], [w, x, y, z] = row("orientation", 4);
+  const velocity = row("velocity", 3), spin = row("spin", 3);
+  const held = !Number.isFinite(mass), moves = [...velocity, ...spin].some((one) => one !== 0);
+  const kind = held ? (moves ? Jolt.EMotionType_Kinematic : Jolt.EMotionType_Static) : Jolt.EMotionType_Dynamic;
+  const shape = new Jolt.BoxShape(new Jolt.Vec3(...row("size", 3).map((side) => side / 2)), 0);
+  const made = new Jolt.BodyCreationSettings(
+    shape, new Jolt.RVec3(...row("position", 3)), new Jolt.Quat(x, y, z, w), kind, held ? STILL : MOVING);
+  Object.assign(made, { mAllowSleeping: false, mLinearDamping: 0, mAngularDamping: 0, mMaxLinearVelocity: 1e9 });
+  Object.assign(made, { mMaxAngularVelocity: 1e9, mApplyGyroscopicForce: true, mFriction: friction });
+  Object.assign(made, { mRestitution: restitution, mMotionQuality: Jolt.EMotionQuality_LinearCast });
+  made.mLinearVelocity = new Jolt.Vec3(...velocity);
+  made.mAngularVelocity = new Jolt.Vec3(...spin);
+  if (!held) {
+    made.mOverrideMassProperties = Jolt.EOverrideMassProperties_CalculateInertia;
+    made.mMassPropertiesOverride.mMass = mass;
+  }
+  const body = bodies.CreateBody(made);
+  bodies.AddBody(body.GetID(), Jolt.EActivation_Activate);
+  Jolt.destroy(made);
+  return body;
+}
+
+function moveBoxes({ numbers: { step, steps, every, gravity, friction, restitution, iterations }, arrays }) {
+  prepare(gravity, iterations);
+  const count = arrays.mass.data.length, frames = Math.floor(steps / every);
+  const made = Array.from({ length: count }, (_, k) => addBox(arrays, k, friction, restitution));
+  const position = zeros(frames, count, 3), orientation = zeros(frames, count, 4);
+  const velocity = zeros(frames, count, 3), spin = zeros(frames, count, 3);
+  const begun = seconds();
+  for (let frame = 0; frame < frames; frame++) {
+    for (let n = 0; n < every; n++) jolt.Step(step, 1);
+    made.forEach((body, k) => {
+      const at = frame * count + k;
+      const [p, q, v, s] = [body.GetPosition(), body.GetRotation(), body.GetLinearVelocity(), body.GetAngularVelocity()];
+      position.data.set([p.GetX(), p.GetY(), p.GetZ()], 3 * at);
+      orientation.data.set([q.GetW(), q.GetX(), q.GetY(), q.GetZ()], 4 * at);
+      velocity.data.set([v.GetX(), v.GetY(), v.GetZ()], 3 * at);
+      spin.data.set([s.GetX(), s.GetY(), s.GetZ()], 3 * at);
+    });
+  }
+  const took = seconds() - begun;
+  made.forEach((body) => (bodies.RemoveBody(body.GetID()), bodies.DestroyBody(body.GetID())));
+  return { arrays: { position, orientation, velocity, spin }, seconds: took };
+}
+
+function volumeOf(vertices, triangles) {
+  let six = 0;
+  for (let t = 0; t < triangles.length; t += 3) {
+    const [a, b, c] = [0, 1, 2].map((n) => vertices[triangles[t + n]]);
+    six += a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0]);
+  }
+  return six / 6;
+}
+
+/** Return the volume after each of so many steps, of a body that may begin by swelling at `rate` [1/s]. */
+function volumes({ numbers: { stiffness, gas, mass, step, steps, damping, rate, iterations }, arrays }) {
+  prepare(0, 1);
+  const points = arrays.vertices.data, ends = arrays.edges.data, triangles = Array.from(arrays.triangles.data);
+  const count = points.length / 3, shared = new Jolt.SoftBodySharedSettings();
+  for (let k = 0; k < count; k++) {
+    const one = new Jolt.SoftBodySharedSettingsVertex(), place = Array.from(points.subarray(3 * k, 3 * k + 3));
+    one.mPosition = new Jolt.Float3(...place);
+    one.mVelocity = new Jolt.Float3(...place.map((x) => rate * x));
+    one.mInvMass = count / mass;
+    shared.mVertices.push_back(one);
+  }
+  for (let t = 0; t < triangles.length; t += 3)
+    shared.AddFace(new Jolt.SoftBodySharedSettingsFace(...triangles.slice(t, t + 3), 0));
+  for (let e = 0; e < ends.length; e += 2)
+    shared.mEdgeConstraints.push_back(new Jolt.SoftBodySharedSettingsEdge(ends[e], ends[e + 1], 1 / stiffness));
+  shared.CalculateEdgeLengths();
+  if (arrays.rest) for (let e = 0; e < ends.length / 2; e++) shared.mEdgeConstraints.at(e).mRestLength = arrays.rest.data[e];
+  shared.Optimize();
+  const made = new Jolt.SoftBodyCreationSettings(shared, new Jolt.RVec3(0, 0, 0), new Jolt.Quat(0, 0, 0, 1), MOVING);
+  Object.assign(made, { mPressure: gas, mNumIterations: iterations, mLinearDamping: damping });
+  Object.assign(made, { mAllowSleeping: false, mUpdatePosition: false, mMaxLinearVelocity: 1e9 });
+  const body = bodies.CreateSoftBody(made), volume = zeros(steps);
+  bodies.AddBody(body.GetID(), Jolt.EActivation_Activate);
+  const moving = Jolt.castObject(body.GetMotionProperties(), Jolt.SoftBodyMotionProperties);
+  const begun = seconds();
+  for (let n = 0; n < steps; n++) {
+    jolt.Step(step, 1);
+    const now = moving.GetVertices();
+    const places = Array.from({ length: count }, (_, k) => {
+      const place = now.at(k).mPosition;
+      return [place.GetX(), place.GetY(), place.GetZ()];
+    });
+    volume.data[n] = volumeOf(places, triangles);
+  }
+  const took = seconds() - begun;
+  bodies.RemoveBody(body.GetID());
+  bodies.DestroyBody(body.GetID());
+  return { arrays: { volume }, seconds: took };
+}
+
+serve({ move_boxes: moveBoxes, volumes });
