@@ -67,12 +67,13 @@ class Engine:
             self._process.stdin.flush()
             (length,) = struct.unpack("<d", _taken(self._process.stdout, 8))
             if not 0 < length < LONGEST:
-                raise ForeignError(f"its answer begins with {length}, which is no length")
+                raise ValueError(f"it begins with {length}, which is no length")
             said = json.loads(_taken(self._process.stdout, int(length)))
             if "error" in said:
                 raise ForeignError(str(said["error"]))
             answer = {name: _array(self._process.stdout, shape) for name, shape in said["shapes"].items()}
         except (OSError, EOFError, ValueError, KeyError, TypeError) as error:
+            self.stop()
             raise ForeignError(f"it gave no answer ({type(error).__name__}: {error})") from None
         spent(float(said["seconds"]))
         return answer

@@ -24,6 +24,12 @@ OUT = Path("build/league")
 @click.option(
     "--jobs", type=click.IntRange(min=1), default=min(os.cpu_count() or 1, 4), show_default=True, help="Cells at once."
 )
+@click.option(
+    "--limit",
+    type=click.FloatRange(min=0.0, min_open=True),
+    metavar="SECONDS",
+    help="That a cell may take.  [default: 120 at quick, 300 at standard, 1800 at full]",
+)
 @click.option("--quiet", is_flag=True, help="Say only what cannot be done.")
 def main(
     level: str,
@@ -33,6 +39,7 @@ def main(
     out: Path,
     resume: bool,
     jobs: int,
+    limit: float | None,
     quiet: bool,
 ) -> None:
     """Put every engine beside every other: how right it is, and what that costs.
@@ -52,7 +59,7 @@ def main(
         if not tasks:
             raise click.UsageError(f"no task's id contains {' or '.join(patterns)}; tasks are {', '.join(CLAIMS)}")
         engines = sorted(the_subject(name).name for name in chosen or subjects())
-        league = played(Plan(level, seed, jobs, out, tasks, engines, resume), terminal)
+        league = played(Plan(level, seed, jobs, out, tasks, engines, resume, limit), terminal)
         write(league, out / NAME)
         made = subprocess.run([sys.executable, "-m", "reports", "league", str(out)], capture_output=True, text=True)
         if made.returncode:

@@ -48,6 +48,7 @@ class Plan:
     tasks: list[str]
     engines: list[str]
     resume: bool = False
+    limit: float | None = None  # [s] of a cell; None: the level's
 
 
 class OtherRunError(Exception):
@@ -139,7 +140,7 @@ def _cells(places: list[Place], plan: Plan, terminal: Terminal) -> Iterator[Cell
 def _asked(place: Place, plan: Plan) -> Task:
     task, engine, steps, iterations = place
     arguments = task, engine, plan.level, plan.seed, steps, iterations
-    return Task(f"{engine}:{task}", play, arguments, LIMITS[plan.level])
+    return Task(f"{engine}:{task}", play, arguments, plan.limit or LIMITS[plan.level])
 
 
 def _cell_of(ended: Ended, place: Place) -> Cell:
