@@ -27,6 +27,7 @@ class Rows(NamedTuple):
     least: float = -inf
     above: float = -inf
     most: float = inf
+    beyond: float = -inf  # in size, or 0
 
 
 class Property(NamedTuple):
@@ -61,7 +62,7 @@ class Model(NamedTuple):
     edge_rest_length: Annotated[np.ndarray, Rows(above=0.0)]  # (e,) [m]
     edge_stiffness: Annotated[np.ndarray, Rows(least=0.0)]  # (e,) [N/m]
     # (e,) length / rest length beyond which the surface tears there; 0: never; < 0: not before it is within that once
-    edge_tear_at: Annotated[np.ndarray, Rows()]
+    edge_tear_at: Annotated[np.ndarray, Rows(beyond=1.0)]
     triangle_particles: Annotated[np.ndarray, Rows(3, whole=True)]  # (t, 3) counter-clockwise seen from outside
     soft_particle_start: Annotated[np.ndarray, Rows(whole=True)]  # (b + 1,)
     soft_edge_start: Annotated[np.ndarray, Rows(whole=True)]  # (b + 1,)

@@ -36,7 +36,7 @@ from softbody.model.arrays import (
 from softbody.model.properties import check_self_contact, known_properties
 from softbody.model.settings import PRECISIONS, Settings, check_name, check_settings
 from softbody.model.sleep_state import Rested, not_rested
-from softbody.model.validation import QUATERNION_TOLERANCE, tear_at_of
+from softbody.model.validation import QUATERNION_TOLERANCE
 from softbody.storage.snapshot_entries import Entries, Snapshot
 
 # Of snapshots and files. Format 1 has no number, and holds the vertex rings, too; before 3 there are no joints,
@@ -130,7 +130,6 @@ def _checked(entries: Entries) -> Snapped:
     if number < 4:
         entries.put("state.box_time_left", np.zeros(model.box_count))
     _check_surfaces(model)
-    _check_limits(model)
     model = _with_boxes_volumes(_with_masses(model, number), number)
     _check_masses(model)
     controls, state = _controls(entries, counts), _part(entries, "state", State, counts)
@@ -251,14 +250,6 @@ def _check_surfaces(model: Model) -> None:
             raise SnapshotError(
                 f"model.edge_particles of soft body {body} are not the edges of its triangles, each once, in order"
             )
-
-
-def _check_limits(model: Model) -> None:
-    """Raise SnapshotError unless each spring has a limit that it may have, or that it waits with, which is below 0."""
-    try:
-        tear_at_of(np.abs(model.edge_tear_at), len(model.edge_tear_at))
-    except ParameterError as error:
-        raise SnapshotError(f"model.edge_{error}") from error
 
 
 def _with_boxes_volumes(model: Model, number: int) -> Model:

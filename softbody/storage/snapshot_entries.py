@@ -127,6 +127,7 @@ class Entries:
 def _check(name: str, array: np.ndarray, rows: Rows) -> None:
     """Raise SnapshotError for the first number that is not finite or not within limits."""
     good = np.isfinite(array) & (array >= rows.least) & (array > rows.above) & (array <= rows.most)
+    good &= (array == 0.0) | (np.abs(array) > rows.beyond)
     if not rows.whole:
         good &= np.abs(array) <= LARGEST
         if rows.above >= 0.0:
@@ -139,6 +140,8 @@ def _check(name: str, array: np.ndarray, rows: Rows) -> None:
 
 def _limits(rows: Rows) -> str:
     """Return in words what the numbers of an array may be."""
+    if rows.beyond > -np.inf:
+        return f"0, or a finite number of a size > {rows.beyond:g}, up to {LARGEST:g}"
     limits = [
         f"> {rows.above:g}" if rows.above > -np.inf else "",
         f"≥ {rows.least:g}" if rows.least > -np.inf else "",

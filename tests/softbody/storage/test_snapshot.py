@@ -137,7 +137,12 @@ def refused(snapshot, message):
         ("model.edge_particles", (-1, 0), 3, r"edge_particles of soft body 1"),
         ("model.edge_rest_length", 0, 0.0, r"edge_rest_length\[0\] is 0\.0; it must be a finite number > 0"),
         ("model.edge_stiffness", 0, np.inf, r"edge_stiffness\[0\] is inf"),
-        ("model.edge_tear_at", 7, 0.5, r"model\.edge_tear_at of edge 7 is 0\.5; give length / rest length > 1"),
+        (
+            "model.edge_tear_at",
+            7,
+            0.5,
+            r"model\.edge_tear_at\[7\] is 0\.5; it must be 0, or a finite number of a size > 1",
+        ),
         ("model.triangle_particles", (5, 2), 10**9, r"soft body 0, from 0 on: triangle 5 is .* 1000000000\], but"),
         ("model.triangle_particles", (5, 2), -1, r"triangle_particles of soft body 0"),
         ("model.triangle_particles", (-1, 2), 0, r"triangle_particles of soft body 1"),

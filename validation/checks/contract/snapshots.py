@@ -459,6 +459,10 @@ SIZES = re.compile(r"(?:up to|between (\S+) and) (\S+)$")
 def fits(value: float, said: str) -> bool:
     """Tell whether a number is what a message says that it must be."""
     bounds = {">": np.greater, "≥": np.greater_equal, "≤": np.less_equal}
+    if value == 0.0 and said.startswith("0, or "):
+        return True
+    value = abs(value) if " of a size " in said else value
+    said = said.removeprefix("0, or ")
     is_within = all(bounds[sign](value, float(limit)) for sign, limit in BOUND.findall(said))
     sizes = SIZES.search(said)
     if said.startswith("a whole number"):
@@ -477,6 +481,7 @@ def fits(value: float, said: str) -> bool:
     faults=(
         Fault("a limit that is not said", snapshot_entries._limits, "rows.most < np.inf → False"),
         Fault("no smallest size", snapshot_entries._limits, "rows.above >= 0.0 → False"),
+        Fault("no size that it must be beyond", snapshot_entries._limits, "rows.beyond > -np.inf → False"),
         Fault("above for at least", snapshot_entries._limits, "rows.least > -np.inf → rows.above > -np.inf"),
     ),
 )
