@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from reports.league_plots import looks, picture, work_plot
+from reports.league_plots import growth_plots, looks, picture, work_plot
 from reports.notation import NO_BREAK, THIN, number
 from reports.plots import MARKERS, VARIABLES
 from reports.template import rendered
@@ -48,6 +48,7 @@ class Section:
     name: str
     shown: list[Shown]
     plot: Markup | None
+    growth: list[Markup]
     picture: Markup | None
 
     @property
@@ -67,8 +68,9 @@ def page(league: League) -> str:
         anchor = re.sub(r"\W+", "-", task.id)
         shown = [_shown(task, engine, cells, anchor, keys[engine.name]) for engine in league.engines]
         plot, drawn = work_plot(task, cells, names), picture(task.boxes)
+        growth = [Markup(one) for one in growth_plots(task, cells, names)]
         name = task.id.partition(".")[2].replace("_", " ")
-        section = Section(task, anchor, name, shown, plot and Markup(plot), drawn and Markup(drawn))  # type: ignore[arg-type]
+        section = Section(task, anchor, name, shown, plot and Markup(plot), growth, drawn and Markup(drawn))  # type: ignore[arg-type]
         families.setdefault(task.family, []).append(section)
     asked = {cell.engine for cell in league.cells if cell.state == ANSWERED}
     sections = [one for rows in families.values() for one in rows]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.ticker import NullLocator
@@ -40,31 +41,66 @@ def _draw(axes: Axes, task: TaskRow, cells: list[Cell], engines: list[str]) -> N
     axes.set_yscale("log")
     for engine, (colour, marker) in looks(engines).items():
         own = [cell for cell in cells if cell.engine == engine]
-        for by in (lambda c: c.iterations == 1.0, lambda c: c.steps == 1.0):
-            line = sorted((cell for cell in own if by(cell)), key=lambda c: (c.steps, c.iterations))
-            dashes = "-" if by is not None and len({c.steps for c in line}) > 1 else (0, (2, 2))
-            if line:
+        lines = (
+            ("-", [one for one in own if one.iterations == 1.0]),
+            ((0, (2, 2)), [one for one in own if one.steps == 1.0]),
+        )
+        for dashes, line in lines:
+            line = sorted(line, key=lambda cell: (cell.steps, cell.iterations))
+            if len(line) > 1:
                 axes.plot(*zip(*(_point(task, cell) for cell in line)), color=colour, linewidth=1.2, linestyle=dashes)
         for cell in own:
             size, face = (7, colour) if cell.is_usual else (4, "none")
             axes.plot(*_point(task, cell), color=colour, marker=marker, markersize=size, markerfacecolor=face)
     axes.axhline(1.0, color=MUTED, linewidth=0.8, linestyle=(0, (1, 3)))
     points = np.array([_point(task, cell) for cell in cells])
-    for limits, ticks, values in (
-        (axes.set_xlim, axes.set_xticks, points[:, 0]),
-        (axes.set_ylim, axes.set_yticks, np.append(points[:, 1], 1.0)),
-    ):
-        low, high = math.log10(values.min()) - 0.3, math.log10(values.max()) + 0.3
-        limits(10.0**low, 10.0**high)
-        stride = max(1, math.ceil((high - low) / 6))
-        powers = [p for p in range(math.ceil(low), math.floor(high) + 1) if p % stride == 0]
-        ticks([10.0**p for p in powers], [power_of_ten(p) for p in powers])
+    _decades(axes.set_xlim, axes.set_xticks, points[:, 0])
+    _decades(axes.set_ylim, axes.set_yticks, np.append(points[:, 1], 1.0))
     axes.xaxis.set_minor_locator(NullLocator())
     axes.yaxis.set_minor_locator(NullLocator())
     axes.grid(axis="both")
     axes.set_axisbelow(True)
     axes.set_xlabel(f"seconds of the processor per {task.cost_of}")
     axes.text(-0.13, 1.08, f"error, in {number(task.matters)} {task.unit}", transform=axes.transAxes, parse_math=False)
+
+
+def growth_plots(task: TaskRow, cells: list[Cell], engines: list[str]) -> list[str]:
+    """Return how costs and errors grow with the number of bodies, as two SVGs; none where it is always the same."""
+    rows = {cell.engine: np.array(cell.growth) for cell in cells if cell.is_usual and cell.growth}
+    if not rows:
+        return []
+    cost, error = f"seconds of the processor per {task.cost_of}", f"error, in {number(task.matters)} {task.unit}"
+    return [
+        svg(f"{name} {task.id}", lambda axes, k=k, name=name, by=by: _draw_growth(axes, rows, engines, k, name, by))  # type: ignore[misc]
+        for k, name, by in ((1, cost, 1.0), (2, error, task.matters))
+    ]
+
+
+def _draw_growth(
+    axes: Axes, rows: dict[str, np.ndarray], engines: list[str], column: int, name: str, unit: float
+) -> None:
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    values = {engine: np.maximum(row[:, column] / unit, LEAST) for engine, row in rows.items()}
+    for engine, (colour, marker) in looks(engines).items():
+        if engine in rows:
+            axes.plot(rows[engine][:, 0], values[engine], color=colour, marker=marker, markersize=5, linewidth=1.2)
+    _decades(axes.set_xlim, axes.set_xticks, np.concatenate([row[:, 0] for row in rows.values()]), 0.1)
+    _decades(axes.set_ylim, axes.set_yticks, np.concatenate(list(values.values())))
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.yaxis.set_minor_locator(NullLocator())
+    axes.grid(axis="both")
+    axes.set_xlabel("boxes")
+    axes.text(-0.13, 1.08, name, transform=axes.transAxes, parse_math=False)
+
+
+def _decades(limit: Callable[..., Any], ticks: Callable[..., Any], values: np.ndarray, room: float = 0.3) -> None:
+    """Give a logarithmic axis its ends and its ticks."""
+    low, high = math.log10(values.min()) - room, math.log10(values.max()) + room
+    limit(10.0**low, 10.0**high)
+    stride = max(1, math.ceil((high - low) / 6))
+    powers = [p for p in range(math.ceil(low), math.floor(high) + 1) if p % stride == 0]
+    ticks([10.0**p for p in powers], [power_of_ten(p) for p in powers])
 
 
 def _point(task: TaskRow, cell: Cell) -> tuple[float, float]:

@@ -20,6 +20,7 @@ from validation.subject import CLAIMS, SubjectClaim, checks_of, point_of, the_su
 ANSWERED, CANNOT = "answered", "cannot"
 STATES = (ANSWERED, CANNOT, NOT_RUN, FAILS)
 MATTERS = 1e-3  # of the size, the speed, the way: an error that a user may see
+LEAST_GROWTH = 5  # different numbers of bodies, to see how something grows with them
 LEAST_STEP = 0.25  # of what a question asks for, below which tasks are not the same any more
 
 
@@ -38,6 +39,7 @@ class Cell:
     median: float | None = None
     bias: float | None = None  # mean of measured − expected, in the task's unit; of answers of one number
     scatter: float | None = None  # standard deviation of the same
+    growth: list[list[float]] = field(default_factory=list)  # bodies, cost and error, where tasks differ in bodies
     costs: list[float] = field(default_factory=list)  # quartiles: seconds of the processor per `cost_of`
 
     @property
@@ -79,8 +81,10 @@ def play(task: str, engine: str, level: str, seed: int, steps: float, iterations
         asked = Asked(answer, claim.question, Effort(steps, iterations))
         run = Run(level, seed, claim.check.id)
         run.seed_engines()
-        weigh(cell, claim, claim.compare(run, asked))
+        errors = weigh(cell, claim, claim.compare(run, asked))
         cell.costs = np.quantile(asked.costs, [0.25, 0.5, 0.75]).tolist() if asked.costs else []
+        if len(set(asked.bodies)) >= LEAST_GROWTH and len(asked.bodies) == len(errors):
+            cell.growth = [list(row) for row in zip(asked.bodies, asked.costs, errors.tolist())]
     except (NotHereError, CannotTryError, ModuleNotFoundError) as error:
         cell.why = plain(error)
     except BaseException as error:
@@ -89,20 +93,21 @@ def play(task: str, engine: str, level: str, seed: int, steps: float, iterations
     return told
 
 
-def weigh(cell: Cell, claim: SubjectClaim, comparison: Comparison) -> None:
-    """Fill in errors; answers that are no numbers fail."""
+def weigh(cell: Cell, claim: SubjectClaim, comparison: Comparison) -> np.ndarray:
+    """Fill in errors, and return them; answers that are no numbers fail."""
     counts = claim.check.unit == DISAGREEMENTS
     errors = errors_of(comparison.measured, comparison.expected, comparison.scale, counts)
     cell.n = len(errors)
     if not len(errors) or not np.isfinite(errors).all():
         cell.state, cell.why = FAILS, f"{int((~np.isfinite(errors)).sum())} of {len(errors)} answers are not finite"
-        return
+        return errors
     cell.state = ANSWERED
     cell.error, cell.median = float(errors.mean() if counts else errors.max()), float(np.median(errors))
     measured, expected = (np.asarray(side, float) for side in (comparison.measured, comparison.expected))
     if measured.ndim == 1 and not counts:
         off = (measured - expected) / comparison.scale
         cell.bias, cell.scatter = float(off.mean()), float(off.std())
+    return errors
 
 
 class Asked:
@@ -111,12 +116,14 @@ class Asked:
     def __init__(self, answer: Callable[..., Any], question: str, hard: Effort) -> None:
         self._answer, self._question, self._hard = answer, question, hard
         self.costs: list[float] = []
+        self.bodies: list[int] = []  # of each question
 
     def __call__(self, *arguments: Any) -> Any:
         """Return its answer to a question with so many steps more, and so much shorter ones."""
         with effort.trying(self._hard):
             if self._question == "move_boxes":
                 boxes, step, steps, every = arguments
+                self.bodies.append(len(boxes.mass) - 1)  # the ground is one
                 arguments = boxes, *refined(step, steps, every, self._hard.steps)
             if not self.costs and self._question in FIRST:  # it may compile, or load: that is no work
                 self._answer(*FIRST[self._question](*arguments))
