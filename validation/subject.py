@@ -67,6 +67,27 @@ class GasBody(NamedTuple):
     frequency: float  # [rad/s] of its breathing, to choose steps by
 
 
+class SoftScene(NamedTuple):
+    """Bodies with gas, at the start where their vertices are, among boxes; they begin with no pull in their springs."""
+
+    bodies: tuple[GasBody, ...]
+    velocity: tuple[np.ndarray, ...]  # (n, 3) of each body [m/s]
+    boxes: Boxes  # which may be none; with gravity, friction and restitution of every pair
+    drag: float = 0.0  # [1/s]: dv/dt = −drag v for all particles
+
+    def rows(self) -> Iterator[tuple[GasBody, np.ndarray]]:
+        """Return each body, and the velocities of its vertices."""
+        return zip(self.bodies, self.velocity)
+
+
+class SoftMotion(NamedTuple):
+    """Where soft bodies and boxes were, f times on their way."""
+
+    position: tuple[np.ndarray, ...]  # (f, n, 3) of each body
+    velocity: tuple[np.ndarray, ...]
+    boxes: Motion
+
+
 class Subject(Protocol):
     """What an adapter may answer."""
 
@@ -81,6 +102,9 @@ class Subject(Protocol):
 
     def gas_period(self, body: GasBody, swing: float) -> float:
         """Return the time [s] of one breath about the shape at rest, begun with the speeds `swing` ω (x − centre)."""
+
+    def move_soft(self, scene: SoftScene, step: float, steps: int, every: int) -> SoftMotion:
+        """Return where soft bodies and boxes are after each `every` of so many steps of `step` [s]."""
 
     def points_in_mesh(self, points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
         """Tell for each of `points` (m, 3) [m] whether it is inside a closed mesh: (m,) of bool."""
@@ -193,12 +217,26 @@ def point_of(subject: Declared) -> str:
 
 def moving(now: Callable[[], tuple[np.ndarray, ...]], advance: Callable[[int], None], steps: int, every: int) -> Motion:
     """Return a motion, from what tells position, orientation, velocity and spin now, and what takes so many steps."""
+    return Motion(*_frames(now, advance, steps, every))
+
+
+def moving_soft(
+    now: Callable[[], tuple[np.ndarray, ...]], advance: Callable[[int], None], steps: int, every: int
+) -> SoftMotion:
+    """Return a motion, as above, from what tells position and velocity of each soft body first, then of boxes."""
+    *soft, position, orientation, velocity, spin = _frames(now, advance, steps, every)
+    return SoftMotion(tuple(soft[::2]), tuple(soft[1::2]), Motion(position, orientation, velocity, spin))
+
+
+def _frames(
+    now: Callable[[], tuple[np.ndarray, ...]], advance: Callable[[int], None], steps: int, every: int
+) -> list[np.ndarray]:
     frames = []
     with spending():
         for _ in range(steps // every):
             advance(every)
             frames.append([np.array(rows, float) for rows in now()])
-    return Motion(*(np.stack(rows) for rows in zip(*frames)))
+    return [np.stack(rows) for rows in zip(*frames)]
 
 
 def swells_again(advance: Callable[[], float], samples: int) -> float:

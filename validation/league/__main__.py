@@ -28,7 +28,7 @@ OUT = Path("build/league")
     "--limit",
     type=click.FloatRange(min=0.0, min_open=True),
     metavar="SECONDS",
-    help="That a cell may take.  [default: 120 at quick, 300 at standard, 1800 at full]",
+    help="That a cell may take.  [default: 300 at quick, 300 at standard, 1800 at full]",
 )
 @click.option("--quiet", is_flag=True, help="Say only what cannot be done.")
 def main(

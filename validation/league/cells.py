@@ -15,10 +15,11 @@ from validation.effort import USUAL, Effort
 from validation.judge import errors_of
 from validation.plain_text import plain
 from validation.record import FAILS, NOT_RUN, finite
-from validation.subject import CLAIMS, SubjectClaim, checks_of, point_of, the_subject
+from validation.subject import CLAIMS, Boxes, SoftScene, SubjectClaim, checks_of, point_of, the_subject
 
 ANSWERED, CANNOT = "answered", "cannot"
 STATES = (ANSWERED, CANNOT, NOT_RUN, FAILS)
+MOTIONS = ("move_boxes", "move_soft")  # questions about what moves, step by step
 MATTERS = 1e-3  # of the size, the speed, the way: an error that a user may see
 LEAST_GROWTH = 5  # different numbers of bodies, to see how something grows with them
 LEAST_STEP = 0.25  # of what a question asks for, below which tasks are not the same any more
@@ -55,13 +56,14 @@ def matters(claim: SubjectClaim) -> float:
 
 def cost_of(claim: SubjectClaim) -> str:
     """Return what a cost is of."""
-    per = {"move_boxes": "second of the world", "boxes_overlap": "pair", "points_in_mesh": "point"}
+    per = {**dict.fromkeys(MOTIONS, "second of the world"), "boxes_overlap": "pair", "points_in_mesh": "point"}
     return per.get(claim.question, "answer")
 
 
 # Of each question, the least of one, which is asked before work is counted.
 FIRST: dict[str, Callable[..., tuple[Any, ...]]] = {
     "move_boxes": lambda boxes, step, *_: (boxes, step, 1, 1),
+    "move_soft": lambda scene, step, *_: (scene, step, 1, 1),
     "boxes_overlap": lambda *pairs: tuple(rows[:2] for rows in pairs),
     "points_in_mesh": lambda points, *mesh: (points[:2], *mesh),
 }
@@ -110,6 +112,12 @@ def weigh(cell: Cell, claim: SubjectClaim, comparison: Comparison) -> np.ndarray
     return errors
 
 
+def number_of_bodies(scene: Boxes | SoftScene) -> int:
+    """Return how many bodies a question is about, without the ground, or what holds them."""
+    boxes, soft = (scene.boxes, len(scene.bodies)) if isinstance(scene, SoftScene) else (scene, 0)
+    return soft + int(np.isfinite(boxes.mass).sum())
+
+
 class Asked:
     """An engine's function that is asked to try so hard, and whose work is counted."""
 
@@ -121,10 +129,10 @@ class Asked:
     def __call__(self, *arguments: Any) -> Any:
         """Return its answer to a question with so many steps more, and so much shorter ones."""
         with effort.trying(self._hard):
-            if self._question == "move_boxes":
-                boxes, step, steps, every = arguments
-                self.bodies.append(len(boxes.mass) - 1)  # the ground is one
-                arguments = boxes, *refined(step, steps, every, self._hard.steps)
+            if self._question in MOTIONS:
+                scene, step, steps, every = arguments
+                self.bodies.append(number_of_bodies(scene))
+                arguments = scene, *refined(step, steps, every, self._hard.steps)
             if not self.costs and self._question in FIRST:  # it may compile, or load: that is no work
                 self._answer(*FIRST[self._question](*arguments))
             effort.taken()
@@ -135,7 +143,7 @@ class Asked:
 
     def _of(self, arguments: tuple[Any, ...]) -> float:
         """Return what a cost is divided by, as `cost_of` says."""
-        if self._question == "move_boxes":
+        if self._question in MOTIONS:
             _, step, steps, _ = arguments
             return float(step * steps)
         return float(len(arguments[0])) if isinstance(arguments[0], np.ndarray) else 1.0
@@ -154,7 +162,7 @@ def efforts(claim: SubjectClaim, level: str) -> Iterator[Effort]:
     yield USUAL
     reach = {"quick": 1, "standard": 2, "full": 3}[level]
     others = [4.0**n for n in range(-reach, reach + 1) if n]
-    if claim.question in ("move_boxes", "gas_volume", "gas_period"):
+    if claim.question in (*MOTIONS, "gas_volume", "gas_period"):
         yield from (Effort(steps=one) for one in others)
-    if claim.question == "move_boxes":
+    if claim.question in MOTIONS:
         yield from (Effort(iterations=one) for one in others)

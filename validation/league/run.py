@@ -32,7 +32,7 @@ from validation.terminal import Terminal
 from validation.worker import Ended, Task, Worker, memory_each
 
 HOST = "softbody"
-LIMITS = {"quick": 120.0, "standard": 300.0, "full": 1_800.0}  # seconds of a cell
+LIMITS = {"quick": 300.0, "standard": 300.0, "full": 1_800.0}  # seconds of a cell
 JOURNAL = "league.jsonl"
 Place = tuple[str, str, float, float]  # of a cell: task, engine, steps, iterations
 

@@ -26,6 +26,7 @@ CANNOT = {  # question → why it has no answer
     "gas_volume": "its soft bodies have no gas",
     "gas_period": "its soft bodies have no gas",
     "points_in_mesh": "its meshes are surfaces, and have no inside",
+    "move_soft": "its soft bodies have no gas",
 }
 
 

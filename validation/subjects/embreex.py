@@ -13,6 +13,7 @@ CANNOT = {  # question → why it has no answer
     "boxes_overlap": "it knows meshes, and no boxes",
     "gas_volume": "it knows meshes, and has no soft bodies",
     "gas_period": "it knows meshes, and has no soft bodies",
+    "move_soft": "it knows meshes, and has no soft bodies",
 }
 
 

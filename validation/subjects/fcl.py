@@ -12,6 +12,7 @@ CANNOT = {  # question → why it has no answer
     "gas_volume": "it finds collisions, and has no soft bodies",
     "gas_period": "it finds collisions, and has no soft bodies",
     "points_in_mesh": "its meshes are surfaces, and have no inside",
+    "move_soft": "it finds collisions, and has no soft bodies",
 }
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from references.analytic import equilibrium_scale
 from validation import effort
 from validation.foreign import node
-from validation.subject import Boxes, GasBody, Motion, swells_again
+from validation.subject import Boxes, GasBody, Motion, SoftMotion, SoftScene, swells_again
 
 SETTINGS = {  # what was chosen against the defaults, and why
     "no damping, no sleeping, no speed limits": "boxes would stop by themselves, or fly no faster than 500 m/s",
@@ -38,6 +38,26 @@ def move_boxes(boxes: Boxes, step: float, steps: int, every: int) -> Motion:
     numbers = {name: float(rows.pop(name)) for name in ("gravity", "friction", "restitution")}
     numbers |= {"step": step, "steps": steps, "every": every, "iterations": effort.iterations(100) / 100}
     return Motion(**node("jolt").ask("move_boxes", numbers, **rows))
+
+
+def move_soft(scene: SoftScene, step: float, steps: int, every: int) -> SoftMotion:
+    """Let bodies with gas move among boxes."""
+    rows = scene.boxes._asdict()
+    numbers = {name: float(rows.pop(name)) for name in ("gravity", "friction", "restitution")}
+    numbers |= {"step": step, "steps": steps, "every": every, "iterations": effort.iterations(100) / 100}
+    numbers |= {"substeps": effort.iterations(5), "drag": scene.drag}
+    bodies = scene.bodies
+    ends = {"particles": "vertices", "edge_start": "edges", "triangle_start": "triangles"}
+    for start, name in ends.items():
+        rows[start] = np.cumsum([0, *(len(getattr(body, name)) for body in bodies)])
+        rows[name] = np.concatenate([getattr(body, name) for body in bodies])
+    rows["vertex_velocity"] = np.concatenate(scene.velocity)
+    for column, name in (("soft_mass", "mass"), ("stiffness", "stiffness"), ("gas", "gas")):
+        rows[column] = np.array([getattr(body, name) for body in bodies])
+    told = node("jolt").ask("move_soft", numbers, **rows)
+    cuts = np.cumsum([len(body.vertices) for body in bodies])[:-1]
+    position, velocity = (tuple(np.split(told.pop(name), cuts, axis=1)) for name in ("vertices", "vertex_velocity"))
+    return SoftMotion(position, velocity, Motion(**told))
 
 
 def gas_volume(body: GasBody) -> float:

@@ -26,6 +26,7 @@ CANNOT = {  # question → why it has no answer
     "gas_volume": "its soft bodies are elastic throughout, or shells, and have no gas",
     "gas_period": "its soft bodies are elastic throughout, or shells, and have no gas",
     "points_in_mesh": "its meshes collide as their convex hulls, and are asked no points",
+    "move_soft": "its soft bodies are elastic throughout, or shells, and have no gas",
 }
 
 HEAVY = 1e5  # [kg]

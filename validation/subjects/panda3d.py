@@ -15,6 +15,7 @@ CANNOT = {  # question → why it has no answer
     "move_boxes": "its adapter does not ask it so far: pybullet has the same boxes in double precision",
     "boxes_overlap": "its adapter does not ask it so far",
     "points_in_mesh": "its meshes are surfaces, and have no inside",
+    "move_soft": "its links pull as springs do in one shape only, which its adapter chooses for regular solids",
 }
 
 PHASE = 0.2  # [rad] of the breathing in a step

@@ -30,6 +30,7 @@ CANNOT = {  # question → why it has no answer
     "gas_volume": "from Python its soft bodies are given no gas; those of `panda3d` are",
     "gas_period": "from Python its soft bodies are given no gas; those of `panda3d` are",
     "points_in_mesh": "its meshes are surfaces, and have no inside",
+    "move_soft": "from Python its soft bodies are given no gas",
 }
 
 HEAVY = 1e9  # [kg]

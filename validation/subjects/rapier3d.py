@@ -25,6 +25,7 @@ CANNOT = {  # question → why it has no answer
     "gas_volume": "its soft bodies keep their volume, and have no gas",
     "gas_period": "its soft bodies keep their volume, and have no gas",
     "points_in_mesh": "its meshes are surfaces, and have no inside",
+    "move_soft": "its soft bodies keep their volume, and have no gas",
 }
 
 

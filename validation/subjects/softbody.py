@@ -9,7 +9,7 @@ from softbody.collision.boxes import sat_boxes
 from softbody.geometry import points_in_mesh as ask_points
 from validation.cases import BoxPairs
 from validation.effort import finer, iterations
-from validation.subject import Boxes, GasBody, Motion, moving, swells_again
+from validation.subject import Boxes, GasBody, Motion, SoftMotion, SoftScene, moving, moving_soft, swells_again
 
 SETTINGS = {  # what was chosen against the defaults, and why
     "gyroscopic torque on": "a body that turns freely is asked whether it keeps its angular momentum",
@@ -21,6 +21,36 @@ SAMPLES = 400  # of a breath: the crossing between two of them is straight to 1e
 
 def move_boxes(boxes: Boxes, step: float, steps: int, every: int) -> Motion:
     """Let boxes move."""
+    world = _world_of(boxes)
+
+    def now() -> tuple[np.ndarray, ...]:
+        state = world.state
+        return state.box_position, state.box_orientation, state.box_velocity, state.box_angular_velocity
+
+    return moving(now, lambda count: world.step(step, count), steps, every)
+
+
+def move_soft(scene: SoftScene, step: float, steps: int, every: int) -> SoftMotion:
+    """Let bodies with gas move among boxes."""
+    world = _world_of(scene.boxes)
+    bodies = []
+    for body, velocity in scene.rows():
+        mesh = Mesh(body.vertices, body.triangles)
+        one = world.add_soft_body(mesh, body.mass, body.stiffness, body.gas, damping=0.0, drag=scene.drag)
+        one.restitution, one.friction = scene.boxes.restitution, scene.boxes.friction
+        bodies.append(one)
+        bodies[-1].velocities[:] = velocity
+
+    def now() -> tuple[np.ndarray, ...]:
+        state = world.state
+        soft = [rows for one in bodies for rows in (one.positions, one.velocities)]
+        boxes = state.box_position, state.box_orientation, state.box_velocity, state.box_angular_velocity
+        return *soft, *boxes
+
+    return moving_soft(now, lambda count: world.step(step, count), steps, every)
+
+
+def _world_of(boxes: Boxes) -> World:
     world = World(gravity=(0.0, 0.0, -boxes.gravity), gyroscopic=True, iterations=iterations(30))
     for size, mass, position, orientation, velocity, spin in boxes.rows():
         world.add_box(
@@ -33,12 +63,7 @@ def move_boxes(boxes: Boxes, step: float, steps: int, every: int) -> Motion:
             restitution=boxes.restitution,
             friction=boxes.friction,
         )
-
-    def now() -> tuple[np.ndarray, ...]:
-        state = world.state
-        return state.box_position, state.box_orientation, state.box_velocity, state.box_angular_velocity
-
-    return moving(now, lambda count: world.step(step, count), steps, every)
+    return world
 
 
 def boxes_overlap(*pairs: np.ndarray) -> np.ndarray:

@@ -53,27 +53,34 @@ function addBox(arrays, k, friction, restitution) {
   return body;
 }
 
+function boxRows(frames, count) {
+  const three = () => zeros(frames, count, 3);
+  return { position: three(), orientation: zeros(frames, count, 4), velocity: three(), spin: three() };
+}
+
+function tellBoxes({ position, orientation, velocity, spin }, made, frame) {
+  made.forEach((body, k) => {
+    const at = frame * made.length + k;
+    const [p, q, v, s] = [body.GetPosition(), body.GetRotation(), body.GetLinearVelocity(), body.GetAngularVelocity()];
+    position.data.set([p.GetX(), p.GetY(), p.GetZ()], 3 * at);
+    orientation.data.set([q.GetW(), q.GetX(), q.GetY(), q.GetZ()], 4 * at);
+    velocity.data.set([v.GetX(), v.GetY(), v.GetZ()], 3 * at);
+    spin.data.set([s.GetX(), s.GetY(), s.GetZ()], 3 * at);
+  });
+}
+
 function moveBoxes({ numbers: { step, steps, every, gravity, friction, restitution, iterations }, arrays }) {
   prepare(gravity, iterations);
   const count = arrays.mass.data.length, frames = Math.floor(steps / every);
   const made = Array.from({ length: count }, (_, k) => addBox(arrays, k, friction, restitution));
-  const position = zeros(frames, count, 3), orientation = zeros(frames, count, 4);
-  const velocity = zeros(frames, count, 3), spin = zeros(frames, count, 3);
-  const begun = seconds();
+  const rows = boxRows(frames, count), begun = seconds();
   for (let frame = 0; frame < frames; frame++) {
     for (let n = 0; n < every; n++) jolt.Step(step, 1);
-    made.forEach((body, k) => {
-      const at = frame * count + k;
-      const [p, q, v, s] = [body.GetPosition(), body.GetRotation(), body.GetLinearVelocity(), body.GetAngularVelocity()];
-      position.data.set([p.GetX(), p.GetY(), p.GetZ()], 3 * at);
-      orientation.data.set([q.GetW(), q.GetX(), q.GetY(), q.GetZ()], 4 * at);
-      velocity.data.set([v.GetX(), v.GetY(), v.GetZ()], 3 * at);
-      spin.data.set([s.GetX(), s.GetY(), s.GetZ()], 3 * at);
-    });
+    tellBoxes(rows, made, frame);
   }
   const took = seconds() - begun;
   made.forEach((body) => (bodies.RemoveBody(body.GetID()), bodies.DestroyBody(body.GetID())));
-  return { arrays: { position, orientation, velocity, spin }, seconds: took };
+  return { arrays: rows, seconds: took };
 }
 
 function volumeOf(vertices, triangles) {
@@ -126,4 +133,59 @@ function volumes({ numbers: { stiffness, gas, mass, step, steps, damping, rate, 
   return { arrays: { volume }, seconds: took };
 }
 
-serve({ move_boxes: moveBoxes, volumes });
+function addSoft({ numbers, arrays }, body) {
+  const [first, end] = [arrays.particles.data[body], arrays.particles.data[body + 1]];
+  const of = (name, width, start) => Array.from(arrays[name].data.subarray(width * start.data[body], width * start.data[body + 1]));
+  const edges = of("edges", 2, arrays.edge_start), triangles = of("triangles", 3, arrays.triangle_start);
+  const shared = new Jolt.SoftBodySharedSettings();
+  for (let k = first; k < end; k++) {
+    const one = new Jolt.SoftBodySharedSettingsVertex();
+    one.mPosition = new Jolt.Float3(...arrays.vertices.data.subarray(3 * k, 3 * k + 3));
+    one.mVelocity = new Jolt.Float3(...arrays.vertex_velocity.data.subarray(3 * k, 3 * k + 3));
+    one.mInvMass = (end - first) / arrays.soft_mass.data[body];
+    shared.mVertices.push_back(one);
+  }
+  for (let t = 0; t < triangles.length; t += 3)
+    shared.AddFace(new Jolt.SoftBodySharedSettingsFace(...triangles.slice(t, t + 3), 0));
+  for (let e = 0; e < edges.length; e += 2)
+    shared.mEdgeConstraints.push_back(new Jolt.SoftBodySharedSettingsEdge(edges[e], edges[e + 1], 1 / arrays.stiffness.data[body]));
+  shared.CalculateEdgeLengths();
+  shared.Optimize();
+  const made = new Jolt.SoftBodyCreationSettings(shared, new Jolt.RVec3(0, 0, 0), new Jolt.Quat(0, 0, 0, 1), MOVING);
+  Object.assign(made, { mPressure: arrays.gas.data[body], mNumIterations: numbers.substeps, mLinearDamping: numbers.drag });
+  Object.assign(made, { mFriction: numbers.friction, mRestitution: numbers.restitution, mAllowSleeping: false });
+  Object.assign(made, { mUpdatePosition: false, mMaxLinearVelocity: 1e9 });
+  const soft = bodies.CreateSoftBody(made);
+  bodies.AddBody(soft.GetID(), Jolt.EActivation_Activate);
+  return { soft, first, count: end - first };
+}
+
+function moveSoft(asked) {
+  const { numbers: { step, steps, every, gravity, friction, restitution, iterations }, arrays } = asked;
+  prepare(gravity, iterations);
+  const number = arrays.mass.data.length, frames = Math.floor(steps / every), all = arrays.vertices.shape[0];
+  const boxes = Array.from({ length: number }, (_, k) => addBox(arrays, k, friction, restitution));
+  const softs = Array.from({ length: arrays.gas.data.length }, (_, body) => addSoft(asked, body));
+  const vertices = zeros(frames, all, 3), vertex_velocity = zeros(frames, all, 3), rows = boxRows(frames, number);
+  const begun = seconds();
+  for (let frame = 0; frame < frames; frame++) {
+    for (let n = 0; n < every; n++) jolt.Step(step, 1);
+    tellBoxes(rows, boxes, frame);
+    for (const { soft, first, count } of softs) {
+      const now = Jolt.castObject(soft.GetMotionProperties(), Jolt.SoftBodyMotionProperties).GetVertices();
+      for (let k = 0; k < count; k++) {
+        const { mPosition: p, mVelocity: v } = now.at(k), at = 3 * (frame * all + first + k);
+        vertices.data.set([p.GetX(), p.GetY(), p.GetZ()], at);
+        vertex_velocity.data.set([v.GetX(), v.GetY(), v.GetZ()], at);
+      }
+    }
+  }
+  const took = seconds() - begun;
+  for (const body of [...boxes, ...softs.map((one) => one.soft)]) {
+    bodies.RemoveBody(body.GetID());
+    bodies.DestroyBody(body.GetID());
+  }
+  return { arrays: { ...rows, vertices, vertex_velocity }, seconds: took };
+}
+
+serve({ move_boxes: moveBoxes, move_soft: moveSoft, volumes });
