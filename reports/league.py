@@ -67,7 +67,7 @@ def page(league: League) -> str:
         cells = [cell for cell in league.cells if cell.task == task.id]
         anchor = re.sub(r"\W+", "-", task.id)
         shown = [_shown(task, engine, cells, anchor, keys[engine.name]) for engine in league.engines]
-        plot, drawn = work_plot(task, cells, names), picture(task.boxes)
+        plot, drawn = work_plot(task, cells, names), picture(task.bodies)
         growth = [Markup(one) for one in growth_plots(task, cells, names)]
         name = task.id.partition(".")[2].replace("_", " ")
         section = Section(task, anchor, name, shown, plot and Markup(plot), growth, drawn and Markup(drawn))  # type: ignore[arg-type]

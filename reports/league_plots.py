@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 LEAST = 1e-13  # of what matters: errors below are drawn there
 AZIMUTH, ELEVATION = math.radians(-65.0), math.radians(14.0)  # from where boxes are seen
-WIDE, HIGH = 400, 230  # of a picture, in its own units
+WIDE, HIGH, EDGE = 400, 230, 20  # of a picture, in its own units
 
 
 def looks(engines: list[str]) -> dict[str, tuple[str, str]]:
@@ -90,7 +90,7 @@ def _draw_growth(
     axes.xaxis.set_minor_locator(NullLocator())
     axes.yaxis.set_minor_locator(NullLocator())
     axes.grid(axis="both")
-    axes.set_xlabel("boxes")
+    axes.set_xlabel("bodies")
     axes.text(-0.13, 1.08, name, transform=axes.transAxes, parse_math=False)
 
 
@@ -108,45 +108,52 @@ def _point(task: TaskRow, cell: Cell) -> tuple[float, float]:
     return cell.costs[1], max(cell.error / task.matters, LEAST)
 
 
-# Faces of a box whose corners are numbered 4 x + 2 y + z, counter-clockwise from outside.
-FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
-
-
-def picture(boxes: list[Drawn]) -> str | None:
-    """Return boxes as they are seen from the front, a little from above, with arrows for what moves, as SVG."""
-    if not boxes:
+def picture(bodies: list[Drawn]) -> str | None:
+    """Return bodies as they are seen from the front, a little from above, with arrows for what moves, as SVG."""
+    if not bodies:
         return None
-    sight = np.array(
-        [math.cos(AZIMUTH) * math.cos(ELEVATION), math.sin(AZIMUTH) * math.cos(ELEVATION), math.sin(ELEVATION)]
-    )
+    sight = np.array([math.cos(AZIMUTH), math.sin(AZIMUTH), math.tan(ELEVATION)]) * math.cos(ELEVATION)
     right = np.array([-math.sin(AZIMUTH), math.cos(AZIMUTH), 0.0])
-    screen = np.array([right, np.cross(right, -sight)])  # across and up, seen from the front
-    corners = np.array([box.corners for box in boxes])
-    flat = corners @ screen.T
-    low, high = flat.min(axis=(0, 1)), flat.max(axis=(0, 1))
-    scale = min((WIDE - 40) / max(high[0] - low[0], 1e-9), (HIGH - 40) / max(high[1] - low[1], 1e-9))
-    middle = 0.5 * (low + high)
+    screen = np.array([right, np.cross(sight, right)])  # across and up
+    places = [np.array(body.vertices) for body in bodies]
+    flat = np.concatenate(places) @ screen.T
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    scale = float(((np.array([WIDE, HIGH]) - 2.0 * EDGE) / np.maximum(high - low, 1e-9)).min())
 
-    def on_paper(places: np.ndarray) -> np.ndarray:
-        return np.array([WIDE / 2, HIGH / 2]) + scale * (places @ screen.T - middle) * [1.0, -1.0]
+    def on_paper(points: np.ndarray) -> np.ndarray:
+        across = points @ screen.T - 0.5 * (low + high)
+        return np.array([WIDE / 2, HIGH / 2]) + scale * across * [1.0, -1.0]
 
-    parts, fastest = [], max(float(np.linalg.norm(box.velocity)) for box in boxes)
-    for k in np.argsort(corners.mean(axis=1) @ sight):  # what is behind first
-        for face in FACES:
-            a, b, c, _ = corners[k][list(face)]
-            if np.cross(b - a, c - b) @ sight > 0.0:
-                parts.append(f'<path d="M{"L".join(_pairs(on_paper(corners[k][list(face)])))}Z"/>')
-        speed = np.array(boxes[k].velocity)
+    fastest = max(float(np.linalg.norm(body.velocity)) for body in bodies)
+    parts = []
+    for k in sorted(range(len(bodies)), key=lambda k: float(places[k].mean(axis=0) @ sight)):  # what is behind first
+        parts += _faces(places[k], bodies[k].faces, sight, on_paper)
+        speed = np.array(bodies[k].velocity)
         if fastest and np.linalg.norm(speed) > 0.05 * fastest:
-            start = corners[k].mean(axis=0)
-            tip = start + speed / fastest * 0.25 * (high - low).max()
-            (from_x, from_y), (to_x, to_y) = on_paper(start), on_paper(tip)
-            along = np.array([to_x - from_x, to_y - from_y])
-            along = 6.0 * along / max(float(np.linalg.norm(along)), 1e-9)
-            wings = [np.array([to_x, to_y]) - along + s * along[::-1] * [1.0, -1.0] * 0.6 for s in (-1.0, 1.0)]
-            head = _pairs(np.array([wings[0], [to_x, to_y], wings[1]]))
-            parts.append(f'<path class="way" d="M{from_x:.1f} {from_y:.1f}L{to_x:.1f} {to_y:.1f}M{"L".join(head)}"/>')
+            start = places[k].mean(axis=0)
+            parts.append(_arrow(*on_paper(np.array([start, start + speed / fastest * 60.0 / scale]))))
     return f'<svg viewBox="0 0 {WIDE} {HIGH}" aria-hidden="true">{"".join(parts)}</svg>'
+
+
+def _faces(
+    places: np.ndarray, faces: list[list[int]], sight: np.ndarray, on_paper: Callable[[np.ndarray], np.ndarray]
+) -> list[str]:
+    """Return the faces that are seen, the farthest first."""
+    seen = []
+    for face in faces:
+        corners = places[face]
+        if np.cross(corners[1] - corners[0], corners[2] - corners[1]) @ sight > 0.0:
+            drawn = f'<path d="M{"L".join(_pairs(on_paper(corners)))}Z"/>'
+            seen.append((float(corners.mean(axis=0) @ sight), drawn))
+    return [path for _, path in sorted(seen)]
+
+
+def _arrow(start: np.ndarray, tip: np.ndarray) -> str:
+    along = tip - start
+    along *= 6.0 / max(float(np.linalg.norm(along)), 1e-9)
+    aside = 0.6 * np.array([-along[1], along[0]])
+    head = "L".join(_pairs(np.array([tip - along + aside, tip, tip - along - aside])))
+    return f'<path class="way" d="M{"L".join(_pairs(np.array([start, tip])))}M{head}"/>'
 
 
 def _pairs(points: np.ndarray) -> list[str]:

@@ -13,6 +13,7 @@ from reports.__main__ import main
 from reports.league import page
 from tests.reports.parsed import Parsed
 from validation.league.cells import ANSWERED, CANNOT, Cell
+from validation.league.drawing import FACES
 from validation.league.record import NAME, Drawn, EngineRow, League, TaskRow, merged, read_league, write
 from validation.record import FAILS, NOT_RUN
 
@@ -21,7 +22,8 @@ CUBE = [[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)]
 
 
 def task(name: str, unit: str = "of the way", boxes: bool = True) -> TaskRow:
-    drawn = [Drawn(CUBE, [1.0, 0.0, 0.0]), Drawn([[x, y, z - 1.0] for x, y, z in CUBE], [0.0] * 3)]
+    below = [[x, y, z - 1.0] for x, y, z in CUBE]
+    drawn = [Drawn(CUBE, FACES, [1.0, 0.0, 0.0]), Drawn(below, FACES, [0.0] * 3)]
     return TaskRow(
         id=name,
         family="boxes in motion",
@@ -36,7 +38,7 @@ def task(name: str, unit: str = "of the way", boxes: bool = True) -> TaskRow:
         roundings=1000,
         matters=1e-3,
         cost_of="second of the world",
-        boxes=drawn if boxes else [],
+        bodies=drawn if boxes else [],
     )
 
 

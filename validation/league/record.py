@@ -29,9 +29,10 @@ class EngineRow:
 
 @dataclass
 class Drawn:
-    """A box, at the start, as a task's picture shows it; of a large one, the part that is near the others."""
+    """A body, at the start, as a task's picture shows it; of a large box, the part that is near the others."""
 
-    corners: list[list[float]]  # (8, 3) [m], numbered 4 x + 2 y + z
+    vertices: list[list[float]]  # (n, 3) [m]
+    faces: list[list[int]]  # each counter-clockwise from outside
     velocity: list[float]  # (3,) [m/s]
 
 
@@ -52,7 +53,7 @@ class TaskRow:
     roundings: int
     matters: float
     cost_of: str
-    boxes: list[Drawn] = field(default_factory=list)  # that are asked about first
+    bodies: list[Drawn] = field(default_factory=list)  # that are asked about first
 
 
 @dataclass

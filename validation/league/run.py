@@ -12,10 +12,7 @@ from multiprocessing.connection import wait
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 import softbody
-from validation.cases import corners_of, rotation_matrix
 from validation.check import Run
 from validation.effort import USUAL
 from validation.engines import environment, missing, revision, version_of
@@ -24,10 +21,11 @@ from validation.foreign.__main__ import made
 from validation.from_json import from_json
 from validation.journal import digest_of, identity
 from validation.league.cells import CANNOT, Cell, cost_of, efforts, matters, play
-from validation.league.record import Drawn, EngineRow, League, TaskRow
+from validation.league.drawing import drawn
+from validation.league.record import EngineRow, League, TaskRow
 from validation.record import FAILS, NOT_RUN
 from validation.runner import GLANCE
-from validation.subject import CLAIMS, Boxes, SubjectClaim, checks_of, settings_of, subjects
+from validation.subject import CLAIMS, SubjectClaim, checks_of, settings_of, subjects
 from validation.terminal import Terminal
 from validation.worker import Ended, Task, Worker, memory_each
 
@@ -219,7 +217,7 @@ def _task(name: str, plan: Plan) -> TaskRow:
         roundings=claim.roundings,
         matters=matters(claim),
         cost_of=cost_of(claim),
-        boxes=_drawn(claim, Run(plan.level, plan.seed, name)),
+        bodies=drawn(_first(claim, Run(plan.level, plan.seed, name))),
     )
 
 
@@ -227,8 +225,8 @@ class _SeenError(Exception):
     """A question has been seen."""
 
 
-def _drawn(claim: SubjectClaim, run: Run) -> list[Drawn]:
-    """Return the boxes that a task asks about first; none if it asks about something else."""
+def _first(claim: SubjectClaim, run: Run) -> tuple[Any, ...]:
+    """Return what a task asks about first."""
     seen: list[Any] = []
 
     def look(*arguments: Any) -> None:
@@ -237,16 +235,4 @@ def _drawn(claim: SubjectClaim, run: Run) -> list[Drawn]:
 
     with suppress(_SeenError):
         claim.compare(run, look)
-    if not seen or not isinstance(seen[0], Boxes):
-        return []
-    boxes = seen[0]
-    free = np.isfinite(boxes.mass) | (np.ptp(boxes.mass) == 0.0)
-    middle = boxes.position[free].mean(axis=0)
-    reach = np.linalg.norm(boxes.position[free] - middle, axis=1) + 0.5 * np.linalg.norm(boxes.size[free], axis=1)
-    drawn = []
-    for size, _, place, turn, velocity, _ in boxes.rows():
-        matrix = rotation_matrix(turn)
-        near = np.clip(matrix.T @ (middle - place) + 1.3 * reach.max() * np.array([[-1], [1]]), -size / 2, size / 2)
-        corners = 0.5 * (near[0] + near[1]) + corners_of(near[1] - near[0])
-        drawn.append(Drawn(np.round(corners @ matrix.T + place, 5).tolist(), np.round(velocity, 5).tolist()))
-    return drawn
+    return tuple(seen)

@@ -1,4 +1,4 @@
-"""Boxes by the dozen and by the hundred: how errors and costs grow with their number."""
+"""Bodies by the dozen and by the hundred: how errors and costs grow with their number."""
 
 from __future__ import annotations
 
@@ -8,12 +8,14 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from references import exact
+from references import scipy as soft_bodies
 from validation.cases import random_orientations
 from validation.check import Comparison, Run
-from validation.subject import Boxes, asks
+from validation.subject import Boxes, SoftScene, asks
 from validation.subject_claims.boxes import G, boxes, ground
+from validation.subject_claims.soft import ball, on_a_face, springs
 
-FAMILY = "many boxes"
+FAMILY = "many bodies"
 SIDE = 0.2  # [m]
 STEP, STEPS = 1.0 / 240.0, 480
 
@@ -64,3 +66,33 @@ def dropped(run: Run, move: Answer) -> Comparison:
         measured.append(deepest(start.size, end.position[-1], end.orientation[-1]) / (0.01 * SIDE))
         kinds.append(f"{number} boxes")
     return Comparison(np.array(measured), np.zeros(len(measured)), groups=kinds)
+
+
+@asks(
+    "move_soft",
+    roundings=5_000,
+    reference="SciPy: the least energy of springs, gas and weight above the ground",
+    kind="third-party library",
+    unit="of the size",
+    tolerance=1e-3,
+    because="what is left of the fall after 2 s of fading at 8/s, and contacts that give way by less",
+)
+def stand(run: Run, move: Answer) -> Comparison:
+    """Icosahedra with gas that stand side by side on the ground are as high as the least energy says."""
+    rng, measured, expected, scale, kinds = run.fresh_rng(), [], [], [], []
+    for number in (1, 2, 4, 8, 16, 32)[: run.count(6, 6, 6)] + (64, 128)[: run.count(0, 1, 2)]:
+        one = on_a_face(ball(rng, subdivisions=0))
+        height = float(np.ptp(one.vertices[:, 2]))
+        aside = 2.0 * height * (np.arange(number) - 0.5 * (number - 1))
+        up = 0.005 - one.vertices[:, 2].min()
+        bodies = tuple(one._replace(vertices=one.vertices + [0.0, y, up]) for y in aside)
+        still = tuple(np.zeros_like(body.vertices) for body in bodies)
+        end = move(SoftScene(bodies, still, boxes(ground(), gravity=G), drag=8.0), 1e-3, 2000, 2000)
+        shell = bodies[0].vertices, *springs(one), one.triangles, one.gas
+        least, _ = soft_bodies.between_plates(*shell, one.mass * G, 1e3)
+        heights = np.array([place[-1, :, 2].mean() for place in end.position])
+        measured.append(heights[np.argmax(np.abs(heights - least[:, 2].mean()))])
+        expected.append(least[:, 2].mean())
+        scale.append(height)
+        kinds.append(f"{number} bodies")
+    return Comparison(np.array(measured), np.array(expected), np.array(scale), kinds)
