@@ -11,6 +11,7 @@ from matplotlib.ticker import NullLocator
 
 from reports.notation import number, power_of_ten
 from reports.plots import MARKERS, MUTED, SERIES, svg
+from validation.check import DISAGREEMENTS
 from validation.league.cells import Cell
 from validation.league.record import Drawn, TaskRow
 
@@ -26,6 +27,13 @@ def looks(engines: list[str]) -> dict[str, tuple[str, str]]:
     """Return the colour and the marker of each engine, the same in all plots."""
     markers, shifts = list(MARKERS), len(SERIES)
     return {name: (SERIES[i % shifts], markers[(i + i // shifts) % len(markers)]) for i, name in enumerate(engines)}
+
+
+def error_name(task: TaskRow) -> str:
+    """Return what an axis of errors shows."""
+    if task.unit == DISAGREEMENTS:
+        return "wrong answers in a thousand"
+    return "largest error" + (f", in {number(task.matters)}" if task.matters != 1.0 else "") + f" {task.unit}"
 
 
 def work_plot(task: TaskRow, cells: list[Cell], engines: list[str]) -> str | None:
@@ -61,7 +69,7 @@ def _draw(axes: Axes, task: TaskRow, cells: list[Cell], engines: list[str]) -> N
     axes.grid(axis="both")
     axes.set_axisbelow(True)
     axes.set_xlabel(f"seconds of the processor per {task.cost_of}")
-    axes.text(-0.13, 1.08, f"error, in {number(task.matters)} {task.unit}", transform=axes.transAxes, parse_math=False)
+    axes.text(-0.13, 1.08, error_name(task), transform=axes.transAxes, parse_math=False)
 
 
 def growth_plots(task: TaskRow, cells: list[Cell], engines: list[str]) -> list[str]:
@@ -69,7 +77,7 @@ def growth_plots(task: TaskRow, cells: list[Cell], engines: list[str]) -> list[s
     rows = {cell.engine: np.array(cell.growth) for cell in cells if cell.is_usual and cell.growth}
     if not rows:
         return []
-    cost, error = f"seconds of the processor per {task.cost_of}", f"error, in {number(task.matters)} {task.unit}"
+    cost, error = f"seconds of the processor per {task.cost_of}", error_name(task)
     return [
         svg(f"{name} {task.id}", lambda axes, k=k, name=name, by=by: _draw_growth(axes, rows, engines, k, name, by))  # type: ignore[misc]
         for k, name, by in ((1, cost, 1.0), (2, error, task.matters))
