@@ -83,7 +83,7 @@ def _add(world: dartpy.simulation.World, boxes: Boxes, number: int, box: tuple) 
         joint.setRelativeSpatialVelocity(way)
         if held:
             joint.setActuatorType(dartpy.dynamics.ActuatorType.VELOCITY)
-            joint.setCommands(way)
+            joint.setCommands(joint.getVelocities())  # in the frame of the world, unlike `way`
     node = body.createShapeNode(dartpy.dynamics.BoxShape(size))
     node.createCollisionAspect()
     material = node.createDynamicsAspect()
