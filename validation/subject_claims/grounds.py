@@ -84,3 +84,30 @@ def any_size(run: Run, move: Answer) -> Comparison:
         expected.append([1.0, 0.0, 0.0])
         kinds.append(f"{metre:g} m")
     return Comparison(np.array(measured), np.array(expected), groups=kinds)
+
+
+@asks(
+    "move_boxes",
+    roundings=1200 * 4,
+    reference=COULOMB,
+    unit="of the box",
+    tolerance=2e-7,
+    because="what friction holds is right to 2e-11 of some m/s (`ride`): 1e-10 m a step at most, in 1200 steps",
+)
+def creep(run: Run, move: Answer) -> Comparison:
+    """A box that a slope just holds does not creep.
+
+    A cube of 1 m and low ones, tan θ 5 to 30 % below μ, for 20 s in steps of 1/60 s.
+    """
+    rng, measured, expected = run.fresh_rng(), [], []
+    for k in range(run.count(6, 20, 100)):
+        friction, height = rng.uniform(0.3, 0.7), (0.2, 1.0)[k % 2]
+        slope = np.arctan(friction * rng.uniform(0.7, 0.95))
+        up, down = np.array([np.sin(slope), 0.0, np.cos(slope)]), np.array([np.cos(slope), 0.0, -np.sin(slope)])
+        place, far = (0.5 + 0.5 * height) * up, rng.uniform(0.5, 1.5)  # [m] down the slope
+        box = (1.0, 1.0, height), 1.0, place + far * down, tilted(slope)
+        rows = ((50.0, 50.0, 1.0), HELD, np.zeros(3), tilted(slope)), box
+        end = move(boxes(*rows, gravity=G, friction=friction), 1.0 / 60.0, 1200, 1200)
+        measured.append(end.position[-1, 1] @ down)
+        expected.append(far)
+    return Comparison(np.array(measured), np.array(expected))
