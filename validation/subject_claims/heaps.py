@@ -214,3 +214,31 @@ def lean(run: Run, move: Answer) -> Comparison:
         measured.append(became(end, int(end.position[-1, 2, 2] < 0.8 * place[2])))
         expected.append(k % 2)
     return Comparison(np.array(measured), np.array(expected))
+
+
+@asks(
+    "move_boxes",
+    reference="closed form: a domino reaches as far as it is high",
+    unit=DISAGREEMENTS,
+    tolerance=0.0,
+    because="a yes-or-no answer: spaces of 0.3 to 0.6 of the height, or of 1.02 to 1.2; a tenth of it tips a domino",
+)
+def dominoes(run: Run, move: Answer) -> Comparison:
+    """A row of dominoes falls if each can reach the next.
+
+    Five of them, the first leaning past its balance; all fall, or that one only.
+    """
+    rng, measured, expected = run.fresh_rng(), [], []
+    for k in range(run.count(6, 20, 100)):
+        thick = rng.uniform(0.08, 0.12)
+        pitch = thick + (rng.uniform(0.3, 0.6) if k % 2 else rng.uniform(1.02, 1.2))
+        lean = np.arctan(thick) + 0.1
+        low = 0.5 * (thick * np.sin(lean) + np.cos(lean))
+        foot = 0.5 * (thick - thick * np.cos(lean) + np.sin(lean))  # [m] on its front edge, where it would stand
+        rows = [((thick, 0.5, 1.0), 1.0, (foot, 0.0, low), tilted(lean))]
+        rows += [((thick, 0.5, 1.0), 1.0, (n * pitch, 0.0, 0.5)) for n in range(1, 5)]
+        end = move(boxes(ground(), *rows, gravity=G, friction=0.4), STEP, 480, 480)
+        down = sum(rotation_matrix(turn)[2, 2] < 0.9 for turn in end.orientation[-1, 1:])
+        measured.append(became(end, {1: 0, 5: 1}.get(down, 2)))
+        expected.append(k % 2)
+    return Comparison(np.array(measured), np.array(expected))
