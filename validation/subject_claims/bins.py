@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from references import exact
@@ -75,7 +77,8 @@ def room(run: Run, move: Answer) -> Comparison:
             )
         full = boxes(*walls(3.0, 3.0), *rows, restitution=1.0)
         end = move(full, STEP, 720, 720)
-        free = Boxes(*(part[6:] for part in full[:6]))
+        parts: list[Any] = [part[6:] for part in full[:6]]
+        free = Boxes(*parts)
         before = momenta(free.orientation, free.velocity, free.spin, free.position, free)[6]
         after = momenta(end.orientation[-1, 6:], end.velocity[-1, 6:], end.spin[-1, 6:], end.position[-1, 6:], free)[6]
         out = np.abs(end.position[-1, 6:] - [0.0, 0.0, 1.5]).max() > 1.5

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
@@ -16,7 +18,7 @@ from validation.subject_claims.boxes import HELD, Answer, G, boxes, ground
 from validation.subject_claims.heaps import tilted
 
 FAMILY = "edges and corners"
-ONE_IMPULSE = {
+ONE_IMPULSE: dict[str, Any] = {
     "roundings": 100 * 4,
     "reference": "closed form: an impulse at one point, by Newton's law",
     "unit": "of the momentum, at 1 m",
@@ -42,8 +44,9 @@ def struck(move: Answer, pair: Boxes, gap: float, closing: float, point: np.ndar
     steps = int(gap / closing / FINE) + 6
     end = move(pair, FINE, steps, steps)
     met = pair._replace(position=pair.position - [gap * normal, np.zeros(3)])
-    a, b = ([part[k : k + 1] for part in met[:6]] for k in (0, 1))
-    after = box_impact(*a, *b, point[None], normal[None], pair.restitution)
+    asked: list[Any] = [part[k : k + 1] for k in (0, 1) for part in met[:6]]
+    asked += point[None], normal[None], pair.restitution
+    after = box_impact(*asked)
     now, then = [], []
     for k, speeds in enumerate((after[:2], after[2:])):
         if np.isfinite(pair.mass[k]):
@@ -58,8 +61,9 @@ def on_a_corner(run: Run, move: Answer) -> Comparison:
 
     Turned anyhow, one corner 5 cm or more below the others; without friction, of any restitution.
     """
-    rng, measured, expected, scale = run.fresh_rng(), [], [], []
-    wanted, up = run.count(6, 40, 400), np.array([0.0, 0.0, 1.0])
+    rng, up, wanted = run.fresh_rng(), np.array([0.0, 0.0, 1.0]), run.count(6, 40, 400)
+    measured: list[np.ndarray] = []
+    expected, scale = [], []
     while len(measured) < wanted:
         size, turn = rng.uniform(0.4, 1.0, 3), random_orientations(rng, 1)[0]
         corners = corners_of(size) @ rotation_matrix(turn).T

@@ -235,9 +235,9 @@ def dominoes(run: Run, move: Answer) -> Comparison:
         lean = np.arctan(thick) + 0.1
         low = 0.5 * (thick * np.sin(lean) + np.cos(lean))
         foot = 0.5 * (thick - thick * np.cos(lean) + np.sin(lean))  # [m] on its front edge, where it would stand
-        rows = [((thick, 0.5, 1.0), 1.0, (foot, 0.0, low), tilted(lean))]
-        rows += [((thick, 0.5, 1.0), 1.0, (n * pitch, 0.0, 0.5)) for n in range(1, 5)]
-        end = move(boxes(ground(), *rows, gravity=G, friction=0.4), STEP, 480, 480)
+        first = (thick, 0.5, 1.0), 1.0, (foot, 0.0, low), tilted(lean)
+        others = [((thick, 0.5, 1.0), 1.0, (n * pitch, 0.0, 0.5)) for n in range(1, 5)]
+        end = move(boxes(ground(), first, *others, gravity=G, friction=0.4), STEP, 480, 480)
         down = sum(rotation_matrix(turn)[2, 2] < 0.9 for turn in end.orientation[-1, 1:])
         measured.append(became(end, {1: 0, 5: 1}.get(down, 2)))
         expected.append(k % 2)
