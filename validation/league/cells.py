@@ -160,9 +160,9 @@ def refined(step: float, steps: int, every: int, factor: float) -> tuple[float, 
 def efforts(claim: SubjectClaim, level: str) -> Iterator[Effort]:
     """Yield how hard engines try at a task: as usual first, then with other steps, then with other iterations."""
     yield USUAL
-    reach = {"quick": 1, "standard": 2, "full": 3}[level]
+    reach = {"quick": 1, "standard": 1, "full": 2}[level]
     others = [4.0**n for n in range(-reach, reach + 1) if n]
     if claim.question in (*MOTIONS, "gas_volume", "gas_period"):
         yield from (Effort(steps=one) for one in others)
-    if claim.question in MOTIONS:
+    if claim.question in MOTIONS and level != "quick":
         yield from (Effort(iterations=one) for one in others)
