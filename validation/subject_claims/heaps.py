@@ -178,7 +178,7 @@ def seesaw(run: Run, move: Answer) -> Comparison:
         side = (-1.0, 1.0)[k % 2]
         tips = k % 3 > 0
         centre = side * 0.5 * width * (1.0 + rng.uniform(0.05, 0.3) * (1.0 if tips else -1.0))
-        left, right, mass = rng.uniform(0.8, 1.5), rng.uniform(0.9, 1.5), rng.uniform(0.5, 2.0)
+        left, right, mass = rng.uniform(0.8, 1.5), rng.uniform(0.9, 1.5), rng.uniform(1.5, 3.0)
         other = (centre * (1.0 + mass) + mass * left) / (right - centre)  # [kg]: the lever rule
         loads = [((0.3, 0.3, 0.2), m, (x, 0.0, 0.2)) for m, x in ((mass, -left), (other, right))]
         rows = ((width, 1.0, 1.0), HELD, (0.0, 0.0, -0.5)), ((4.0, 0.4, 0.1), 1.0, (0.0, 0.0, 0.05)), *loads
