@@ -1,4 +1,9 @@
-"""Jolt's boxes and soft bodies with gas, by way of Node (single precision)."""
+"""Jolt's boxes and soft bodies with gas, by way of Node (single precision).
+
+Its gas pushes where a particle was, and its springs pull where it will be: what spins about its middle loses h a of its
+spin a second, with h the length of an iteration and a the push of the gas, over mass and radius. It slows down the more
+the longer its steps are, and no setting changes that.
+"""
 
 from __future__ import annotations
 
