@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import json
 import os
 import platform
 import subprocess
@@ -43,8 +44,18 @@ def versions() -> dict[str, str | None]:
 
 
 def version_of(engine: Declared) -> str | None:
-    """Return the version of the package that a file stands on, the first that it names; None if it names none."""
-    return _version(next(iter(engine.packages.values()))) if engine.packages else None
+    """Return the version of the package that a file stands on, the first that it names, or of its own environment."""
+    return _version(next(iter(engine.packages.values()))) if engine.packages else _pinned(engine.name)
+
+
+def _pinned(name: str) -> str | None:
+    """Return the version that an engine in an environment of its own is pinned to; None if it has none."""
+    home = Path(__file__).parent / "foreign" / name
+    if (home / "package.json").is_file():
+        return str(next(iter(json.loads((home / "package.json").read_text())["dependencies"].values())))
+    if (home / "requirements.in").is_file():
+        return (home / "requirements.in").read_text().partition("==")[2].strip()
+    return None
 
 
 def _version(package: str) -> str | None:

@@ -93,7 +93,7 @@ def _array(stream: IO[bytes], shape: list[int]) -> np.ndarray:
 
 def stop() -> None:
     """End the programs that were started."""
-    node.cache_clear()
+    engine.cache_clear()
     while _STARTED:
         _STARTED.pop().stop()
 
@@ -102,12 +102,15 @@ _STARTED: list[Engine] = []
 
 
 @cache
-def node(engine: str) -> Engine:
-    """Return an engine of this folder that Node runs; raises NotHereError if Node or its environment is missing."""
-    environment = ENVIRONMENTS / engine
-    if not shutil.which("node"):
+def engine(name: str) -> Engine:
+    """Return an engine of this folder, run by Node or a Python of its own; raises NotHereError if that is missing."""
+    home, environment = HERE / name, ENVIRONMENTS / name
+    by_node = (home / "engine.mjs").is_file()
+    if by_node and not shutil.which("node"):
         raise NotHereError("Node is not installed: it is Debian's package nodejs")
-    if not (environment / "node_modules").is_dir():
-        raise NotHereError(f"its environment is not made: `python -m validation.foreign {engine}` makes it")
-    _STARTED.append(Engine(["node", str(HERE / engine / "engine.mjs"), str(environment)]))
+    if not (environment / ("node_modules" if by_node else "bin")).is_dir():
+        raise NotHereError(f"its environment is not made: `python -m validation.foreign {name}` makes it")
+    command = ["node", "engine.mjs"] if by_node else [str(environment / "bin" / "python"), "engine.py"]
+    command[1] = str(home / command[1])
+    _STARTED.append(Engine([*command, str(environment)]))
     return _STARTED[-1]

@@ -35,6 +35,7 @@ class Cell:
     iterations: float  # as many as usual, times this
     state: str = NOT_RUN  # one of STATES
     why: str | None = None  # it was not answered
+    seconds: float = 0.0  # that it took, all in all
     n: int = 0  # cases
     error: float | None = None  # the worst, in the task's unit; of yes-or-no answers, the share that is wrong
     median: float | None = None

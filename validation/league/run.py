@@ -6,8 +6,9 @@ import json
 import time
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from datetime import datetime, timezone
+from math import inf
 from multiprocessing.connection import wait
 from pathlib import Path
 from typing import Any
@@ -30,6 +31,8 @@ from validation.terminal import Terminal
 from validation.worker import Ended, Task, Worker, memory_each
 
 HOST = "softbody"
+# Seconds that a cell may be expected to take: an engine that is slow as usual does not try harder at a low level.
+BUDGETS = {"quick": 15.0, "standard": 60.0, "full": inf}
 LIMITS = {"quick": 300.0, "standard": 300.0, "full": 1_800.0}  # seconds of a cell
 JOURNAL = "league.jsonl"
 Place = tuple[str, str, float, float]  # of a cell: task, engine, steps, iterations
@@ -113,7 +116,7 @@ def _hindrances(engines: list[str], terminal: Terminal) -> dict[str, str]:
 
 def _cells(places: list[Place], plan: Plan, terminal: Terminal) -> Iterator[Cell]:
     """Yield cells as they end: at most `jobs` at once, and one of an engine, whose process goes on with its next."""
-    waiting, busy = list(places), dict[str, Place]()
+    waiting, busy, took = list(places), dict[str, Place](), dict[tuple[str, str], float]()
     workers: dict[str, Worker] = {}
     try:
         while waiting or busy:
@@ -121,6 +124,10 @@ def _cells(places: list[Place], plan: Plan, terminal: Terminal) -> Iterator[Cell
                 engine = place[1]
                 if len(busy) < plan.jobs and engine not in busy:
                     waiting.remove(place)
+                    expected = took.get(place[:2], 0.0) * place[2] * place[3]
+                    if expected > BUDGETS[plan.level]:
+                        yield Cell(*place, why=f"it would take some {expected:.0f} s, too long for level {plan.level}")
+                        continue
                     busy[engine] = place
                     terminal.started(f"{place[0]} · {engine}")
                     if engine not in workers:
@@ -129,7 +136,10 @@ def _cells(places: list[Place], plan: Plan, terminal: Terminal) -> Iterator[Cell
             wait([one for engine in busy for one in workers[engine].news], GLANCE)
             for engine in list(busy):
                 if ended := workers[engine].look():
-                    yield _cell_of(ended, busy.pop(engine))
+                    cell = _cell_of(ended, busy.pop(engine))
+                    if cell.is_usual:
+                        took[cell.task, engine] = ended.seconds
+                    yield cell
     finally:
         for worker in workers.values():
             worker.stop()
@@ -147,7 +157,7 @@ def _cell_of(ended: Ended, place: Place) -> Cell:
         if ended.how is None:
             cell = from_json(Cell, ended.answer)
             if (cell.task, cell.engine, cell.steps, cell.iterations) == place:
-                return cell
+                return replace(cell, seconds=ended.seconds)
         return Cell(*place, state=FAILS, why=ended.why or "its answer is about something else")
     except (TypeError, ValueError) as error:
         return Cell(*place, state=FAILS, why=f"its answer cannot be kept: {error}")
@@ -159,6 +169,7 @@ class _Journal:
     def __init__(self, plan: Plan) -> None:
         self._path = plan.out / JOURNAL
         self._run = {**identity(plan.level, plan.seed, "league"), "schema": "softbody-league-cells/1"}
+        self._run["subjects"] = {name: version_of(one) for name, one in subjects().items()}
         self.kept: dict[Place, Cell] = {}
         if plan.resume and self._path.is_file():
             self._read()

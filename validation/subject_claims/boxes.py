@@ -26,7 +26,7 @@ def boxes(*rows: tuple, gravity: float = 0.0, friction: float = 0.0, restitution
     """Return boxes of rows: size, mass, position, and if they have them orientation, velocity and spin."""
     whole = [(*row, *(STILL, (0.0,) * 3, (0.0,) * 3)[len(row) - 3 :]) for row in rows]
     size, mass, position, orientation, velocity, spin = (np.array(column, float) for column in zip(*whole))
-    return Boxes(size, mass, position, orientation, velocity, spin, gravity, friction, restitution)
+    return Boxes(size, mass, position, orientation, velocity, spin, float(gravity), float(friction), float(restitution))
 
 
 @asks(

@@ -13,7 +13,7 @@ import numpy as np
 
 from references.analytic import equilibrium_scale
 from validation import effort
-from validation.foreign import node
+from validation.foreign import engine
 from validation.subject import Boxes, GasBody, Motion, SoftMotion, SoftScene, swells_again
 
 SETTINGS = {  # what was chosen against the defaults, and why
@@ -42,7 +42,7 @@ def move_boxes(boxes: Boxes, step: float, steps: int, every: int) -> Motion:
     rows = boxes._asdict()
     numbers = {name: float(rows.pop(name)) for name in ("gravity", "friction", "restitution")}
     numbers |= {"step": step, "steps": steps, "every": every, "iterations": effort.iterations(100) / 100}
-    return Motion(**node("jolt").ask("move_boxes", numbers, **rows))
+    return Motion(**engine("jolt").ask("move_boxes", numbers, **rows))
 
 
 def move_soft(scene: SoftScene, step: float, steps: int, every: int) -> SoftMotion:
@@ -59,7 +59,7 @@ def move_soft(scene: SoftScene, step: float, steps: int, every: int) -> SoftMoti
     rows["vertex_velocity"] = np.concatenate(scene.velocity)
     for column, name in (("soft_mass", "mass"), ("stiffness", "stiffness"), ("gas", "gas")):
         rows[column] = np.array([getattr(body, name) for body in bodies])
-    told = node("jolt").ask("move_soft", numbers, **rows)
+    told = engine("jolt").ask("move_soft", numbers, **rows)
     cuts = np.cumsum([len(body.vertices) for body in bodies])[:-1]
     position, velocity = (tuple(np.split(told.pop(name), cuts, axis=1)) for name in ("vertices", "vertex_velocity"))
     return SoftMotion(position, velocity, Motion(**told))
@@ -100,4 +100,4 @@ def _volumes(
     numbers = {"stiffness": body.stiffness, "gas": body.gas, "mass": body.mass, "damping": damping, "rate": rate}
     numbers |= {"step": 2.0 * np.pi / body.frequency / samples, "steps": steps, "iterations": effort.iterations(1)}
     shape = {"vertices": body.vertices, "edges": body.edges, "triangles": body.triangles}
-    return node("jolt").ask("volumes", numbers, **shape, **rest)["volume"]
+    return engine("jolt").ask("volumes", numbers, **shape, **rest)["volume"]

@@ -48,7 +48,7 @@ while True:
 
 
 @pytest.fixture
-def engine(tmp_path: Path):
+def toy(tmp_path: Path):
     file = tmp_path / "toy.py"
     file.write_text(TOY, encoding="utf-8")
     one = Engine([sys.executable, str(file)])
@@ -56,33 +56,33 @@ def engine(tmp_path: Path):
     one.stop()
 
 
-def test_arrays_go_there_and_back_to_the_bit_with_the_seconds_of_the_steps(engine):
+def test_arrays_go_there_and_back_to_the_bit_with_the_seconds_of_the_steps(toy):
     x = np.random.default_rng(1).normal(size=(3, 4, 2))
     x[0, 0] = [np.inf, -0.0]
     effort.taken()
-    answer = engine.ask("double", {"factor": 2.0}, x=x)["y"]
+    answer = toy.ask("double", {"factor": 2.0}, x=x)["y"]
     assert np.array_equal(answer, 2.0 * x)
     assert effort.taken() == 0.25
-    assert engine.ask("double", {"factor": 1.0}, x=np.zeros((0, 3)))["y"].shape == (0, 3)
+    assert toy.ask("double", {"factor": 1.0}, x=np.zeros((0, 3)))["y"].shape == (0, 3)
 
 
 @pytest.mark.parametrize(
     ("question", "why"), [("raise", "no such thing"), ("end", "it has ended"), ("garbage", "no length")]
 )
-def test_what_is_no_answer_is_said_and_the_next_question_is_answered(engine, question, why):
+def test_what_is_no_answer_is_said_and_the_next_question_is_answered(toy, question, why):
     with pytest.raises(ForeignError, match=why):
-        engine.ask(question, {}, x=np.zeros(2))
-    assert np.array_equal(engine.ask("double", {"factor": 2.0}, x=np.ones(2))["y"], [2.0, 2.0])
+        toy.ask(question, {}, x=np.zeros(2))
+    assert np.array_equal(toy.ask("double", {"factor": 2.0}, x=np.ones(2))["y"], [2.0, 2.0])
 
 
 def test_an_environment_that_is_not_made_is_named_with_the_command_that_makes_it(monkeypatch, tmp_path):
     monkeypatch.setattr(foreign, "ENVIRONMENTS", tmp_path)
     monkeypatch.setattr(foreign.shutil, "which", lambda _: "/bin/node")
     with pytest.raises(NotHereError, match=r"python -m validation\.foreign jolt"):
-        foreign.node("jolt")
+        foreign.engine("jolt")
     monkeypatch.setattr(foreign.shutil, "which", lambda _: None)
     with pytest.raises(NotHereError, match="Node is not installed"):
-        foreign.node("jolt")
+        foreign.engine("jolt")
 
 
 def test_jolt_answers_where_node_is():
