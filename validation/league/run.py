@@ -207,7 +207,7 @@ def _engine(name: str) -> EngineRow:
     title = subject.title
     chosen = [list(row) for row in settings_of(subject)]
     return EngineRow(
-        name, title, version_of(subject), subject.precision, chosen, dict(subject.cannot), is_host=name == HOST
+        name, title, version_of(subject) or softbody.__version__, subject.precision, chosen, dict(subject.cannot), is_host=name == HOST
     )
 
 
