@@ -181,3 +181,29 @@ def far_away(run: Run, move: Answer) -> Comparison:
         scale.append(speed)
         kinds.append(f"{away / 1e3:g} km")
     return Comparison(np.array(measured), np.array(expected), np.array(scale), kinds)
+
+
+@asks(
+    "move_boxes",
+    roundings=500,
+    reference="closed form: what is not touched goes on",
+    unit="of the speed",
+    tolerance=1e-9,
+    because="nothing touches it: rounding of some hundred steps",
+)
+def slot(run: Run, move: Answer) -> Comparison:
+    """A box flies through a slot with 0.1 to 1 mm of air.
+
+    Between two held plates of 1 m, at 1 to 30 m/s, without friction.
+    """
+    rng, measured, expected, scale = run.fresh_rng(), [], [], []
+    for k in range(run.count(6, 30, 300)):
+        speed, height, air = (1.0, 5.0, 30.0)[k % 3], rng.uniform(0.1, 0.3), 10.0 ** rng.uniform(-4.0, -3.0)
+        plates = [((1.0, 2.0, 0.1), HELD, (1.0, 0.0, side * (0.5 * height + 0.05 + air))) for side in (-1.0, 1.0)]
+        box = (rng.uniform(0.2, 0.4), 0.3, height), 1.0, (0.0, 0.0, 0.0), STILL, (speed, 0.0, 0.0)
+        steps = int(2.0 / speed / STEP)
+        end = move(boxes(*plates, box, restitution=rng.random()), STEP, steps, steps)
+        measured.append(np.concatenate([end.velocity[-1, 2], end.spin[-1, 2]]))
+        expected.append([speed, 0.0, 0.0, 0.0, 0.0, 0.0])
+        scale.append(speed)
+    return Comparison(np.array(measured), np.array(expected), np.array(scale))
