@@ -129,7 +129,7 @@ def exaggerating(answer: Callable) -> Callable:
 
 FAIR = {"inside": "igl", "overlap": "fcl"}  # by the claim's file; else the core
 FAIR_TO = {  # by the claim: where the core fails, and why
-    "machines.outrun": "dartpy",  # a knock-on within the step is not foreseen, and what undoes the depth adds 0.25 V
+    "machines.outrun": "dartpy",  # sweeps along a row on the ground do not end, and it is then taken for pinched
     "edges.rock": "pybullet",  # the core takes an impact that it foresees in two steps: it keeps 0.2 % less of the spin
 }
 
