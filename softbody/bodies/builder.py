@@ -19,6 +19,7 @@ from softbody.dynamics.rigid_boxes import RESOLVED
 from softbody.dynamics.vertex_rings import build_rings, in_precision, no_rings, with_springs
 from softbody.errors import ParameterError
 from softbody.geometry.box import box_inertia
+from softbody.geometry.edges import lengths_of
 from softbody.geometry.polyhedron import surface_area
 from softbody.mesh.mesh import LARGEST, SMALLEST, Mesh
 from softbody.model.arrays import (
@@ -118,7 +119,7 @@ def with_soft_body(
     edges, count, first = mesh.edges, len(mesh.vertices), len(state.particle_position)
     stiffness = stiffness_of(springs[0], len(edges))
     points = np.ascontiguousarray(mesh.vertices + vector(motion[0], "position"))
-    lengths = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
+    lengths = lengths_of(points, edges)
     edge = int(np.argmin(lengths))
     if not lengths[edge] > np.spacing(np.abs(points).max()):
         raise ParameterError(

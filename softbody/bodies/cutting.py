@@ -8,7 +8,6 @@ whole such that both momenta stay.
 
 from __future__ import annotations
 
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -34,7 +33,9 @@ from softbody.dynamics.filling import liquid_mass
 from softbody.dynamics.liquid_forces import corners_of
 from softbody.errors import MeshError, ParameterError
 from softbody.geometry import points_in_mesh
+from softbody.geometry.edges import lengths_of
 from softbody.geometry.polyhedron import signed_volume
+from softbody.mesh.mesh import unique_edges
 from softbody.mesh.section import NOT, Cut, Plane, cut_surface, pieces_of
 from softbody.model.arrays import Model
 from softbody.model.validation import check_range, vector
@@ -126,7 +127,7 @@ def _rows_of_pieces(model: Model, row: int, own: SoftRows, cut: Cut, pieces: lis
     for piece in pieces:
         which, share = piece.vertices, piece.room / room
         particles = Particles(mass[which], cut.points[which], velocity[which], fixed[which])
-        springs = partial(_springs, own, cut, which)
+        springs = _springs(own, cut, which, piece.triangles)
         rows = remade(own, particles, force[which] if len(force) else force, piece.triangles, springs)
         rows.model["soft_mesh_volume"] = np.array([piece.volume - piece.room + share * full])
         rows.controls["soft_gas"] = share * own.controls["soft_gas"]
@@ -169,12 +170,10 @@ def _forces(own: SoftRows, cut: Cut, mass: np.ndarray) -> np.ndarray:
     return np.asarray(shared[:, None] * force[old])
 
 
-def _springs(own: SoftRows, cut: Cut, which: np.ndarray, edges: np.ndarray, length: np.ndarray) -> Springs:
-    """Return the springs on `edges` (e, 2), whose length [m] is this now.
-
-    They are of vertices (n,) of the Cut, `which`.
-    """
-    number, old, edges = len(own.state["particle_position"]), own.model["edge_particles"], which[edges]
+def _springs(own: SoftRows, cut: Cut, which: np.ndarray, triangles: np.ndarray) -> Springs:
+    """Return the springs of `triangles` (t, 3), between vertices (n,) of the Cut, `which`."""
+    own_edges, number, old = unique_edges(triangles), len(own.state["particle_position"]), own.model["edge_particles"]
+    edges, length = which[own_edges], lengths_of(cut.points[which], own_edges)
     ends = cut.ends[edges].reshape(-1, 4)
     low, high = ends.min(axis=1), ends.max(axis=1)
     keys, key = old[:, 0] * number + old[:, 1], low * number + high
@@ -189,6 +188,7 @@ def _springs(own: SoftRows, cut: Cut, which: np.ndarray, edges: np.ndarray, leng
     on_both_sides = (part == 1.0) & cut.on_cut[edges].all(axis=1)
     stiffness = own.model["edge_stiffness"][at] / part * np.where(on_both_sides, 0.5, 1.0)
     return Springs(
+        own_edges,
         np.where(is_part, own.model["edge_rest_length"][at] * part, length),
         np.where(is_part, stiffness, own.model["edge_stiffness"].mean()),
         np.where(is_part, own.model["edge_tear_at"][at], own.model["edge_tear_at"].min()),

@@ -6,7 +6,6 @@ Where two springs become one, it has the stiffness and the tension of both.
 
 from __future__ import annotations
 
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -31,8 +30,10 @@ from softbody.bodies.soft_rows import (
 from softbody.bodies.store import Store
 from softbody.errors import MeshError, ParameterError
 from softbody.geometry import closest_on_mesh
+from softbody.geometry.edges import lengths_of
 from softbody.geometry.polyhedron import signed_volume
 from softbody.geometry.self_intersections import self_intersections
+from softbody.mesh.mesh import unique_edges
 from softbody.mesh.union import glued, zipped
 from softbody.mesh.weld import first_at_place
 from softbody.model.validation import check_range, shown, vector
@@ -144,7 +145,7 @@ def _rows_of(both: SoftRows, joined: Joined) -> SoftRows:
     particles = _particles(both, now, len(used))
     if not signed_volume(particles.position, triangles) > 0.0:
         raise MeshError("together they have no volume")
-    return remade(both, particles, summed, triangles, partial(_springs, both, now))
+    return remade(both, particles, summed, triangles, _springs(both, now, particles.position, triangles))
 
 
 def _particles(both: SoftRows, now: np.ndarray, count: int) -> Particles:
@@ -164,9 +165,10 @@ def _particles(both: SoftRows, now: np.ndarray, count: int) -> Particles:
     return after if len(now) == count else after._replace(velocity=with_momenta(before, after))
 
 
-def _springs(both: SoftRows, now: np.ndarray, edges: np.ndarray, length: np.ndarray) -> Springs:
-    """Return the springs on the joined body's `edges` (e, 2), whose length [m] is this now."""
-    size = len(now) + 1
+def _springs(both: SoftRows, now: np.ndarray, points: np.ndarray, triangles: np.ndarray) -> Springs:
+    """Return the springs of the joined body's `triangles` (t, 3) of `points` (n, 3) [m]."""
+    edges, size = unique_edges(triangles), len(now) + 1
+    length = lengths_of(points, edges)
     old = np.sort(now[both.model["edge_particles"]], axis=1)
     at = np.searchsorted(edges[:, 0] * size + edges[:, 1], old[:, 0] * size + old[:, 1])
     at = np.minimum(at, len(edges) - 1)
@@ -177,6 +179,7 @@ def _springs(both: SoftRows, now: np.ndarray, edges: np.ndarray, length: np.ndar
     tear_at = np.zeros(len(edges))
     np.maximum.at(tear_at, at[there], both.model["edge_tear_at"][there])
     return Springs(
+        edges,
         np.where(
             is_new, length, _mean(both.model["edge_rest_length"][there, None], weight, at[there], len(edges))[:, 0]
         ),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,8 +15,8 @@ from softbody.collision.contact import remembered, remembering, without_soft
 from softbody.compiler.interrupts import set_together
 from softbody.errors import ParameterError
 from softbody.geometry import closest_on_mesh
+from softbody.geometry.edges import lengths_of
 from softbody.geometry.polyhedron import signed_volume, surface_area
-from softbody.mesh.mesh import unique_edges
 from softbody.model.arrays import NOBODY, has_border, is_open
 
 NUMBERS = "edge_particles", "triangle_particles"  # fields that hold numbers of particles
@@ -32,8 +31,9 @@ class SoftRows(NamedTuple):
 
 
 class Springs(NamedTuple):
-    """The springs on the edges of one soft body, in their order."""
+    """The springs of one soft body, on all edges of its triangles in order."""
 
+    edges: np.ndarray  # (e, 2)
     rest_length: np.ndarray  # (e,) [m]
     stiffness: np.ndarray  # (e,) [N/m]
     tear_at: np.ndarray  # (e,) see Model
@@ -85,20 +85,14 @@ def particles_of(rows: SoftRows) -> Particles:
 
 
 def remade(
-    like: SoftRows,
-    particles: Particles,
-    force: np.ndarray,
-    triangles: np.ndarray,
-    springs: Callable[[np.ndarray, np.ndarray], Springs],
+    like: SoftRows, particles: Particles, force: np.ndarray, triangles: np.ndarray, springs: Springs
 ) -> SoftRows:
     """Return the rows of a body `like` another, of other particles, `force` (n, 3) [N] on them, and triangles (t, 3).
 
-    `springs` tells those on edges (e, 2), of a length (e,) [m]. An open surface stays as thick as it was.
+    An open surface stays as thick as it was.
     """
-    points = particles.position
-    edges = unique_edges(triangles)
-    length = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
-    rest_length, stiffness, tear_at = springs(edges, length)
+    points, (edges, rest_length, stiffness, tear_at) = particles.position, springs
+    length = lengths_of(points, edges)
     thickness = like.model["soft_thickness"]
     if not has_border(len(edges), len(triangles)):
         thickness = np.array([2.0 * signed_volume(points, triangles) / surface_area(points, triangles)])

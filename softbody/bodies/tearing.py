@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -22,9 +21,10 @@ from softbody.bodies.soft_rows import (
 from softbody.bodies.store import Store
 from softbody.geometry.borders import fans_of_holes, holds_gas
 from softbody.geometry.connected import joined
+from softbody.geometry.edges import lengths_of, rows_of_edges, triangles_at
 from softbody.geometry.polyhedron import signed_volume, surface_area
 from softbody.mesh.mesh import unique_edges
-from softbody.mesh.tearing import may_part, most_loaded, torn, triangles_at
+from softbody.mesh.tearing import may_part, most_loaded, torn
 from softbody.model.arrays import Model
 
 
@@ -40,7 +40,7 @@ class _Skin(NamedTuple):
 
     triangles: np.ndarray  # (t, 3)
     origin: np.ndarray  # (m,) vertex of before that each is
-    load: np.ndarray  # (e,) of the springs of before, 1 at their limit
+    springs: Springs
 
 
 def may_tear(model: Model) -> np.ndarray:
@@ -84,41 +84,67 @@ def _torn(own: SoftRows) -> _Skin | None:
     """Return how the surface of a body tears, or None."""
     model, points = own.model, own.state["particle_position"]
     edges, triangles, rest = model["edge_particles"], model["triangle_particles"], model["edge_rest_length"]
-    length = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
+    length = lengths_of(points, edges)
     limit = model["edge_tear_at"] * rest
     load = np.where(limit > 0.0, length / np.where(limit > 0.0, limit, 1.0), 0.0)
-    parts = may_part(triangles, edges, len(points))
+    if not (load > 1.0).any():
+        return None
+    meets = triangles_at(triangles, edges, len(points))
+    parts = may_part(triangles, edges, meets)
     tearing = most_loaded(np.where(parts, load, 0.0), edges, len(points))
     if not len(tearing):
         return None
     tension = model["edge_stiffness"] * np.maximum(length - rest, 0.0)
     pull = np.bincount(edges.ravel(), np.repeat(tension, 2), len(points))
     after, origin = torn(points, triangles, edges, tearing, pull)
-    return _Skin(after, origin, load) if len(origin) > len(points) else None
+    if len(origin) == len(points):
+        return None
+    return _Skin(after, origin, _springs(own, after, origin, load, meets))
+
+
+def _springs(own: SoftRows, triangles: np.ndarray, origin: np.ndarray, load: np.ndarray, meets: np.ndarray) -> Springs:
+    """Return the springs of a torn surface, see _Skin: those of before, as stiff as they have triangles of them still.
+
+    Of each spring of before, `load` (e,) is 1 at its limit, and of how many triangles it is a side it `meets` (e,):
+    half of its stiffness lies in each of two. Near to where the surface has parted, those that are beyond their limit
+    wait until they have given way.
+    """
+    edges = unique_edges(triangles)
+    ends = origin[edges]
+    row = rows_of_edges(own.model["edge_particles"], len(own.state["particle_position"]), ends[:, 0], ends[:, 1])
+    share = triangles_at(triangles, edges, len(origin)) / meets[row]
+    limit, has_split = own.model["edge_tear_at"][row], np.bincount(origin) > 1
+    waits = (load[row] > 1.0) & (has_split[ends[:, 0]] | has_split[ends[:, 1]])
+    return Springs(
+        edges,
+        own.model["edge_rest_length"][row],
+        share * own.model["edge_stiffness"][row],
+        np.where(waits, -np.abs(limit), limit),
+    )
 
 
 def _pieces(own: SoftRows, skin: _Skin) -> list[SoftRows]:
     """Return the rows of all pieces, the heaviest first."""
-    before, (triangles, origin, load) = particles_of(own), skin
+    before, (triangles, origin, springs) = particles_of(own), skin
     points = before.position[origin]
-    mass = _masses(own, before.mass, skin)
-    has_split = np.bincount(origin, minlength=len(before.mass)) > 1
+    mass = _masses(before.mass, skin)
     force = own.controls["particle_force"]
     force = force[origin] * (mass / before.mass[origin])[:, None] if len(force) else force
-    part = joined(len(origin), np.concatenate([triangles[:, :2], triangles[:, 1:]]))
+    part = joined(len(origin), springs.edges)
     found = []
     for label in np.unique(part).tolist():
-        which = np.flatnonzero(part == label)
-        numbers = np.searchsorted(which, triangles[part[triangles[:, 0]] == label])
-        found.append((which, numbers, _room(points[which], numbers), float(mass[which].sum())))
+        of_it = part == label
+        which, number, its = np.flatnonzero(of_it), np.cumsum(of_it) - 1, of_it[springs.edges[:, 0]]
+        numbers, own_springs = number[triangles[of_it[triangles[:, 0]]]], Springs(*(each[its] for each in springs))
+        own_springs = own_springs._replace(edges=number[own_springs.edges])
+        found.append((which, numbers, _room(points[which], numbers), float(mass[which].sum()), own_springs))
     whole, most, room = sum(each[3] for each in found), max(each[3] for each in found), sum(each[2] for each in found)
     found.sort(key=lambda each: (-round(each[3] / most, 9), *points[each[0]].mean(axis=0).tolist()))
     made = []
-    for which, numbers, volume, weight in found:
+    for which, numbers, volume, weight, own_springs in found:
         old = origin[which]
         particles = Particles(mass[which], points[which], before.velocity[old], before.fixed[old])
-        springs = partial(_springs, own, old, numbers, has_split, load)
-        rows = remade(own, particles, force[which] if len(force) else force, numbers, springs)
+        rows = remade(own, particles, force[which] if len(force) else force, numbers, own_springs)
         rows.model["soft_mesh_volume"] = own.model["soft_mesh_volume"] * (weight / whole)
         rows.controls["soft_gas"] = own.controls["soft_gas"] * (volume / room if room > 0.0 else 0.0)
         made.append(rows)
@@ -132,53 +158,14 @@ def _room(points: np.ndarray, triangles: np.ndarray) -> float:
     return volume if holds_gas(volume, open_area, surface_area(points, triangles)) else 0.0
 
 
-def _masses(own: SoftRows, before: np.ndarray, skin: _Skin) -> np.ndarray:
+def _masses(before: np.ndarray, skin: _Skin) -> np.ndarray:
     """Return the masses (m,) [kg] of all vertices: those that a vertex of before became share its mass.
 
     They do so by the stiffness of the springs that they have, so that none swings faster than before.
     """
-    triangles, origin, _ = skin
-    edges = unique_edges(triangles)
-    stiffness = _stiffness(own, origin, triangles, edges) + np.finfo(float).tiny
-    around = np.bincount(edges.ravel(), np.repeat(stiffness, 2), len(origin))
+    origin, stiffness = skin.origin, skin.springs.stiffness + np.finfo(float).tiny
+    around = np.bincount(skin.springs.edges.ravel(), np.repeat(stiffness, 2), len(origin))
     return np.asarray(around / np.bincount(origin, around)[origin] * before[origin])
-
-
-def _springs(
-    own: SoftRows,
-    old: np.ndarray,
-    triangles: np.ndarray,
-    has_split: np.ndarray,
-    load: np.ndarray,
-    edges: np.ndarray,
-    length: np.ndarray,
-) -> Springs:
-    """Return the springs on `edges` (e, 2): those of before, as stiff as they have triangles of them still.
-
-    Near to where the surface has parted, those that are beyond their limit wait until they have given way.
-    """
-    row = _rows_before(own, old, edges)
-    limit = own.model["edge_tear_at"][row]
-    waits = (load[row] > 1.0) & has_split[old[edges]].any(axis=1)
-    return Springs(
-        own.model["edge_rest_length"][row],
-        _stiffness(own, old, triangles, edges),
-        np.where(waits, -np.abs(limit), limit),
-    )
-
-
-def _rows_before(own: SoftRows, old: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """Return the row that each of `edges` (e, 2) had, of vertices that were `old` (m,)."""
-    was, ends, count = own.model["edge_particles"], np.sort(old[edges], axis=1), len(own.state["particle_position"])
-    return np.searchsorted(was[:, 0] * count + was[:, 1], ends[:, 0] * count + ends[:, 1])
-
-
-def _stiffness(own: SoftRows, old: np.ndarray, triangles: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """Return the stiffness (e,) [N/m] of `edges` (e, 2): half lies in each of its two triangles."""
-    row = _rows_before(own, old, edges)
-    was, whole = own.model["edge_particles"], own.model["triangle_particles"]
-    at_before = triangles_at(whole, was, len(own.state["particle_position"]))[row]
-    return np.asarray(triangles_at(triangles, edges, len(old)) / at_before * own.model["edge_stiffness"][row])
 
 
 def _places(own: SoftRows, skin: _Skin) -> np.ndarray:

@@ -10,6 +10,7 @@ import numpy as np
 from softbody.compiler.jit import jit
 from softbody.compiler.simd import LANES
 from softbody.geometry.borders import border_of, holes_of
+from softbody.geometry.edges import rows_of_edges
 from softbody.model.arrays import DEGREE, END, ENTRY, FIRST, STIFFNESS, VertexRings, has_border
 
 # Particles whose neighbours are grouped by degree together: 2 048 of them and all that their step needs are some
@@ -70,28 +71,26 @@ def build_rings(
     index = np.empty(count, np.int64)
     index[order] = np.arange(count) + np.repeat(begin - first, number)
 
+    # A block begins with the particle of each index, of which the twins are the last.
+    inside = np.arange(end[-1]) - np.repeat(begin, end - begin)
+    particle = order[np.repeat(first, end - begin) + np.minimum(inside, np.repeat(number - 1, end - begin))]
     blocks, entries, nexts, behind, offset = [], [], [], 0, 0
-    for k in range(len(first)):
-        rows = order[np.minimum(np.arange(end[k] - begin[k]), number[k] - 1) + first[k]]
-        size = int(degree[rows[0]])
-        entry = (ring_start[rows][None, :] + np.arange(size)[:, None]).ravel()
-        cycle = is_cycle[rows[0]]
+    for k, rows in enumerate(np.split(particle, end[:-1])):
+        size, cycle = int(degree[rows[0]]), is_cycle[rows[0]]
+        entry = (ring_start[rows] + np.arange(size)[:, None]).ravel()
         blocks.append((begin[k], end[k], number[k], size, offset, -1 if cycle else behind, -1))
-        entries.append(np.stack([np.tile(rows, size), ring[entry]]))
+        entries.append(entry)
         offset += entry.size
         if not cycle:
             nexts.append(index[after[entry]])
             behind += entry.size
-    here, there = np.concatenate(entries, axis=1)
-    edge_key = edges[:, 0] * count + edges[:, 1]
-    edge = np.searchsorted(edge_key, np.minimum(here, there) * count + np.maximum(here, there))
-    particle = np.empty(end[-1], np.uint32)
-    for k in range(len(first)):
-        particle[begin[k] : end[k]] = entries[k][0, : end[k] - begin[k]]
+    entry = np.concatenate(entries)
+    there = ring[entry]
+    edge = rows_of_edges(edges, count, np.repeat(np.arange(count), degree)[entry], there)
     return with_springs(
         no_rings()._replace(
-            particle=particle,
-            number=3 * particle,
+            particle=particle.astype(np.uint32),
+            number=(3 * particle).astype(np.uint32),
             start=np.array([0, end[-1]]),
             block=np.array(blocks, np.int64),
             block_start=np.array([0, len(blocks)]),

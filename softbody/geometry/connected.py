@@ -38,6 +38,35 @@ def joined(count: int, pairs: np.ndarray) -> np.ndarray:
     return parent
 
 
+NONE = -1
+
+
+@jit
+def fans_of_corners(side: np.ndarray, parted: np.ndarray) -> np.ndarray:
+    """Return for each corner, 3 t + c of triangle t, the lowest one of its fan (3 t,).
+
+    `side` (t, 3): the edge from each corner to the next. Triangles hang together at edges that have not `parted` (e,).
+    """
+    fan, met = np.arange(side.size), np.full(len(parted), NONE)
+    for one in range(side.size):
+        edge = side[one // 3, one % 3]
+        other = met[edge]
+        if other == NONE:
+            met[edge] = one
+        elif not parted[edge]:  # where a side begins for one triangle, it ends for the other
+            join(fan, one, _following(other))
+            join(fan, other, _following(one))
+    for corner in range(len(fan)):
+        fan[corner] = root_of(fan, corner)
+    return fan
+
+
+@jit_lean
+def _following(corner: int) -> int:
+    """Return the next corner of the same triangle."""
+    return corner - 2 if corner % 3 == 2 else corner + 1
+
+
 def half_edges(edge_of: np.ndarray) -> np.ndarray:
     """Return the two half-edges (e, 2) of each edge, given the edge of each half-edge (3 t,); all have two."""
     numbers = np.arange(len(edge_of))

@@ -25,13 +25,11 @@ def checked_triangles(vertices: ArrayLike, triangles: ArrayLike) -> tuple[np.nda
         raise MeshError(f"triangles are {faces.dtype}; give vertex indices, as integers")
     # A copy, made before it is looked at: what structures keep must not change when the caller's array does.
     points, faces = checked_points(points, "vertices"), faces.copy()
-    wrong = ((faces < 0) | (faces >= len(points))).any(axis=1)
-    if wrong.any():
-        t = int(np.argmax(wrong))
+    if faces.min() < 0 or faces.max() >= len(points):
+        t = int(np.argmax(((faces < 0) | (faces >= len(points))).any(axis=1)))
         raise MeshError(f"triangle {t} is {faces[t]}, but vertices run from 0 to {len(points) - 1}; repair its indices")
-    spoiled = ~np.isfinite(points).all(axis=1)
-    if spoiled.any():
-        i = int(np.argmax(spoiled))
+    if not np.isfinite(points).all():
+        i = int(np.argmin(np.isfinite(points).all(axis=1)))
         raise MeshError(f"vertex {i} is at {points[i]}: not finite; repair its coordinates")
     return points, faces.astype(np.int64, order="C", copy=False)
 

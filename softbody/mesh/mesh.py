@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from softbody.errors import MeshError, ParameterError
+from softbody.geometry.edges import edges_of_sides
 from softbody.geometry.polyhedron import signed_volume
 from softbody.mesh.diagnostics import Finding, findings
 from softbody.mesh.files import read_triangles, triangles_of
@@ -348,12 +349,8 @@ def icosphere(subdivisions: int = 3, radius: float = 1.0) -> Mesh:
         edges = unique_edges(faces)
         middles = points[edges[:, 0]] + points[edges[:, 1]]
         middles /= np.linalg.norm(middles, axis=1, keepdims=True)
-        keys = edges[:, 0] * len(points) + edges[:, 1]
         a, b, c = faces.T
-        ab, bc, ca = (
-            len(points) + np.searchsorted(keys, np.minimum(i, j) * len(points) + np.maximum(i, j))
-            for i, j in ((a, b), (b, c), (c, a))
-        )
+        ab, bc, ca = len(points) + edges_of_sides(faces, edges, len(points)).T
         faces = np.stack([a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca], axis=1).reshape(-1, 3)
         points = np.concatenate([points, middles])
     return Mesh(radius * points, faces)

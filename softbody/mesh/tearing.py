@@ -12,49 +12,45 @@ from typing import NamedTuple
 import numpy as np
 
 from softbody.errors import MeshError
-from softbody.geometry.connected import joined
+from softbody.geometry.connected import fans_of_corners
+from softbody.geometry.edges import edges_of_sides
 from softbody.mesh.mesh import check_indices, unique_edges
 
 TIED = 1e-9  # loads that differ by less of themselves are equal
 
 
 class Corners(NamedTuple):
-    """The corners of all triangles, vertex by vertex: corner 3 t + c is that of triangle t at its vertex c."""
+    """The corners about some vertices, vertex by vertex: corner 3 t + c is that of triangle t at its vertex c."""
 
     start: np.ndarray  # (n + 1,) of each vertex in `corner`
-    corner: np.ndarray  # (3 t,)
+    corner: np.ndarray  # (k,)
 
 
-def corners_about(triangles: np.ndarray, count: int) -> Corners:
-    """Return the corners about each of `count` vertices of `triangles` (t, 3)."""
+def corners_about(triangles: np.ndarray, wanted: np.ndarray) -> Corners:
+    """Return the corners of `triangles` (t, 3) about each vertex that is `wanted` (n,)."""
     flat = triangles.ravel()
-    return Corners(np.append(0, np.cumsum(np.bincount(flat, minlength=count))), np.argsort(flat, kind="stable"))
-
-
-def edges_of_corners(triangles: np.ndarray, edges: np.ndarray, count: int) -> np.ndarray:
-    """Return the edge (t, 3) of `edges` (e, 2), sorted, from each corner of `triangles` (t, 3) to the next."""
-    after = np.roll(triangles, -1, axis=1)
-    keys = edges[:, 0] * count + edges[:, 1]
-    return np.searchsorted(keys, np.minimum(triangles, after) * count + np.maximum(triangles, after))
+    corner = np.flatnonzero(wanted[flat])
+    vertex = flat[corner]
+    number = np.bincount(vertex, minlength=len(wanted))
+    return Corners(np.append(0, np.cumsum(number)), corner[np.argsort(vertex, kind="stable")])
 
 
 def most_loaded(load: np.ndarray, edges: np.ndarray, count: int) -> np.ndarray:
     """Return which of `edges` (e, 2) tear: those of a `load` (e,) above 1 that none at their ends exceeds."""
     greatest = np.zeros(count)
-    for end in edges.T:
-        np.maximum.at(greatest, end, load)
-    return np.flatnonzero((load > 1.0) & (load >= (1.0 - TIED) * greatest[edges].max(axis=1)))
+    beyond = np.flatnonzero(load > 1.0)
+    for end in edges[beyond].T:
+        np.maximum.at(greatest, end, load[beyond])
+    return beyond[load[beyond] >= (1.0 - TIED) * greatest[edges[beyond]].max(axis=1)]
 
 
-def triangles_at(triangles: np.ndarray, edges: np.ndarray, count: int) -> np.ndarray:
-    """Return how many of `triangles` (t, 3) have each of `edges` (e, 2), sorted: 2, or 1 on a border."""
-    return np.bincount(edges_of_corners(triangles, edges, count).ravel(), minlength=len(edges))
+def may_part(triangles: np.ndarray, edges: np.ndarray, meets: np.ndarray) -> np.ndarray:
+    """Tell of which of `edges` (e, 2) an end has triangles besides the one or two that it `meets` (e,).
 
-
-def may_part(triangles: np.ndarray, edges: np.ndarray, count: int) -> np.ndarray:
-    """Tell of which of `edges` (e, 2), sorted, an end has triangles besides those of the edge: a fan can part there."""
-    about = np.bincount(triangles.ravel(), minlength=count)
-    return np.asarray((about[edges] > triangles_at(triangles, edges, count)[:, None]).any(axis=1))
+    There a fan can part.
+    """
+    about = np.bincount(triangles.ravel())
+    return np.asarray((about[edges[:, 0]] > meets) | (about[edges[:, 1]] > meets))
 
 
 def check_torn_surface(triangles: np.ndarray, count: int) -> None:
@@ -66,7 +62,7 @@ def check_torn_surface(triangles: np.ndarray, count: int) -> None:
         a, b = divmod(int(keys[np.argmax(times > 1)]), count)
         raise MeshError(f"two triangles run along edge {a}–{b} the same way; flip one, or take one away")
     edges = unique_edges(triangles)
-    _, origin = _parted(triangles, edges_of_corners(triangles, edges, count), np.zeros(len(edges), bool), count)
+    _, origin = _parted(triangles, edges_of_sides(triangles, edges, count), np.zeros(len(edges), bool), count)
     if len(origin) > count:
         raise MeshError(f"vertex {origin[count]} has triangles that hang together there alone; give each part its own")
 
@@ -85,10 +81,11 @@ def torn(
     two such, or none, where there is more pull; of equal ones at both. Vertices that do not split keep their number.
     """
     count = len(points)
-    corners, side = corners_about(triangles, count), edges_of_corners(triangles, edges, count)
+    side = edges_of_sides(triangles, edges, count)
     meets = np.bincount(side.ravel(), minlength=len(edges))
-    on_border = np.zeros(count, bool)
-    on_border[edges[meets == 1]] = True
+    on_border, splits = np.zeros((2, count), bool)
+    on_border[edges[meets == 1]] = splits[edges[tearing]] = True
+    corners = corners_about(triangles, splits)
     parted = np.zeros(len(edges), bool)
     for edge in tearing.tolist():
         for vertex in _ends_that_split(edge, edges, corners, meets, (on_border, pull)):
@@ -134,22 +131,11 @@ def _parted(triangles: np.ndarray, side: np.ndarray, parted: np.ndarray, count: 
 
     The part of a fan that has the first corner keeps the vertex's number; others follow, in the order of corners.
     """
-    edge, corner = side.ravel(), np.arange(3 * len(triangles))
-    following = corner // 3 * 3 + (corner + 1) % 3
-    order = np.argsort(edge, kind="stable")
-    twice = np.flatnonzero(edge[order[1:]] == edge[order[:-1]])
-    one, other = order[twice], order[twice + 1]
-    whole = ~parted[edge[one]]
-    one, other = one[whole], other[whole]
-    # The corner where a side starts meets, across it, the corner where the other's ends.
-    links = np.concatenate([np.stack([one, following[other]], axis=1), np.stack([following[one], other], axis=1)])
-    fan = joined(len(corner), links)
-    fans, first, of = np.unique(fan, return_index=True, return_inverse=True)
-    vertex = triangles.ravel()[first]  # of each fan
-    rank = np.lexsort((first, vertex))
-    is_first = np.append(True, np.diff(vertex[rank]) > 0)
-    number = np.empty(len(fans), np.int64)
-    number[rank[is_first]] = vertex[rank[is_first]]
-    more = np.sort(rank[~is_first])  # by their first corner
+    fan, number = fans_of_corners(side, parted), triangles.flatten()
+    first = np.flatnonzero(fan == np.arange(len(fan)))  # corner of each fan
+    vertex, keeps = number[first], np.empty(count, np.int64)
+    keeps[vertex[::-1]] = first[::-1]  # the last that is written is the lowest
+    more = first[keeps[vertex] != first]
+    origin = np.append(np.arange(count), number[more])
     number[more] = count + np.arange(len(more))
-    return number[of].reshape(-1, 3), np.append(np.arange(count), vertex[more])
+    return number[fan].reshape(-1, 3), origin

@@ -12,6 +12,7 @@ from softbody.compiler.simd import LANES, least_lane, load_lanes
 from softbody.dynamics.pressure import room_in
 from softbody.dynamics.watch import Limits, no_limits, places_of
 from softbody.geometry.borders import holds_gas, hole, holes_of
+from softbody.geometry.edges import triangles_at
 from softbody.geometry.polyhedron import surface_area
 from softbody.linalg.vec import dot, load, norm, sub
 from softbody.linalg.vec_lanes import gather_vec
@@ -40,9 +41,10 @@ class Tearing(NamedTuple):
 def tearing_of(model: Model, rings: VertexRings) -> Tearing:
     """Return what may tear of a model with these rings, and its holes."""
     limited = model.edge_tear_at != 0.0
-    edges, count = np.empty(0, np.int64), len(model.particle_inverse_mass)
+    edges = np.empty(0, np.int64)
     if limited.any():
-        edges = np.flatnonzero(limited & may_part(model.triangle_particles, model.edge_particles, count))
+        meets = triangles_at(model.triangle_particles, model.edge_particles, len(model.particle_inverse_mass))
+        edges = np.flatnonzero(limited & may_part(model.triangle_particles, model.edge_particles, meets))
     padded = np.append(edges, np.full(-len(edges) % LANES, 0))
     limit = np.square(model.edge_tear_at * model.edge_rest_length)[padded]
     limit[len(edges) :] = np.inf

@@ -7,15 +7,18 @@ from typing import NamedTuple
 import numpy as np
 
 from softbody.collision.soft.soft_response import Response, response_memory
-from softbody.compiler.jit import jit_inlined
+from softbody.compiler.jit import jit, jit_inlined
 from softbody.compiler.parts import END, FIRST, odd_lines, part_of, room_for, spans_of
 from softbody.compiler.simd import LANES
 from softbody.geometry.bvh import BVH, Search, build_bvh, search_space
+from softbody.geometry.edges import edges_of_sides
 from softbody.geometry.penetration import Penetrations, Points, room_for_penetrations
 from softbody.geometry.segments import ROWS
 from softbody.linalg.vec import load
 from softbody.mesh.mesh import unique_edges
 from softbody.model.arrays import Model, State
+
+NONE = -1  # no triangle, beyond a border
 
 
 class Surface(NamedTuple):
@@ -123,14 +126,16 @@ class Surfaces(NamedTuple):
 def build_surfaces(model: Model, position: np.ndarray, threads: int = 1) -> Surfaces:
     """Return the surfaces of all soft bodies of a model whose particles are at `position` (n, 3) [m]."""
     # The first kind is nobody's, and none of its tables is kept: it is the largest where there are no bodies.
-    kinds = [_kind_of(np.eye(4, 3), np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]))]
+    nobody = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+    kinds = [_kind_of(np.eye(4, 3), nobody, unique_edges(nobody))]
     known, kind = dict[bytes, int](), np.empty(model.soft_count, np.int64)
     for body in range(model.soft_count):
         first, end = model.soft_particle_start[body : body + 2]
         triangles = model.triangle_particles[slice(*model.soft_triangle_start[body : body + 2])] - first
         kind[body] = known.setdefault(triangles.tobytes(), len(known))
         if len(known) == len(kinds):
-            kinds.append(_kind_of(position[first:end], triangles))
+            edges = model.edge_particles[slice(*model.soft_edge_start[body : body + 2])] - first
+            kinds.append(_kind_of(position[first:end], triangles, edges))
     low, high = np.zeros((2, model.soft_count, 3))
     return Surfaces(
         Shapes(
@@ -193,30 +198,43 @@ def _room_for_eight(most: int) -> Eight:
     return Eight(np.empty(LANES, np.int64), np.empty((ROWS, LANES)), np.empty(LANES, np.int64), np.empty((LANES, most)))
 
 
-def _kind_of(vertices: np.ndarray, triangles: np.ndarray) -> tuple[BVH, tuple[np.ndarray, ...]]:
-    """Return the BVH of a mesh, and its rows in `Shapes`; edges are in the order of `unique_edges`.
+def _kind_of(vertices: np.ndarray, triangles: np.ndarray, edges: np.ndarray) -> tuple[BVH, tuple[np.ndarray, ...]]:
+    """Return the BVH of a mesh, and its rows in `Shapes`; `edges` (e, 2) are those of `unique_edges`.
 
     Beyond a border there is triangle −1, and the corner of an edge there is the other one. Around a vertex on the
     border, the triangle that touches it is that beyond whose sides, one after the other, are all others.
     """
-    edges = unique_edges(triangles)
-    start, end, third = (np.roll(triangles, -k, axis=1) for k in range(3))
-    rows = np.array([len(vertices), 1])
-    edge = np.searchsorted(edges @ rows, np.stack([np.minimum(start, end), np.maximum(start, end)], axis=-1) @ rows)
-    leads_back = start > end
-    wings, corners = np.full((2, len(edges), 2), -1, np.int32)
-    wings[edge, leads_back.astype(int)] = np.arange(len(triangles))[:, None]
-    corners[edge, leads_back.astype(int)] = third
-    corners = np.where(corners < 0, corners[:, ::-1], corners)
-    ridges = np.concatenate([edges, corners], axis=1).astype(np.int32)
-    sides = np.where(leads_back, -1 - edge, edge).astype(np.int32)
-    touching = np.zeros(len(vertices), np.int32)
-    touching[triangles] = np.arange(len(triangles))[:, None]
-    rim, side = np.nonzero((wings[edge] < 0).any(axis=2))
-    touching[end[rim, side]] = rim
+    sides = _sides_of(len(vertices), triangles, edges, edges_of_sides(triangles, edges, len(vertices)))
     tree = build_bvh(vertices, triangles)
     of_tree = tree.triangles, tree.order, tree.places, tree.level_start, tree.level_count
-    return tree, (*of_tree, ridges, wings, sides, touching)
+    return tree, (*of_tree, *sides)
+
+
+@jit
+def _sides_of(
+    count: int, triangles: np.ndarray, edges: np.ndarray, edge: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return RIDGES, WINGS, SIDES and TOUCHING of `_kind_of`; `edge` (t, 3) from each corner to the next."""
+    ridges, wings = np.full((len(edges), 4), NONE, np.int32), np.full((len(edges), 2), NONE, np.int32)
+    sides, touching = np.empty(triangles.shape, np.int32), np.zeros(count, np.int32)
+    for t in range(triangles.shape[0]):
+        for c in range(3):
+            e, i = edge[t, c], triangles[t, c]
+            leads_back = 1 if i > triangles[t, (c + 1) % 3] else 0
+            sides[t, c] = -1 - e if leads_back else e
+            wings[e, leads_back] = touching[i] = t
+            ridges[e, leads_back] = i
+            ridges[e, 1 - leads_back] = triangles[t, (c + 1) % 3]
+            ridges[e, 2 + leads_back] = triangles[t, (c + 2) % 3]
+    for t in range(triangles.shape[0]):
+        for c in range(3):
+            if min(wings[edge[t, c], 0], wings[edge[t, c], 1]) == NONE:
+                touching[triangles[t, (c + 1) % 3]] = t
+    for e in range(len(edges)):
+        for beyond, within in (2, 3), (3, 2):
+            if ridges[e, beyond] == NONE:
+                ridges[e, beyond] = ridges[e, within]
+    return ridges, wings, sides, touching
 
 
 @jit_inlined

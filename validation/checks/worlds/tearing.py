@@ -183,7 +183,7 @@ def facets(bodies: tuple[SoftBody, ...]) -> list[bytes]:
         Fault(
             "pieces that are turned",
             tearing._pieces,
-            "np.searchsorted(which, x_) → np.searchsorted(which, x_)[:, ::-1]",
+            "number[triangles[x_]] → number[triangles[x_]][:, ::-1]",
         ),
         Fault("pieces that are lost", tearing._pieces, "np.unique(part).tolist() → np.unique(part).tolist()[:1]"),
         Fault("parts that stay one body", tearing._pieces, "joined(len(origin), a_) → np.zeros(len(origin), np.int64)"),
@@ -231,12 +231,16 @@ def pieces_are_surfaces(run: Run) -> Comparison:
     faults=(
         Fault("copies of all the mass", tearing._masses, "a_ / b_ * before[origin] → before[origin]"),
         Fault("mass by halves", tearing._masses, "np.repeat(stiffness, 2) → np.repeat(0.0 * stiffness + 1.0, 2)"),
-        Fault("a slit with all its stiffness on both sides", tearing._stiffness, "a_ / at_before * b_ → b_"),
+        Fault("a slit with all its stiffness on both sides", tearing._springs, "share * x_ → x_"),
         Fault("slower pieces", tearing._pieces, "before.velocity[old] → 0.9 * before.velocity[old]"),
         Fault("gas in each piece", tearing._pieces, "volume / room if room > 0.0 else 0.0 → 1.0"),
         Fault("gas where there are no vessels", tearing._room, "volume if holds_gas(a_, b_, c_) else 0.0 → volume"),
         Fault("forces on all copies", tearing._pieces, "force[origin] * a_ → force[origin]"),
-        Fault("springs at rest", tearing._springs, "own.model['edge_rest_length'][row] → length"),
+        Fault(
+            "springs that are longer",
+            tearing._springs,
+            "own.model['edge_rest_length'][row] → 1.000001 * own.model['edge_rest_length'][row]",
+        ),
     ),
 )
 def nothing_is_lost(run: Run) -> Comparison:
@@ -315,7 +319,7 @@ EDGE = 1e-9  # how near to a limit bodies are put
             "np.square(model.edge_tear_at * a_) → np.square((1.0 + 1e-8) * model.edge_tear_at * a_)",
         ),
         Fault("limits that tear a little later", fans.most_loaded, "load > 1.0 → load > 1.0 + 1e-8"),
-        Fault("a spring that is not seen", fans.may_part, "(a_ > b_).any(axis=1) → (a_ > b_).all(axis=1)"),
+        Fault("a spring that is not seen", fans.may_part, "a_ | b_ → a_ & b_"),
         Fault("a body alone that never tears", watch.is_beyond, "least_lane(least) < 0.0 → False"),
         Fault("a body in company that never tears", tears.leak_and_look, "least < 0.0 → False"),
     ),
@@ -545,7 +549,7 @@ def copies_after(body: SoftBody) -> np.ndarray:
         Fault("a spring that is torn off", fans._across, "of_edge | a_ → of_edge"),
         Fault("tears that begin anew", fans._ends_that_split, "[v for v in ends if on_border[v]] → ends"),
         Fault("tears where less pulls", fans._ends_that_split, "pull[v] >= a_ → pull[v] <= pull[ends].min()"),
-        Fault("all springs beyond tear", fans.most_loaded, "(load > 1.0) & a_ → load > 1.0"),
+        Fault("all springs beyond tear", fans.most_loaded, "load[beyond] >= a_ → load[beyond] > 0.0"),
         Fault("a pull of all springs", tearing._torn, "np.maximum(length - rest, 0.0) → length"),
     ),
 )

@@ -46,7 +46,7 @@ def test_bodies_of_one_mesh_share_what_does_not_move():
 
 def test_a_ridge_is_an_edge_and_the_corners_beside_it():
     mesh = softbody.torus(1.0, 0.4, 12, 8)
-    _, (triangles, _, _, _, _, ridges, wings, sides, touching) = _kind_of(mesh.vertices, mesh.triangles)
+    _, (triangles, _, _, _, _, ridges, wings, sides, touching) = _kind_of(mesh.vertices, mesh.triangles, mesh.edges)
     for (i, j, left, right), (one, other) in zip(ridges, wings, strict=True):
         assert i < j
         assert [i, j, left] in [np.roll(triangles[one], k).tolist() for k in range(3)]
