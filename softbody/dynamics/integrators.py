@@ -35,7 +35,8 @@ from softbody.dynamics.one_ring_forces import (
 )
 from softbody.dynamics.particle_ground import land
 from softbody.dynamics.pressure import gas_pressure
-from softbody.dynamics.watch import Watch, is_beyond, stays_in_room
+from softbody.dynamics.watch import Watch, room_of_springs, stays_in_room
+from softbody.geometry.drift import drift_of_rows
 from softbody.model.arrays import END, FIRST, SoftBodies, VertexRings
 from softbody.model.material import Material
 from softbody.model.settings import RK4, RK4_VELOCITY, SYMPLECTIC_EULER
@@ -109,7 +110,8 @@ def _advance_body(
     gravity, load = bodies.gravity, Load(rings.start[body], bodies.drag[body], bodies.force)
     real, stages, least = work.dtype.type, STAGES[integrator], np.inf
     k, damping = rings.common_stiffness[body], real(bodies.damping[body])
-    limited = watch.square.shape[0] > 0
+    seen, count = work[SEEN : SEEN + 3], rings.block[cut[-1] - 1, END]
+    limited, room = watch.square.shape[0] > 0, -1.0  # [m] to drift from where it was seen: not known yet
     damped, loaded = damping > 0.0 or load.drag > 0.0, load.drag > 0.0 or load.force.shape[0] > 0
     # One call of the force, for the stages of all steps and for the volume at the end: machine code for it is made
     # for every place that it is called from.
@@ -149,16 +151,16 @@ def _advance_body(
                 _update(integrator, part, rows, coefficients)
                 if stage == stages - 1 and batch.height > -inf and (batch.begin + step + 1) % batch.landing == 0:
                     land(end[:3], end[3:], part, batch.height, Material(batch.restitution, batch.friction))
-        if stage == stages - 1 and watch.room[body] < inf:
-            count = rings.block[cut[-1] - 1, END]
-            if not stays_in_room(watch, body, end[:3], work[SEEN : SEEN + 3], count):
-                steps = step
-                break
+        if stage == stages - 1 and watch.room[body] < inf and not stays_in_room(watch, body, end[:3], seen, count):
+            steps = step
+            break
         lands = stage == stages - 1 and (batch.begin + step + 1) % batch.landing == 0
-        if limited and lands and is_beyond(watch, end[:3]):
-            steps = step + 1
+        if limited and lands and not drift_of_rows(end[:3], seen, count) <= room:
+            room = room_of_springs(watch, end[:3], seen, count)
+            if watch.is_torn[0]:
+                steps = step + 1
     if steps % 2 == 1:
-        copy_rows(work, NEXT_POSITION, POSITION, rings.block[cut[-1] - 1, END])
+        copy_rows(work, NEXT_POSITION, POSITION, count)
     return least, steps
 
 

@@ -38,8 +38,8 @@ AREA = 15  # G [m²]
 INVERSE_MASS = 18  # [1/kg], one row
 STAGE_VELOCITY = 19  # [m/s] for rk4, and where something damps
 SHIFT = 22  # [m/s²] sum over the stages, for rk4
-WORK_ROWS = 25
-SEEN = 25  # [m] where particles of a body that is watched were when it was looked at: three more rows
+SEEN = 25  # [m] where particles of a body that is watched were when it was looked at
+WORK_ROWS = 28
 
 Blocks = tuple[int, int]  # first and end
 

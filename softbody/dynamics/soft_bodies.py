@@ -100,11 +100,11 @@ def motion_of(start: np.ndarray, rings: VertexRings, threads: int = 1, watched: 
     `watched` are the triangles (t, 3) of the only body, if it may be watched. In double precision rows are an odd
     number of cache lines long: rows a multiple of 4 096 bytes apart would evict each other.
     """
-    largest, rows = int(np.diff(rings.start).max(initial=0)), WORK_ROWS if watched is None else SEEN + 3
+    largest = int(np.diff(rings.start).max(initial=0))
     memory = MotionMemory(
         np.empty((int(start[-1]), 3)),
         np.empty((int(start[-1]), 3)),
-        np.empty((threads, rows, (largest + 15) // 16 * 16 + 8), rings.rest_tension.dtype),
+        np.empty((threads, WORK_ROWS, (largest + 15) // 16 * 16 + 8), rings.rest_tension.dtype),
         np.empty(len(rings.block)),
         np.zeros(len(start) - 1, np.int64),
         np.zeros(len(start) - 1, np.int64),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +23,9 @@ from softbody.geometry.star import corners_of, room_of_star
 from softbody.linalg.vec_lanes import load_vec_lanes, store_vec_lanes
 from softbody.model.arrays import VertexRings
 
+ROUNDING = 1e-12  # of squares of lengths: some thousand times what is lost in them
+DRIFT_ROUNDING = 1e-5  # of a drift: some hundred times what is lost in it in single precision
+
 
 class Limits(NamedTuple):
     """Springs of the only body that tear it, in whole lanes."""
@@ -29,6 +33,7 @@ class Limits(NamedTuple):
     first: np.ndarray  # (k,) uint32: place in rows of one end
     second: np.ndarray  # (k,) of the other
     square: np.ndarray  # (k,) [m²] of the length beyond which it tears
+    per_length: np.ndarray  # (k,) [1/m] of four times that length
     is_torn: np.ndarray  # (1,) of bool: one is
 
 
@@ -43,13 +48,14 @@ class Watch(NamedTuple):
     first: np.ndarray
     second: np.ndarray
     square: np.ndarray
+    per_length: np.ndarray
     is_torn: np.ndarray
 
 
 def no_limits() -> Limits:
     """Return what says that nothing tears."""
     none = np.empty(0, np.uint32)
-    return Limits(none, none, np.empty(0), np.zeros(1, np.bool_))
+    return Limits(none, none, np.empty(0), np.empty(0), np.zeros(1, np.bool_))
 
 
 def nobody_watched(count: int) -> Watch:
@@ -71,18 +77,27 @@ def places_of(rings: VertexRings) -> np.ndarray:
 
 
 @jit_lean
-def is_beyond(watch: Watch, rows: np.ndarray) -> bool:
-    """Tell whether springs of the only body, in `rows` (3, s) [m], are beyond their limits, and note it."""
-    first, second, square = watch.first, watch.second, watch.square
-    least = spread(0.0)
-    for i in range(0, square.shape[0], LANES):
-        left = load_lanes(square, i)
+def room_of_springs(watch: Watch, rows: np.ndarray, seen: np.ndarray, count: int) -> float:
+    """Return how far [m] the only body, in `rows` (3, s) [m], may drift before a spring is beyond its limit.
+
+    It is noted if one is, and where particles are `seen` (3, s). By a drift d a length l changes by 2 d at most, and
+    the limit L leaves L − l ≥ (L² − l²) / 2 L.
+    """
+    first, second = watch.first, watch.second
+    least = room = spread(inf)
+    for i in range(0, watch.square.shape[0], LANES):
+        square = load_lanes(watch.square, i)
+        left = square
         for c in range(3):
             along = in_double(gather_lanes(rows[c], second, i)) - in_double(gather_lanes(rows[c], first, i))
             left = left - along * along
         least = where_less(left, least, left, least)
+        drift = (left - ROUNDING * square) * load_lanes(watch.per_length, i)  # no number without a limit: not less
+        room = where_less(drift, room, drift, room)
     watch.is_torn[0] = least_lane(least) < 0.0
-    return bool(watch.is_torn[0])
+    for i in range(0, count, LANES):
+        store_vec_lanes(seen, i, load_vec_lanes(rows, i))
+    return (1.0 - DRIFT_ROUNDING) * least_lane(room)
 
 
 @jit_lean

@@ -10,8 +10,9 @@ from math import inf, isfinite, sqrt
 import numpy as np
 
 from softbody.compiler.jit import jit_lean
-from softbody.compiler.simd import LANES, in_double, least_lane, load_lanes, spread, where_less
+from softbody.compiler.simd import LANES, in_double, least_lane, spread
 from softbody.linalg.vec import load, norm, scale, sub
+from softbody.linalg.vec_lanes import VecLanes, least_vec, load_vec_lanes, most_vec
 
 
 @jit_lean
@@ -31,12 +32,18 @@ def drift(points: np.ndarray, seen: np.ndarray) -> float:
 @jit_lean
 def drift_of_rows(rows: np.ndarray, seen: np.ndarray, count: int) -> float:
     """Return the same [m] of the first `count` points of `rows` (3, n), in whole lanes."""
+    low = high = _way(rows, seen, 0)
+    for i in range(LANES, count, LANES):  # all sides at once: none waits for another
+        way = _way(rows, seen, i)
+        low, high = least_vec(way, low), most_vec(way, high)
     square = 0.0
     for c in range(3):
-        low = high = in_double(load_lanes(rows[c], 0) - load_lanes(seen[c], 0))
-        for i in range(LANES, count, LANES):
-            way = in_double(load_lanes(rows[c], i) - load_lanes(seen[c], i))
-            low, high = where_less(way, low, way, low), where_less(high, way, way, high)
-        side = -least_lane(spread(0.0) - high) - least_lane(low)
+        side = -least_lane(spread(0.0) - high[c]) - least_lane(low[c])
         square += side * side
     return 0.5 * sqrt(square)
+
+
+@jit_lean
+def _way(rows: np.ndarray, seen: np.ndarray, i: int) -> VecLanes:
+    x, y, z = sub(load_vec_lanes(rows, i), load_vec_lanes(seen, i))
+    return in_double(x), in_double(y), in_double(z)

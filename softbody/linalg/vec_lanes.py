@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from softbody.compiler.jit import jit_lean
-from softbody.compiler.simd import Lanes, gather_lanes, load_lanes, scatter_lanes, store_lanes
+from softbody.compiler.simd import Lanes, gather_lanes, load_lanes, scatter_lanes, store_lanes, where_less
 
 VecLanes = tuple[Lanes, Lanes, Lanes]
 
@@ -36,3 +36,15 @@ def scatter_vec(numbers: np.ndarray, first: np.ndarray, a: VecLanes, i: int = 0)
     scatter_lanes(numbers, first, i, a[0])
     scatter_lanes(numbers[1:], first, i, a[1])
     scatter_lanes(numbers[2:], first, i, a[2])
+
+
+@jit_lean
+def least_vec(a: VecLanes, b: VecLanes) -> VecLanes:
+    """Return the lesser of both, component by component; b where that cannot be told."""
+    return where_less(a[0], b[0], a[0], b[0]), where_less(a[1], b[1], a[1], b[1]), where_less(a[2], b[2], a[2], b[2])
+
+
+@jit_lean
+def most_vec(a: VecLanes, b: VecLanes) -> VecLanes:
+    """Return the greater of both, component by component; b where that cannot be told."""
+    return where_less(b[0], a[0], a[0], b[0]), where_less(b[1], a[1], a[1], b[1]), where_less(b[2], a[2], a[2], b[2])

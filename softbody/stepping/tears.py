@@ -45,9 +45,8 @@ def tearing_of(model: Model, rings: VertexRings) -> Tearing:
     if limited.any():
         meets = triangles_at(model.triangle_particles, model.edge_particles, len(model.particle_inverse_mass))
         edges = np.flatnonzero(limited & may_part(model.triangle_particles, model.edge_particles, meets))
-    padded = np.append(edges, np.full(-len(edges) % LANES, 0))
+    padded = np.append(edges, np.repeat(edges[-1:], -len(edges) % LANES))
     limit = np.square(model.edge_tear_at * model.edge_rest_length)[padded]
-    limit[len(edges) :] = np.inf
     limit[model.edge_tear_at[padded] < 0.0] = np.inf
     ends = (3 * model.edge_particles[padded]).astype(np.uint32)
     border, holes, start, placed = [np.empty(0, np.int64)], [np.empty((0, 2), np.int64)], [0], 0
@@ -68,7 +67,10 @@ def tearing_of(model: Model, rings: VertexRings) -> Tearing:
     if model.soft_count == 1 and len(edges) and not len(holes[-1]):
         of_rows = places_of(rings)[model.edge_particles[padded]].astype(np.uint32)
         limits = limits._replace(
-            first=np.ascontiguousarray(of_rows[:, 0]), second=np.ascontiguousarray(of_rows[:, 1]), square=limit
+            first=np.ascontiguousarray(of_rows[:, 0]),
+            second=np.ascontiguousarray(of_rows[:, 1]),
+            square=limit,
+            per_length=0.25 / np.sqrt(limit),
         )
     return Tearing(
         np.ascontiguousarray(ends[:, 0]),
