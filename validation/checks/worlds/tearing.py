@@ -744,7 +744,7 @@ STEPS = 5000  # in the time in which gas fades by e
     faults=(
         Fault("gas that presses less", pressure.gas_pressure, "gas / volume → 0.999 * gas / volume"),
         Fault("a leak that all bodies have", tears._leak, "model.soft_leak[body] → 200.0"),
-        Fault("a leak by the number of steps", tears._leak, "open_area * h / volume → open_area * 1.0e-4 / volume"),
+        Fault("gas that leaks faster", tears._leak, "exp(x_) → exp(1.001 * x_)"),
         Fault("one hole of several", tears._leak, "open_area += x_ → open_area = x_"),
         Fault("fans in one direction", borders.hole, "cross(here, before) → cross(before, here)"),
     ),
