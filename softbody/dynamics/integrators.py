@@ -155,7 +155,7 @@ def _advance_body(
             steps = step
             break
         lands = stage == stages - 1 and (batch.begin + step + 1) % batch.landing == 0
-        if limited and lands and not drift_of_rows(end[:3], seen, count) <= room:
+        if limited and lands and (room < 0.0 or not drift_of_rows(end[:3], seen, count) <= room):
             room = room_of_springs(watch, end[:3], seen, count)
             if watch.is_torn[0]:
                 steps = step + 1

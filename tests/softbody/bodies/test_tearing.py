@@ -44,9 +44,8 @@ def test_it_tears_beyond_its_limit(limit, tears, alone):
 
 
 @pytest.mark.interpreted
-@pytest.mark.parametrize("integrator", ["symplectic_euler", "rk4"])
-@pytest.mark.parametrize("precision", ["double", "single"])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("precision", "integrator"), [("double", "symplectic_euler"), ("single", "rk4")])
+@pytest.mark.parametrize("seed", range(2))
 def test_it_tears_in_the_same_step_as_if_it_was_looked_at_after_each(seed, precision, integrator):
     """In many steps at once springs are looked at only where one may have come to its limit."""
     worlds = []
@@ -54,16 +53,16 @@ def test_it_tears_in_the_same_step_as_if_it_was_looked_at_after_each(seed, preci
         rng = np.random.default_rng(seed)
         world, mesh = World(gravity=(0.0, 0.0, 0.0), precision=precision, integrator=integrator), icosphere(1)
         body = stretched(world, 1.05, mesh, tear_at=rng.uniform(1.1, 1.3, len(mesh.edges)))
-        body.velocities = 0.7 * body.positions + rng.normal(0.0, 0.2, mesh.vertices.shape)
+        body.velocities = 6.0 * body.positions + rng.normal(0.0, 0.2, mesh.vertices.shape)
         worlds.append(world)
     at_once, one_by_one = worlds
-    at_once.step(1e-3, 300)
-    for _ in range(300):
+    at_once.step(1e-3, 40)
+    for _ in range(40):
         one_by_one.step(1e-3)
     times = [event.time for event in at_once.events]
     assert times == pytest.approx([event.time for event in one_by_one.events])
     assert times
-    assert times[0] > 0.02
+    assert times[0] > 5e-3
     for one, other in zip(at_once.soft_bodies, one_by_one.soft_bodies, strict=True):
         assert np.array_equal(one.positions, other.positions)
 
