@@ -204,10 +204,16 @@ class _Journal:
 
 def _engine(name: str) -> EngineRow:
     subject = subjects()[name]
-    title = subject.title
+    version = version_of(subject) or softbody.__version__
     chosen = [list(row) for row in settings_of(subject)]
     return EngineRow(
-        name, title, version_of(subject) or softbody.__version__, subject.precision, chosen, dict(subject.cannot), is_host=name == HOST
+        name,
+        subject.title,
+        version,
+        subject.precision,
+        chosen,
+        dict(subject.cannot),
+        is_host=name == HOST,
     )
 
 

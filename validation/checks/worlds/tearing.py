@@ -370,7 +370,7 @@ def loads_at(rng: np.random.Generator, body: SoftBody) -> np.ndarray:
         Fault("limits beyond their own", fans.most_loaded, "load > 1.0 → load > 1.0 + 1e-8"),
         Fault("gas that presses less", pressure.gas_pressure, "gas / volume → 0.999999 * gas / volume"),
         Fault(
-            "springs that are longer",
+            "limits that are longer",
             tearing._torn,
             "model['edge_tear_at'] * rest → model['edge_tear_at'] * rest * (1.0 + 1e-8)",
         ),
@@ -742,7 +742,7 @@ STEPS = 5000  # in the time in which gas fades by e
     tolerance=1.1e-4,
     because="a step presses by the gas before it leaks: that is h C A / 2 V = 1e-4 too much",
     faults=(
-        Fault("gas that presses less", pressure.gas_pressure, "gas / volume → 0.999 * gas / volume"),
+        Fault("gas that presses a thousandth less", pressure.gas_pressure, "gas / volume → 0.999 * gas / volume"),
         Fault("a leak that all bodies have", tears._leak, "model.soft_leak[body] → 200.0"),
         Fault("gas that leaks faster", tears._leak, "exp(x_) → exp(1.001 * x_)"),
         Fault("one hole of several", tears._leak, "open_area += x_ → open_area = x_"),
