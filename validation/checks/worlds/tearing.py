@@ -808,7 +808,7 @@ def bits_of(world: World) -> bytes:
             watch.room_of_springs,
             "load_lanes(watch.square, i) → load_lanes(watch.square, i) + 1e-2",
         ),
-        Fault("looks that come too late", watch.room_of_springs, "(1.0 - DRIFT_ROUNDING) * x_ → 4.0 * x_"),
+        Fault("looks that come too late", watch.room_of_springs, "(1.0 - DRIFT_ROUNDING) * x_ → 30.0 * x_"),
         Fault(
             "limits in company",
             tears.leak_and_look,
@@ -817,7 +817,8 @@ def bits_of(world: World) -> bytes:
         Fault(
             "springs that wait no more",
             "softbody.storage.snapshot._model",
-            "if number < TEARING_SINCE: a_ → entries.put('model.edge_tear_at', np.zeros(counts['edge']))",
+            "if number < TEARING_SINCE: a_ → "
+            "entries._left['model.edge_tear_at'] = np.abs(entries._left['model.edge_tear_at'])",
         ),
     ),
 )
