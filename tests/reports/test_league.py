@@ -109,6 +109,13 @@ def test_a_cell_is_a_multiple_of_what_matters_and_its_band_is_more_than_colour(l
     }
 
 
+def test_a_league_that_was_interrupted_says_so(league):
+    text = Parsed(page(dataclasses.replace(league, left=7))).text
+    assert "interrupted" in text
+    assert "7 cells were not played" in text
+    assert "interrupted" not in Parsed(page(league)).text
+
+
 def test_the_host_is_marked_and_the_best_effort_is_named(league):
     text = Parsed(page(league)).text
     assert "4 × the steps" in text

@@ -70,7 +70,10 @@ def main(
         click.echo(f"Error: {error}", err=True)
         sys.exit(CANNOT_WRITE)
     except KeyboardInterrupt:
-        click.echo(f"Interrupted; --resume goes on from {out}.", err=True)
+        click.echo("Interrupted.", err=True)
+        sys.exit(INTERRUPTED)
+    if league.left:
+        click.echo(f"Interrupted; {out / 'index.html'} has what is done, and --resume goes on.", err=True)
         sys.exit(INTERRUPTED)
     click.echo(f"{len(league.engines)} engines at {len(league.tasks)} tasks: {out / 'index.html'}")
 

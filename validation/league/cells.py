@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field
 from typing import Any
@@ -35,7 +36,7 @@ class Cell:
     iterations: float  # as many as usual, times this
     state: str = NOT_RUN  # one of STATES
     why: str | None = None  # it was not answered
-    seconds: float = 0.0  # that it took, all in all
+    seconds: float = 0.0  # that it took, without what is loaded or compiled first
     n: int = 0  # cases
     error: float | None = None  # the worst, in the task's unit; of yes-or-no answers, the share that is wrong
     median: float | None = None
@@ -84,7 +85,9 @@ def play(task: str, engine: str, level: str, seed: int, steps: float, iterations
         asked = Asked(answer, claim.question, Effort(steps, iterations))
         run = Run(level, seed, claim.check.id)
         run.seed_engines()
+        begun = time.perf_counter()
         errors = weigh(cell, claim, claim.compare(run, asked))
+        cell.seconds = time.perf_counter() - begun - asked.loading
         cell.costs = np.quantile(asked.costs, [0.25, 0.5, 0.75]).tolist() if asked.costs else []
         if len(set(asked.bodies)) >= LEAST_GROWTH and len(asked.bodies) == len(errors):
             cell.growth = [list(row) for row in zip(asked.bodies, asked.costs, errors.tolist())]
@@ -125,6 +128,7 @@ class Asked:
     def __init__(self, answer: Callable[..., Any], question: str, hard: Effort) -> None:
         self._answer, self._question, self._hard = answer, question, hard
         self.costs: list[float] = []
+        self.loading = 0.0  # [s] of what is no work of its steps
         self.bodies: list[int] = []  # of each question
 
     def __call__(self, *arguments: Any) -> Any:
@@ -135,7 +139,9 @@ class Asked:
                 self.bodies.append(number_of_bodies(scene))
                 arguments = scene, *refined(step, steps, every, self._hard.steps)
             if not self.costs and self._question in FIRST:  # it may compile, or load: that is no work
+                begun = time.perf_counter()
                 self._answer(*FIRST[self._question](*arguments))
+                self.loading = time.perf_counter() - begun
             effort.taken()
             with effort.spending():
                 answer = self._answer(*arguments)

@@ -70,6 +70,7 @@ class League:
     engines: list[EngineRow]
     tasks: list[TaskRow]
     cells: list[Cell]
+    left: int = 0  # cells that an interrupt has left out
     schema: str = SCHEMA
 
 

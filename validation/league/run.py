@@ -6,7 +6,7 @@ import json
 import time
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from datetime import datetime, timezone
 from math import inf
 from multiprocessing.connection import wait
@@ -57,7 +57,7 @@ class OtherRunError(Exception):
 
 
 def played(plan: Plan, terminal: Terminal) -> League:
-    """Return the league of a plan; an interrupt leaves what is done in the journal, and raises KeyboardInterrupt."""
+    """Return the league of a plan; after an interrupt, what is done of it."""
     begun, started = time.monotonic(), datetime.now(timezone.utc).isoformat(timespec="seconds")
     checks_of(HOST)
     hindered = _hindrances(plan.engines, terminal)
@@ -77,7 +77,7 @@ def played(plan: Plan, terminal: Terminal) -> League:
     with _Journal(plan) as journal:
         cells |= {place: cell for place, cell in journal.kept.items() if place in set(waiting)}
         rest = [place for place in waiting if place not in cells]
-        with terminal.following("the league", len(rest)):
+        with terminal.following("the league", len(rest)), suppress(KeyboardInterrupt):
             for cell in _cells(rest, plan, terminal):
                 cells[cell.task, cell.engine, cell.steps, cell.iterations] = cell
                 journal.keep(cell)
@@ -95,6 +95,7 @@ def played(plan: Plan, terminal: Terminal) -> League:
         engines=[_engine(name) for name in plan.engines],
         tasks=[_task(name, plan) for name in plan.tasks],
         cells=list(cells.values()),
+        left=sum(place not in cells for place in waiting),
     )
 
 
@@ -138,7 +139,7 @@ def _cells(places: list[Place], plan: Plan, terminal: Terminal) -> Iterator[Cell
                 if ended := workers[engine].look():
                     cell = _cell_of(ended, busy.pop(engine))
                     if cell.is_usual:
-                        took[cell.task, engine] = ended.seconds
+                        took[cell.task, engine] = cell.seconds
                     yield cell
     finally:
         for worker in workers.values():
@@ -157,8 +158,9 @@ def _cell_of(ended: Ended, place: Place) -> Cell:
         if ended.how is None:
             cell = from_json(Cell, ended.answer)
             if (cell.task, cell.engine, cell.steps, cell.iterations) == place:
-                return replace(cell, seconds=ended.seconds)
-        return Cell(*place, state=FAILS, why=ended.why or "its answer is about something else")
+                return cell
+        why = ended.why or "its answer is about something else"
+        return Cell(*place, state=FAILS, why=why, seconds=ended.seconds)
     except (TypeError, ValueError) as error:
         return Cell(*place, state=FAILS, why=f"its answer cannot be kept: {error}")
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -78,7 +80,7 @@ def test_a_run_that_was_cut_short_goes_on(site: Path, played: Path) -> None:
     chosen = ["--engine", "toy_sound", "--engine", "toy_liar", "-k", "inside.anywhere", "--out", str(played)]
     journal = played / "league.jsonl"
     lines = journal.read_text(encoding="utf-8").splitlines()
-    kept = [lines[0], *(line for line in lines if '"toy_liar"' in line)]
+    kept = [lines[0], *(line for line in lines[1:] if '"toy_liar"' in line)]
     journal.write_text("\n".join(kept) + '\n{"task": "inside.any', encoding="utf-8")
     done = league(site, *chosen, "--resume")
     assert done.returncode == 0, done.stderr
@@ -88,6 +90,23 @@ def test_a_run_that_was_cut_short_goes_on(site: Path, played: Path) -> None:
     other = league(site, *chosen, "--resume", "--seed", "7")
     assert other.returncode == 2
     assert "is of another run" in other.stderr
+
+
+def test_an_interrupt_leaves_a_page_of_what_is_done(site: Path, tmp_path: Path) -> None:
+    variables = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(site)]), "NUMBA_DISABLE_JIT": "1"}
+    chosen = ["--engine", "toy_sound", "--engine", "toy_hangs", "-k", "inside.anywhere", "--out", str(tmp_path)]
+    command = [sys.executable, "-m", "validation.league", "--level", "quick", "--jobs", "2", *chosen]
+    process = subprocess.Popen(command, env=variables, cwd=ROOT, stderr=subprocess.PIPE, text=True)
+    journal = tmp_path / "league.jsonl"
+    while process.poll() is None and (not journal.is_file() or '"state"' not in journal.read_text(encoding="utf-8")):
+        time.sleep(0.1)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=100)
+    assert process.returncode == 130, said
+    assert "--resume goes on" in said
+    page = (tmp_path / "index.html").read_text(encoding="utf-8")
+    assert "1 cells were not played" in page
+    assert json.loads((tmp_path / "league.json").read_text(encoding="utf-8"))["left"] == 1
 
 
 @pytest.mark.parametrize(
