@@ -33,6 +33,7 @@ CANNOT = {  # question → why it has no answer
 }
 PRECISION = "single"
 
+NONE = Boxes(*(np.zeros(shape) for shape in ((0, 3), 0, (0, 3), (0, 4), (0, 3), (0, 3))))  # type: ignore[arg-type]
 SAMPLES = 100  # of a breath
 REST = 60.0  # [rad] of breathing
 
@@ -47,30 +48,15 @@ def move_boxes(boxes: Boxes, step: float, steps: int, every: int) -> Motion:
 
 def move_soft(scene: SoftScene, step: float, steps: int, every: int) -> SoftMotion:
     """Let bodies with gas move among boxes."""
-    rows = scene.boxes._asdict()
-    numbers = {name: float(rows.pop(name)) for name in ("gravity", "friction", "restitution")}
-    numbers |= {"step": step, "steps": steps, "every": every, "iterations": effort.iterations(100) / 100}
-    numbers |= {"substeps": effort.iterations(5), "drag": scene.drag}
-    bodies = scene.bodies
-    ends = {"particles": "vertices", "edge_start": "edges", "triangle_start": "triangles"}
-    for start, name in ends.items():
-        rows[start] = np.cumsum([0, *(len(getattr(body, name)) for body in bodies)])
-        rows[name] = np.concatenate([getattr(body, name) for body in bodies])
-    rows["vertex_velocity"] = np.concatenate(scene.velocity)
-    for column, name in (("soft_mass", "mass"), ("stiffness", "stiffness"), ("gas", "gas")):
-        rows[column] = np.array([getattr(body, name) for body in bodies])
-    told = engine("jolt").ask("move_soft", numbers, **rows)
-    cuts = np.cumsum([len(body.vertices) for body in bodies])[:-1]
-    position, velocity = (tuple(np.split(told.pop(name), cuts, axis=1)) for name in ("vertices", "vertex_velocity"))
-    return SoftMotion(position, velocity, Motion(**told))
+    return _moved(scene, step, steps, every, effort.iterations(5))
 
 
 def gas_volume(body: GasBody) -> float:
     """Return the volume at rest."""
+    still = SoftScene((body,), (np.zeros_like(body.vertices),), NONE, drag=body.frequency)
 
     def settled(samples: int) -> float:
-        volumes = _volumes(body, samples, steps=int(REST / (2.0 * np.pi) * samples), damping=body.frequency)
-        return float(np.median(volumes[-20:]))
+        return float(np.median(_volumes(still, samples, steps=int(REST / (2.0 * np.pi) * samples))[-20:]))
 
     return _extrapolated(settled)
 
@@ -79,10 +65,11 @@ def gas_period(body: GasBody, swing: float) -> float:
     """Return the time of a breath."""
     i, j = body.edges.T
     rest = np.linalg.norm(body.vertices[i] - body.vertices[j], axis=1)
-    swollen = body._replace(vertices=equilibrium_scale(body.gas, body.stiffness * rest @ rest) * body.vertices)
+    swollen = equilibrium_scale(body.gas, body.stiffness * rest @ rest) * body.vertices
+    swelling = SoftScene((body._replace(vertices=swollen),), (swing * body.frequency * swollen,), NONE)
 
     def breath(samples: int) -> float:
-        volumes = _volumes(swollen, samples, steps=2 * samples, rate=swing * body.frequency, rest=rest)
+        volumes = _volumes(swelling, samples, steps=2 * samples, rest=rest)
         above = iter(volumes - volumes[:samples].mean())
         return 2.0 * np.pi / body.frequency / samples * swells_again(lambda: next(above), samples)
 
@@ -94,10 +81,30 @@ def _extrapolated(answer: Callable[[int], float]) -> float:
     return 2.0 * fine - coarse
 
 
-def _volumes(
-    body: GasBody, samples: int, steps: int, damping: float = 0.0, rate: float = 0.0, **rest: np.ndarray
-) -> np.ndarray:
-    numbers = {"stiffness": body.stiffness, "gas": body.gas, "mass": body.mass, "damping": damping, "rate": rate}
-    numbers |= {"step": 2.0 * np.pi / body.frequency / samples, "steps": steps, "iterations": effort.iterations(1)}
-    shape = {"vertices": body.vertices, "edges": body.edges, "triangles": body.triangles}
-    return engine("jolt").ask("volumes", numbers, **shape, **rest)["volume"]
+def _volumes(scene: SoftScene, samples: int, steps: int, **rest: np.ndarray) -> np.ndarray:
+    """Return the volume (steps,) of the only body after each step, of which so many are a breath."""
+    (body,) = scene.bodies
+    step = 2.0 * np.pi / body.frequency / samples
+    corners = _moved(scene, step, steps, 1, effort.iterations(1), **rest).position[0][:, body.triangles]
+    a, b, c = corners.transpose(2, 0, 1, 3)
+    return np.asarray((a * np.cross(b, c)).sum(axis=(1, 2)) / 6.0)
+
+
+def _moved(scene: SoftScene, step: float, steps: int, every: int, substeps: int, **rest: np.ndarray) -> SoftMotion:
+    """Let bodies move among boxes; `rest` (e,) are rest lengths of the edges of an only body, if not as it lies."""
+    rows = scene.boxes._asdict()
+    numbers = {name: float(rows.pop(name)) for name in ("gravity", "friction", "restitution")}
+    numbers |= {"step": step, "steps": steps, "every": every, "iterations": effort.iterations(100) / 100}
+    numbers |= {"substeps": substeps, "drag": scene.drag}
+    bodies = scene.bodies
+    ends = {"particles": "vertices", "edge_start": "edges", "triangle_start": "triangles"}
+    for start, name in ends.items():
+        rows[start] = np.cumsum([0, *(len(getattr(body, name)) for body in bodies)])
+        rows[name] = np.concatenate([getattr(body, name) for body in bodies])
+    rows["vertex_velocity"] = np.concatenate(scene.velocity)
+    for column, name in (("soft_mass", "mass"), ("stiffness", "stiffness"), ("gas", "gas")):
+        rows[column] = np.array([getattr(body, name) for body in bodies])
+    told = engine("jolt").ask("move_soft", numbers, **rows, **rest)
+    cuts = np.cumsum([len(body.vertices) for body in bodies])[:-1]
+    position, velocity = (tuple(np.split(told.pop(name), cuts, axis=1)) for name in ("vertices", "vertex_velocity"))
+    return SoftMotion(position, velocity, Motion(**told))

@@ -83,56 +83,6 @@ function moveBoxes({ numbers: { step, steps, every, gravity, friction, restituti
   return { arrays: rows, seconds: took };
 }
 
-function volumeOf(vertices, triangles) {
-  let six = 0;
-  for (let t = 0; t < triangles.length; t += 3) {
-    const [a, b, c] = [0, 1, 2].map((n) => vertices[triangles[t + n]]);
-    six += a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0]);
-  }
-  return six / 6;
-}
-
-/** Return the volume after each of so many steps, of a body that may begin by swelling at `rate` [1/s]. */
-function volumes({ numbers: { stiffness, gas, mass, step, steps, damping, rate, iterations }, arrays }) {
-  prepare(0, 1);
-  const points = arrays.vertices.data, ends = arrays.edges.data, triangles = Array.from(arrays.triangles.data);
-  const count = points.length / 3, shared = new Jolt.SoftBodySharedSettings();
-  for (let k = 0; k < count; k++) {
-    const one = new Jolt.SoftBodySharedSettingsVertex(), place = Array.from(points.subarray(3 * k, 3 * k + 3));
-    one.mPosition = new Jolt.Float3(...place);
-    one.mVelocity = new Jolt.Float3(...place.map((x) => rate * x));
-    one.mInvMass = count / mass;
-    shared.mVertices.push_back(one);
-  }
-  for (let t = 0; t < triangles.length; t += 3)
-    shared.AddFace(new Jolt.SoftBodySharedSettingsFace(...triangles.slice(t, t + 3), 0));
-  for (let e = 0; e < ends.length; e += 2)
-    shared.mEdgeConstraints.push_back(new Jolt.SoftBodySharedSettingsEdge(ends[e], ends[e + 1], 1 / stiffness));
-  shared.CalculateEdgeLengths();
-  if (arrays.rest) for (let e = 0; e < ends.length / 2; e++) shared.mEdgeConstraints.at(e).mRestLength = arrays.rest.data[e];
-  shared.Optimize();
-  const made = new Jolt.SoftBodyCreationSettings(shared, new Jolt.RVec3(0, 0, 0), new Jolt.Quat(0, 0, 0, 1), MOVING);
-  Object.assign(made, { mPressure: gas, mNumIterations: iterations, mLinearDamping: damping });
-  Object.assign(made, { mAllowSleeping: false, mUpdatePosition: false, mMaxLinearVelocity: 1e9 });
-  const body = bodies.CreateSoftBody(made), volume = zeros(steps);
-  bodies.AddBody(body.GetID(), Jolt.EActivation_Activate);
-  const moving = Jolt.castObject(body.GetMotionProperties(), Jolt.SoftBodyMotionProperties);
-  const begun = seconds();
-  for (let n = 0; n < steps; n++) {
-    jolt.Step(step, 1);
-    const now = moving.GetVertices();
-    const places = Array.from({ length: count }, (_, k) => {
-      const place = now.at(k).mPosition;
-      return [place.GetX(), place.GetY(), place.GetZ()];
-    });
-    volume.data[n] = volumeOf(places, triangles);
-  }
-  const took = seconds() - begun;
-  bodies.RemoveBody(body.GetID());
-  bodies.DestroyBody(body.GetID());
-  return { arrays: { volume }, seconds: took };
-}
-
 function addSoft({ numbers, arrays }, body) {
   const [first, end] = [arrays.particles.data[body], arrays.particles.data[body + 1]];
   const of = (name, width, start) => Array.from(arrays[name].data.subarray(width * start.data[body], width * start.data[body + 1]));
@@ -150,6 +100,8 @@ function addSoft({ numbers, arrays }, body) {
   for (let e = 0; e < edges.length; e += 2)
     shared.mEdgeConstraints.push_back(new Jolt.SoftBodySharedSettingsEdge(edges[e], edges[e + 1], 1 / arrays.stiffness.data[body]));
   shared.CalculateEdgeLengths();
+  if (arrays.rest) // of the edges of the only body: as it lies, they pull
+    for (let e = 0; e < edges.length / 2; e++) shared.mEdgeConstraints.at(e).mRestLength = arrays.rest.data[e];
   shared.Optimize();
   const made = new Jolt.SoftBodyCreationSettings(shared, new Jolt.RVec3(0, 0, 0), new Jolt.Quat(0, 0, 0, 1), MOVING);
   Object.assign(made, { mPressure: arrays.gas.data[body], mNumIterations: numbers.substeps, mLinearDamping: numbers.drag });
@@ -188,4 +140,4 @@ function moveSoft(asked) {
   return { arrays: { ...rows, vertices, vertex_velocity }, seconds: took };
 }
 
-serve({ move_boxes: moveBoxes, move_soft: moveSoft, volumes });
+serve({ move_boxes: moveBoxes, move_soft: moveSoft });
