@@ -14,7 +14,7 @@ pytestmark = pytest.mark.interpreted
 
 
 def surface_of(mesh):
-    _, (triangles, _, _, _, _, ridges, wings, sides, touching) = _kind_of(mesh.vertices, mesh.triangles)
+    _, (triangles, _, _, _, _, ridges, wings, sides, touching) = _kind_of(mesh.vertices, mesh.triangles, mesh.edges)
     return Surface(0, ridges, wings, triangles, sides, touching, points_of(np.array(mesh.vertices)))
 
 
