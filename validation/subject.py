@@ -46,6 +46,9 @@ class Boxes(NamedTuple):
         return zip(*self[:6])
 
 
+NO_BOXES = Boxes(*(np.zeros(shape) for shape in ((0, 3), 0, (0, 3), (0, 4), (0, 3), (0, 3))))  # type: ignore[arg-type]
+
+
 class Motion(NamedTuple):
     """Where boxes were, f times on their way; fields of shape (f, m, 3) or (f, m, 4), as in `Boxes`."""
 

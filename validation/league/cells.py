@@ -23,7 +23,6 @@ STATES = (ANSWERED, CANNOT, NOT_RUN, FAILS)
 MOTIONS = ("move_boxes", "move_soft")  # questions about what moves, step by step
 MATTERS = 1e-3  # of the size, the speed, the way: an error that a user may see
 LEAST_GROWTH = 5  # different numbers of bodies, to see how something grows with them
-LEAST_STEP = 0.25  # of what a question asks for, below which tasks are not the same any more
 
 
 @dataclass
@@ -159,7 +158,7 @@ class Asked:
 def refined(step: float, steps: int, every: int, factor: float) -> tuple[float, int, int]:
     """Return step, steps and every of a question with `factor` times as many; raises CannotTryError."""
     frames, finer = steps // every, round(factor * every)
-    if finer < max(1.0, LEAST_STEP * factor * every):
+    if finer < 1:
         raise CannotTryError(f"a step is looked at each {every} already")
     return step * every / finer, frames * finer, finer
 

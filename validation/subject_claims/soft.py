@@ -11,7 +11,7 @@ from references import analytic, ground
 from references import scipy as soft_bodies
 from validation.cases import random_orientations, rotation_matrix
 from validation.check import DISAGREEMENTS, Comparison, Run
-from validation.subject import Boxes, GasBody, SoftScene, asks
+from validation.subject import NO_BOXES, Boxes, GasBody, SoftScene, asks
 from validation.subject_claims.boxes import COULOMB, HELD, NEWTON, STILL, G, boxes
 from validation.subject_claims.boxes import ground as floor
 
@@ -19,7 +19,6 @@ FAMILY = "soft bodies in motion"
 STEP = 1e-3  # [s]
 
 Answer = Callable  # the function of the subject that is asked
-NONE = Boxes(*(np.zeros(shape) for shape in ((0, 3), 0, (0, 3), (0, 4), (0, 3), (0, 3))))  # type: ignore[arg-type]
 
 
 def ball(rng: np.random.Generator, place: object = (0.0, 0.0, 0.0), subdivisions: int = 1) -> GasBody:
@@ -46,7 +45,7 @@ def on_a_face(body: GasBody) -> GasBody:
     return body._replace(vertices=turned)
 
 
-def alone(body: GasBody, velocity: np.ndarray, among: Boxes = NONE, drag: float = 0.0) -> SoftScene:
+def alone(body: GasBody, velocity: np.ndarray, among: Boxes = NO_BOXES, drag: float = 0.0) -> SoftScene:
     """Return a scene of one body."""
     return SoftScene((body,), (np.broadcast_to(velocity, body.vertices.shape).copy(),), among, drag)
 
@@ -71,7 +70,7 @@ def fall(run: Run, move: Answer) -> Comparison:
     for _ in range(run.count(6, 20, 100)):
         body, velocity, seconds = ball(rng), rng.normal(size=3), rng.uniform(0.5, 1.0)
         steps = round(seconds / STEP)
-        end = move(alone(body, velocity, NONE._replace(gravity=G)), STEP, steps, steps)
+        end = move(alone(body, velocity, NO_BOXES._replace(gravity=G)), STEP, steps, steps)
         t = steps * STEP
         measured.append(end.position[0][-1].mean(axis=0) - body.vertices.mean(axis=0))
         expected.append(velocity * t - [0.0, 0.0, 0.5 * G * t**2])
@@ -94,7 +93,7 @@ def spin(run: Run, move: Answer) -> Comparison:
     for _ in range(run.count(6, 20, 100)):
         body = ball(rng)
         velocity = np.cross(rng.uniform(2.0, 5.0) * rng.normal(size=3), body.vertices - body.vertices.mean(axis=0))
-        end = move(SoftScene((body,), (velocity,), NONE), STEP, 1000, 1000)
+        end = move(SoftScene((body,), (velocity,), NO_BOXES), STEP, 1000, 1000)
         before, after = _turning(body.vertices, velocity), _turning(end.position[0][-1], end.velocity[0][-1])
         measured.append(after / np.linalg.norm(before))
         expected.append(before / np.linalg.norm(before))
@@ -260,7 +259,7 @@ def meet(run: Run, move: Answer) -> Comparison:
             np.broadcast_to([way * speed, 0.0, 0.0], one.vertices.shape) for way, one in zip((1, -1), pair)
         )
         steps = round(1.5 / speed / STEP)
-        end = move(SoftScene(pair, velocity, NONE), STEP, steps, steps)
+        end = move(SoftScene(pair, velocity, NO_BOXES), STEP, steps, steps)
         passed.append(bool(end.position[0][-1, :, 0].mean() > end.position[1][-1, :, 0].mean()))
         kinds.append(f"{k}")
     return Comparison(np.array(passed), np.zeros(len(passed), bool), groups=kinds)

@@ -14,7 +14,7 @@ import numpy as np
 from references.analytic import equilibrium_scale
 from validation import effort
 from validation.foreign import engine
-from validation.subject import Boxes, GasBody, Motion, SoftMotion, SoftScene, swells_again
+from validation.subject import NO_BOXES, Boxes, GasBody, Motion, SoftMotion, SoftScene, swells_again
 
 SETTINGS = {  # what was chosen against the defaults, and why
     "no damping, no sleeping, no speed limits": "boxes would stop by themselves, or fly no faster than 500 m/s",
@@ -33,7 +33,6 @@ CANNOT = {  # question → why it has no answer
 }
 PRECISION = "single"
 
-NONE = Boxes(*(np.zeros(shape) for shape in ((0, 3), 0, (0, 3), (0, 4), (0, 3), (0, 3))))  # type: ignore[arg-type]
 SAMPLES = 100  # of a breath
 REST = 60.0  # [rad] of breathing
 
@@ -53,7 +52,7 @@ def move_soft(scene: SoftScene, step: float, steps: int, every: int) -> SoftMoti
 
 def gas_volume(body: GasBody) -> float:
     """Return the volume at rest."""
-    still = SoftScene((body,), (np.zeros_like(body.vertices),), NONE, drag=body.frequency)
+    still = SoftScene((body,), (np.zeros_like(body.vertices),), NO_BOXES, drag=body.frequency)
 
     def settled(samples: int) -> float:
         return float(np.median(_volumes(still, samples, steps=int(REST / (2.0 * np.pi) * samples))[-20:]))
@@ -66,7 +65,7 @@ def gas_period(body: GasBody, swing: float) -> float:
     i, j = body.edges.T
     rest = np.linalg.norm(body.vertices[i] - body.vertices[j], axis=1)
     swollen = equilibrium_scale(body.gas, body.stiffness * rest @ rest) * body.vertices
-    swelling = SoftScene((body._replace(vertices=swollen),), (swing * body.frequency * swollen,), NONE)
+    swelling = SoftScene((body._replace(vertices=swollen),), (swing * body.frequency * swollen,), NO_BOXES)
 
     def breath(samples: int) -> float:
         volumes = _volumes(swelling, samples, steps=2 * samples, rest=rest)
