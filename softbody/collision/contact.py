@@ -163,6 +163,20 @@ new_contacts_in_kernel = jit(new_contacts)  # Python has the plain function, for
 
 
 @jit_lean
+def sort_in(contacts: Contacts, first: int, spare: Contacts) -> None:
+    """Put the contacts of boxes from `first` on where they belong among those before, by (a, b); `spare` has a row."""
+    for k in range(first, contacts.number[0]):
+        move_row(contacts, k, spare, 0)
+        a, b, to = spare.box[0, 0], spare.box[0, 1], k
+        while to > 0 and (
+            contacts.box[to - 1, 0] > a or (contacts.box[to - 1, 0] == a and contacts.box[to - 1, 1] > b)
+        ):
+            move_row(contacts, to - 1, contacts, to)
+            to -= 1
+        move_row(spare, 0, contacts, to)
+
+
+@jit_lean
 def add_contact(contacts: Contacts | Listing, a: Side, b: Side, touch: Touch, material: Material) -> None:
     """Add a contact; if there is no room for it, it is counted only."""
     k = contacts.number[0]

@@ -4,8 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from softbody.collision.boxes.box_contacts import near_boxes, penetration_slop
+from softbody.collision.boxes.box_contacts import (
+    find_knock_ons,
+    free_flights,
+    near_boxes,
+    penetration_slop,
+    solved_flights,
+)
 from softbody.collision.boxes.box_ground import resolve_ground_of_boxes
+from softbody.collision.boxes.manifold import Manifold
 from softbody.collision.boxes.sat_boxes import PlacedBoxes, placed_box
 from softbody.collision.boxes.single_contact import paper_contact
 from softbody.collision.contact import Contacts
@@ -24,6 +31,9 @@ from softbody.model.settings import Settings
 # sweep. Without gravity all sweeps are made.
 ENOUGH = 1e-4
 
+# As many fewer sweeps are made over contacts that are solved but for a few new ones.
+FEWER = 3
+
 
 @jit
 def move_boxes(
@@ -31,24 +41,42 @@ def move_boxes(
     controls: Controls,
     state: State,
     grounded: np.ndarray | None,
+    manifold: Manifold | None,
     contacts: Contacts,
     settings: Settings,
     h: float,
-) -> None:
-    """Advance all boxes by `h` [s], the velocities at all their contacts solved together.
+) -> Contacts:
+    """Advance all boxes by `h` [s], the velocities at all their contacts solved together; return all these contacts.
 
     `grounded` (m,) of bool is set to which of them the ground holds; None: there are no boxes. Contacts come from where
     the boxes are, velocities are made to suit them, and then the boxes move: so a box that rests never enters what it
-    rests on.
+    rests on. Those that go into others by what contacts have done to them have contacts there too, and all are solved
+    once more.
     """
-    if grounded is None:
-        return
+    if grounded is None or manifold is None:
+        return contacts
     boxes, slop = boxes_of(model, state), penetration_slop(controls, h)
     # Velocities.
-    prepare_contacts(contacts, boxes)
+    before, velocity, spin = (
+        free_flights(model, controls, state, h),
+        boxes.velocity.copy(),
+        boxes.angular_velocity.copy(),
+    )
+    solved, iterations = 0, settings.iterations
     warm_start(contacts)
-    accelerate_boxes(model, controls, state, h)
-    solve_velocities(contacts, boxes, h, settings.iterations, ENOUGH * slop / h)
+    while True:
+        prepare_contacts(contacts, boxes)
+        accelerate_boxes(model, controls, state, h)
+        solve_velocities(contacts, boxes, h, iterations, ENOUGH * slop / h)
+        solved = contacts.number[1]
+        if solved > 0:
+            after = solved_flights(model, state, h)
+            contacts = find_knock_ons(model, state, before, after, manifold, contacts, settings, slop)
+            before = after
+        if contacts.number[1] == solved:
+            break
+        # From what is solved so far, few sweeps more will do.
+        boxes.velocity[:], boxes.angular_velocity[:], iterations = velocity, spin, max(1, settings.iterations // FEWER)
     # Positions.
     shift = solve_positions(contacts, boxes, slop, settings.iterations)
     advance_boxes(model, state, h, settings.gyroscopic)
@@ -57,6 +85,7 @@ def move_boxes(
     for k in range(contacts.number[1]):
         if contacts.box[k, 1] == NOBODY and contacts.impulse[k, 2] > 0.0:
             grounded[contacts.box[k, 0]] = True
+    return contacts
 
 
 @jit

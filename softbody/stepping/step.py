@@ -124,7 +124,7 @@ def step(
     if settings.single_contact:
         move_boxes_singly(model, controls, state, work.grounded, settings, h)
     else:
-        move_boxes(model, controls, state, work.grounded, contacts, settings, h)
+        contacts = move_boxes(model, controls, state, work.grounded, work.manifold, contacts, settings, h)
     limit_boxes(model, state, settings, work.grounded)
     diverged = -1 if work.grounded is None else diverged_box(model, state, h)
     if diverged >= 0:

@@ -16,7 +16,6 @@ import numpy as np
 
 from softbody.collision.boxes.sat_boxes import (
     AFTER,
-    SAME_COSINE,
     BoxFrames,
     Limits,
     PlacedBoxes,
@@ -104,61 +103,32 @@ def swept_manifold(boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, limits
     separation, axis = least_overlap(boxes, pair[0], pair[1], limits, manifold.sat)
     if separation > limits.margin:
         return 0
-    graze = grazing_depth(boxes, pair, limits.slop)
+    graze = grazing_depth(boxes.size, pair, limits.slop)
     if separation <= -graze:
         return _points_of_overlap(boxes, pair, (separation, axis), limits, manifold)
     resting = separation <= limits.slop and axis < 6 and norm(sweep.travel) <= graze
     if resting and rests_on_face(boxes, pair, axis, graze, manifold.sat):
         return _clip_along(boxes, pair, axis, limits, NO_SWEEP, manifold)
     if sweep.turn > graze:
-        near = separation <= 0.0 or come_near(boxes, pair, sweep, NEAR * graze)
+        near = separation <= 0.0 or come_near(boxes, pair, sweep, NEAR * graze, separation, manifold.sat)
         return _points_of_turning(boxes, pair, (separation, axis), sweep, limits, manifold) if near else 0
     return _points_of_meeting(boxes, pair, sweep, limits, manifold)
 
 
 @jit_lean
-def stopped_manifold(
-    boxes: BoxFrames, pair: tuple[int, int], flight: Sweep, gain: Vec, limits: Limits, manifold: Manifold
-) -> int:
-    """Find where two boxes that fly on without meeting will meet if something stops one of them, as `swept_manifold`.
+def closes(boxes: BoxFrames, pair: tuple[int, int], flight: Sweep, found: int, slop: float, manifold: Manifold) -> bool:
+    """Tell whether any of so many points of a manifold closes in flight, and goes deeper than `slop` [m].
 
-    Of boxes that fall one above the other each stops the next, and so with boxes that touch now: where one slides on
-    another, a leaning by a hair is enough for the two to fall past each other. `gain` is the travel [m] that the flight
-    gains if one of them is held; the part along the axis that parts them most now counts. On that they must meet.
-    """
-    separation, axis = least_overlap(boxes, pair[0], pair[1], limits, manifold.sat)
-    if separation > limits.margin:
-        return 0
-    normal = manifold.sat.normal[0], manifold.sat.normal[1], manifold.sat.normal[2]
-    graze, open_at = grazing_depth(boxes, pair, limits.slop), flight.turn + rounding_of(boxes.size, pair[0], pair[1])
-    left = separation + dot(flight.travel, normal)  # at the end of the step
-    if (separation > NEAR * graze and left <= open_at) or left + dot(gain, normal) > open_at:
-        return 0
-    travel = add(flight.travel, scale(dot(gain, normal), normal))
-    sweep = Sweep(travel, flight.pull, flight.spin_a, flight.spin_b, flight.turn, flight.share)
-    if sweep.turn > graze:
-        if not come_near(boxes, pair, sweep, NEAR * graze):
-            return 0
-        found = _points_of_overlap(boxes, pair, (separation, axis), limits, manifold)
-        return 0 if _some_close(boxes, pair, flight, found, manifold) else found
-    found = _points_of_meeting(boxes, pair, sweep, limits, manifold)
-    axis_met = manifold.sat.normal[0], manifold.sat.normal[1], manifold.sat.normal[2]
-    return found if dot(axis_met, normal) > SAME_COSINE else 0
-
-
-@jit_lean
-def _some_close(boxes: BoxFrames, pair: tuple[int, int], flight: Sweep, found: int, manifold: Manifold) -> bool:
-    """Tell whether any of so many points would close in flight if corners went straight, as the solver takes it.
-
-    Boxes that turn may pass each other all the same.
+    Corners are taken to go straight, as the solver takes them.
     """
     a, b = pair
     normal = manifold.sat.normal[0], manifold.sat.normal[1], manifold.sat.normal[2]
+    rounding = rounding_of(boxes.size, pair[0], pair[1])
     for k in range(found):
         point = load(manifold.point, k)
         arm_a, arm_b = sub(point, load(boxes.position, a)), sub(point, load(boxes.position, b))
         way = add(flight.travel, sub(cross(flight.spin_a, arm_a), cross(flight.spin_b, arm_b)))
-        if dot(way, normal) < manifold.depth[k]:
+        if dot(way, normal) < manifold.depth[k] - slop - rounding:
             return True
     return False
 
@@ -204,7 +174,7 @@ def _points_of_meeting(
     normal = manifold.sat.normal[0], manifold.sat.normal[1], manifold.sat.normal[2]
     left = abs(meeting.separation + dot(to_meet.travel, normal))
     # Edges that are farther apart then than along the normal pass beside each other.
-    return 1 if gap <= left + sweep.turn + grazing_depth(boxes, pair, limits.slop) else 0
+    return 1 if gap <= left + sweep.turn + grazing_depth(boxes.size, pair, limits.slop) else 0
 
 
 @jit_lean

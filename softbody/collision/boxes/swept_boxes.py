@@ -63,9 +63,9 @@ NO_MEETING = Meeting(NEVER, 0.0, 0.0)
 
 
 @jit_lean
-def grazing_depth(boxes: BoxFrames, pair: tuple[int, int], slop: float) -> float:
+def grazing_depth(size: np.ndarray, pair: tuple[int, int], slop: float) -> float:
     """Return the overlap [m] up to which two boxes only graze each other."""
-    return GRAZE * slop + 1e3 * rounding_of(boxes.size, pair[0], pair[1])
+    return GRAZE * slop + 1e3 * rounding_of(size, pair[0], pair[1])
 
 
 @jit_lean
@@ -97,7 +97,7 @@ def meeting_of(boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, limits: Li
     """
     a, b = pair
     project_travel(boxes, pair, sweep.travel, memory)
-    rounding, graze = rounding_of(boxes.size, a, b), grazing_depth(boxes, pair, limits.slop)
+    rounding, graze = rounding_of(boxes.size, a, b), grazing_depth(boxes.size, pair, limits.slop)
     touching = limits.slop + rounding
     latest, before, best, acts = -np.inf, 0.0, NO_MEETING, False
     for k in range(6 if limits.paper_axes else 15):
@@ -180,28 +180,22 @@ ADVANCES = 1000  # after so many, boxes are as good as touching
 
 
 @jit_lean
-def come_near(boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, near: float) -> bool:
+def come_near(
+    boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, near: float, apart: float, memory: SatMemory
+) -> bool:
     """Tell whether boxes that travel and turn come as near as `near` [m] within the step, or all but.
 
-    Along the axis that parts them most they cannot close faster than the travel along it, and than their corners turn
-    towards it: for as long as the gap lasts then, they are apart, and the next axis is asked. However they turn, they
-    stay within spheres about them, which only the travel closes.
+    Now they are `apart` [m] along the normal in `memory`. Along the axis that parts them most they cannot close faster
+    than the travel along it, and than their corners turn towards it: for as long as the gap lasts then, they are apart,
+    and the next axis is asked. However they turn, they stay within spheres about them, which only the travel closes.
     """
     placed = PlacedBoxes(boxes.size, boxes.position, boxes.orientation)
     a, b = placed_box(placed, pair[0]), placed_box(placed, pair[1])
     turning = 0.5 * (norm(a.size) * norm(sweep.spin_a) + norm(b.size) * norm(sweep.spin_b))
     near += max(0.0, sweep.turn - turning)
     radii, way = 0.5 * (norm(a.size) + norm(b.size)), norm(sweep.travel)
-    when = 0.0
+    when, gap, normal = 0.0, apart, (memory.normal[0], memory.normal[1], memory.normal[2])
     for _ in range(ADVANCES):
-        apart = norm(sub(add(a.position, scale(when, sweep.travel)), b.position)) - radii - near
-        if apart > way * (1.0 - when):
-            return False
-        if apart > 0.0:
-            when += apart / way
-        gap, normal, _ = box_box_separation(
-            _later(a, scale(when, sweep.travel), scale(when, sweep.spin_a)), _later(b, STILL, scale(when, sweep.spin_b))
-        )
         turning = _turning_along(a.size, sweep.spin_a, normal) + _turning_along(b.size, sweep.spin_b, normal)
         closing = max(0.0, -dot(sweep.travel, normal)) + turning
         if gap <= near:
@@ -209,6 +203,14 @@ def come_near(boxes: BoxFrames, pair: tuple[int, int], sweep: Sweep, near: float
         if gap - near > closing * (1.0 - when):
             return False
         when += (gap - 0.9 * near) / closing
+        outside = norm(sub(add(a.position, scale(when, sweep.travel)), b.position)) - radii - near
+        if outside > way * (1.0 - when):
+            return False
+        if outside > 0.0:
+            when += outside / way
+        gap, normal, _ = box_box_separation(
+            _later(a, scale(when, sweep.travel), scale(when, sweep.spin_a)), _later(b, STILL, scale(when, sweep.spin_b))
+        )
     return True
 
 

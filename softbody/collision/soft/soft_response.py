@@ -19,8 +19,8 @@ from numba import prange
 
 from softbody.collision.contact import Contacts, Listing, rows_of, surface_point
 from softbody.collision.impulse import velocity_of_point
+from softbody.collision.islands import Islands, find_islands
 from softbody.collision.pressed import PRESSED, Pressed, never_pressed, note_pressed
-from softbody.collision.soft.islands import Islands, find_islands
 from softbody.collision.soft.soft_solver import (
     FREE,
     HELD,

@@ -46,6 +46,7 @@ from softbody.collision.solver.solver_row import (
 )
 from softbody.collision.solver.support_trees import solve_trees
 from softbody.collision.solver.sweep_order import sweep_order
+from softbody.collision.solver.warm_start import start_from_cache
 from softbody.compiler.jit import jit, jit_lean
 from softbody.compiler.simd import LANES, Lanes, least_lane, load_lanes, spread, store_lanes, where_less
 from softbody.linalg.vec import Vec, add, dot, load, scale, store, sub
@@ -84,7 +85,7 @@ def solve_velocities(contacts: Contacts, bodies: RigidBodies, h: float, iteratio
 def part_at_targets(contacts: Contacts, bodies: RigidBodies, iterations: int, enough: float) -> None:
     """Do what `solve_velocities` does, once the speeds at which contacts part are set."""
     motion = load_motion(bodies)
-    _start_from_cache(contacts, motion)
+    start_from_cache(contacts, bodies, motion, enough)
     order = sweep_order(contacts, bodies)
     solve_trees(contacts, bodies, order, motion, enough)
     _sweep_all(contacts, order.pairs, iterations, enough, motion)
@@ -108,23 +109,6 @@ def _finish(contacts: Contacts, bodies: RigidBodies, motion: np.ndarray) -> None
     for k in range(contacts.number[1]):
         store(contacts.impulse, k, _impulse(contacts.row, k))
     store_motion(bodies, motion)
-
-
-@jit_lean
-def _start_from_cache(contacts: Contacts, motion: np.ndarray) -> None:
-    """Warm start: give every contact its impulse of the last step, along the directions of this one, or a bounce's."""
-    row = contacts.row
-    for k in range(contacts.number[1]):
-        pair = contacts.box[k, 0], contacts.box[k, 1]
-        p = load(contacts.impulse, k)
-        row[k, NORMAL_IMPULSE] = max(row[k, NORMAL_IMPULSE], component(row, k, NORMAL, p))
-        row[k, TANGENT_IMPULSE] = row[k, SECOND_IMPULSE] = 0.0
-        if row[k, NORMAL_IMPULSE] > 0.0:
-            apply_impulse(row, k, NORMAL, row[k, NORMAL_IMPULSE], motion, pair)
-            if contacts.friction[k] > 0.0:
-                for direction in (TANGENT, SECOND):
-                    row[k, NORMAL_IMPULSE + direction] = component(row, k, direction, p)
-                    apply_impulse(row, k, direction, row[k, NORMAL_IMPULSE + direction], motion, pair)
 
 
 @jit
@@ -162,12 +146,12 @@ def _give_way(
 
     Two jaws that close on a box leave it nowhere to go: each sweep hands it to the other jaw, with a larger impulse.
     """
-    target, count = np.empty(pressing.shape[0]), 0
+    target, begun, count = np.empty(pressing.shape[0]), np.empty(pressing.shape[0]), 0
     for k in pressing:
         if _is_moved(contacts, k, 0, motion) or _is_moved(contacts, k, 1, motion):
             row, lane = batches.row[batches.place[k] // LANES], batches.place[k] % LANES
-            begun = max(0.0, component(contacts.row, k, NORMAL, load(contacts.impulse, k)))
-            target[count] = row[TARGET, lane] + GIVING_WAY / contacts.row[k, MASS] * begun
+            begun[count] = max(0.0, component(contacts.row, k, NORMAL, load(contacts.impulse, k)))
+            target[count] = row[TARGET, lane]
             row[MASS, lane] = contacts.row[k, MASS] / (1.0 + GIVING_WAY)
             pressing[count] = k
             count += 1
@@ -175,7 +159,8 @@ def _give_way(
         for place in range(count):
             k = pressing[place]
             row, lane = batches.row[batches.place[k] // LANES], batches.place[k] % LANES
-            row[TARGET, lane] = target[place] - GIVING_WAY / contacts.row[k, MASS] * row[NORMAL_IMPULSE, lane]
+            grown = max(0.0, row[NORMAL_IMPULSE, lane] - begun[place])
+            row[TARGET, lane] = target[place] - GIVING_WAY / contacts.row[k, MASS] * grown
         if _sweep(batches, sweep % 2 == 1, motion.reshape(-1)) <= enough:
             break
 

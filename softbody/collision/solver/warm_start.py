@@ -1,12 +1,37 @@
-"""Warm starting: contacts of boxes that were there a step ago keep the impulse they had."""
+"""Warm starting: contacts of boxes that were there a step ago start from the impulse they had.
+
+What held a pile a step ago holds it now. What an impact gave does not: the same once more would throw apart what it has
+struck, and sweeps that stop early leave some of that. So where contacts that push part, each island of contacts starts
+from the multiple of its impulses that leaves least to be solved.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from softbody.collision.contact import Contacts, ImpulseCache
+from softbody.collision.contact import Contacts, ImpulseCache, rows_of
+from softbody.collision.islands import find_islands
+from softbody.collision.solver.solver_row import (
+    NORMAL,
+    NORMAL_IMPULSE,
+    SECOND,
+    SECOND_IMPULSE,
+    TANGENT,
+    TANGENT_IMPULSE,
+    TARGET,
+    apply_impulse,
+    component,
+    load_motion,
+    load_pair,
+    speed_along,
+)
 from softbody.compiler.jit import jit, jit_lean
 from softbody.linalg.vec import load, store
+from softbody.model.arrays import RigidBodies
+
+# Times what is worth a sweep: the speed at which a contact that pushes parts only if an impact has given it its
+# impulse. It is four times the speed that gravity gives in a step.
+THROWN = 4e4
 
 
 @jit_lean
@@ -44,6 +69,70 @@ def warm_start(contacts: Contacts) -> None:
         if matched >= 0:
             for c in range(3):
                 contacts.impulse[matched, c] += cache.impulse[old, c]
+
+
+@jit
+def start_from_cache(contacts: Contacts, bodies: RigidBodies, motion: np.ndarray, enough: float) -> None:
+    """Give every contact its impulse of the last step, along the directions of this one, or a bounce's.
+
+    `motion` (m + 1, 6) is that of `bodies`, and changed by the impulses. Speeds up to THROWN times `enough` [m/s] at
+    which contacts part are left to the sweeps.
+    """
+    row, number = contacts.row, contacts.number[1]
+    for k in range(number):
+        p = load(contacts.impulse, k)
+        row[k, NORMAL_IMPULSE] = max(row[k, NORMAL_IMPULSE], component(row, k, NORMAL, p))
+        keeps = row[k, NORMAL_IMPULSE] > 0.0 and contacts.friction[k] > 0.0
+        row[k, TANGENT_IMPULSE] = component(row, k, TANGENT, p) if keeps else 0.0
+        row[k, SECOND_IMPULSE] = component(row, k, SECOND, p) if keeps else 0.0
+    _apply_start(contacts, motion)
+    thrown = False
+    for k in range(number):
+        if row[k, NORMAL_IMPULSE] > 0.0:
+            parting = speed_along(row, k, NORMAL, load_pair(motion, contacts.box[k, 0], contacts.box[k, 1]))
+            thrown = thrown or parting > row[k, TARGET] + THROWN * enough
+    if thrown:
+        before = load_motion(bodies)
+        _scale_start(contacts, bodies, before, motion)
+        motion[:] = before
+        _apply_start(contacts, motion)
+
+
+@jit_lean
+def _apply_start(contacts: Contacts, motion: np.ndarray) -> None:
+    """Change `motion` (m + 1, 6) by the impulses of all contacts."""
+    for k in range(contacts.number[1]):
+        for direction in (NORMAL, TANGENT, SECOND):
+            impulse = contacts.row[k, NORMAL_IMPULSE + direction]
+            if impulse != 0.0:
+                apply_impulse(contacts.row, k, direction, impulse, motion, (contacts.box[k, 0], contacts.box[k, 1]))
+
+
+@jit
+def _scale_start(contacts: Contacts, bodies: RigidBodies, before: np.ndarray, after: np.ndarray) -> None:
+    """Scale the impulses p of each island by the part of them, at most all, that is nearest to what they should be.
+
+    They turn motions `before` (m + 1, 6) into `after`. With speeds u of contacts before, and t that they should have,
+    and A p what impulses change them by, ½ pᵀ A p + pᵀ (u − t) is least for what is looked for.
+    """
+    rows = rows_of(contacts, contacts.number[1:], 0, contacts.number[1])
+    islands = find_islands(rows, bodies.inverse_mass, np.empty(0, np.int64))
+    for island in range(islands.start.shape[0] - 1):
+        gain = square = 0.0
+        for place in range(islands.start[island], islands.start[island + 1]):
+            k = islands.contact[place]
+            pair = contacts.box[k, 0], contacts.box[k, 1]
+            for direction in (NORMAL, TANGENT, SECOND):
+                impulse = contacts.row[k, NORMAL_IMPULSE + direction]
+                u = speed_along(contacts.row, k, direction, load_pair(before, pair[0], pair[1]))
+                changed = speed_along(contacts.row, k, direction, load_pair(after, pair[0], pair[1])) - u
+                target = contacts.row[k, TARGET] if direction == NORMAL else 0.0
+                gain += impulse * (target - u)
+                square += impulse * changed
+        part = min(1.0, max(0.0, gain / square)) if square > 0.0 else 1.0
+        for place in range(islands.start[island], islands.start[island + 1]):
+            for direction in (NORMAL, TANGENT, SECOND):
+                contacts.row[islands.contact[place], NORMAL_IMPULSE + direction] *= part
 
 
 @jit_lean

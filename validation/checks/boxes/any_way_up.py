@@ -101,9 +101,8 @@ def _ends(boxes: list[Placed], down: Rotation, names: list[Rotation], h: float) 
     faults=(
         Fault(
             "gravity that pulls along two axes only",
-            box_contacts._pull_in_step,
-            "controls.gravity[0], controls.gravity[1], controls.gravity[2]"
-            " → (0.0, controls.gravity[1], controls.gravity[2])",
+            box_contacts.free_flights,
+            "controls.gravity[c_] + x_ → (controls.gravity[c] if c > 0 else 0.0) + x_",
         ),
         Fault(
             "the first face of the first box is not preferred",

@@ -28,10 +28,9 @@ G = 9.81  # [m/s²]
 STAYS = Fault("a kinematic box that stays", rigid_boxes.advance_boxes, "is_free_ or is_moving(v_, spin_) → is_free")
 FORESEEN = Fault(
     "no motion of kinematic boxes foreseen",
-    box_contacts.travel_in_step,
-    "return add(scale(h, load(state.box_velocity, box)), _pull_in_step(model, controls, box, h))"
-    " → return scale(1.0 if model.box_inverse_mass[box] > 0.0 else 0.0, add(scale(h, "
-    "load(state.box_velocity, box)), _pull_in_step(model, controls, box, h)))",
+    box_contacts._set_flight,
+    "scale(h_, load(state.box_velocity, box_))"
+    " → scale(h if model.box_inverse_mass[box] > 0.0 else 0.0, load(state.box_velocity, box))",
 )
 FALLS = Fault("a kinematic box that falls", rigid_boxes.accelerate_boxes, "inverse_mass_ > 0.0 → inverse_mass >= 0.0")
 RESTS = Fault(

@@ -122,7 +122,7 @@ def flat_however_turned(run: Run) -> Comparison:
 
 @check(
     section="4.4, 4.5, 10.13",
-    piece="softbody.Box.apply_force, softbody.collision.boxes.box_contacts.speculative_margin",
+    piece="softbody.Box.apply_force, softbody.collision.boxes.box_contacts.free_flights",
     reference="closed form: half of both thicknesses apart, and Newton's second law for both together",
     kind="closed form",
     unit="of the way that the force alone would bring in a step",
@@ -131,8 +131,8 @@ def flat_however_turned(run: Run) -> Comparison:
     faults=(
         Fault(
             "no forces on boxes foreseen",
-            box_contacts._pull_in_step,
-            "add(gravity_, scale(inverse_mass_, load(controls.box_force, box_))) → gravity",
+            box_contacts.free_flights,
+            "controls.gravity[c_] + inverse_mass_ * controls.box_force[i_, c_] → controls.gravity[c]",
         ),
     ),
 )

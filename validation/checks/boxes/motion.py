@@ -9,7 +9,7 @@ import numpy as np
 
 from softbody import World
 from softbody.collision.boxes import box_contacts, manifold
-from softbody.collision.solver import bounces, sequential_impulses
+from softbody.collision.solver import bounces, sequential_impulses, warm_start
 from softbody.dynamics import rigid_boxes
 from softbody.geometry.box import box_corners
 from softbody.model import material
@@ -175,7 +175,7 @@ def energy_in_mid_step(world: World, h: float) -> float:
         Fault("corners that a bounce drives down only stop", bounces.set_targets, "turns < MOST_TURNS → turns < 1"),
         Fault(
             "impulses of bounces forgotten",
-            sequential_impulses._start_from_cache,
+            warm_start.start_from_cache,
             "max(row[k, NORMAL_IMPULSE], component(row, k, NORMAL, p)) → max(0.0, component(row, k, NORMAL, p))",
         ),
     ),

@@ -273,11 +273,6 @@ by_engines = partial(
         BALLS,
         OTHER_AXIS,
         Fault(
-            "boxes that fly held up as if something stopped one of them",
-            manifold.stopped_manifold,
-            "a_ > b_ and left_ <= end_ or left_ + dot(gain_, normal_) > end_ → left + dot(gain, normal) > open_at",
-        ),
-        Fault(
             "boxes that turn past each other not followed to the end",
             swept_boxes.come_near,
             "ADVANCES → ADVANCES // 20",
@@ -408,19 +403,9 @@ IN_STEPS = 10  # they are past each other, or have met
     because="the pairs meet, or pass, by more than a centimetre",
     faults=(
         Fault(
-            "boxes that turn struck where only corners that go straight would meet",
-            manifold.stopped_manifold,
-            "0 if _some_close(boxes_, pair_, flight_, found_, manifold_) else found_ → found",
-        ),
-        Fault(
             "boxes that turn, and come from far, held along the axis that parts them before",
             manifold._points_of_turning,
             "overlap_[0] > sweep_.turn → False",
-        ),
-        Fault(
-            "corners of the second box that turn the other way",
-            manifold._some_close,
-            "cross(flight.spin_a, arm_a) → cross(arm_a, flight.spin_a)",
         ),
     ),
 )

@@ -95,8 +95,8 @@ def piled(boxes: list[tuple[np.ndarray, ...]], friction: float) -> World:
         Fault("contacts that are entered do not join", support_trees._close_contact, "x_ and y_ > enough_ → False"),
         Fault(
             "boxes that fall not stopped by those below that are stopped",
-            box_contacts._find_pair,
-            "found_ if found_ > 0 else stopped_manifold(boxes_, pair_, sweep_, travel_, limits_, manifold_) → 0",
+            box_contacts.find_knock_ons,
+            "change_ > grazing_depth(x_, y_, slop_) → False",
         ),
     ),
 )

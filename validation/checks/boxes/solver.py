@@ -143,6 +143,7 @@ def swept(
     impulse = crowd.along(warm)
     impulse[impulse[:, 0] <= 0.0] = 0.0
     impulse[friction == 0.0, 1:] = 0.0
+    impulse *= _part_to_start_from(crowd, rows, target, impulse)[:, None]
     motion = motion + inverse @ np.einsum("kdi,kd->i", rows, impulse)
     # Contacts of one pair follow each other, and pairs come as they are listed: none of them stands on anything.
     before = np.inf
@@ -165,6 +166,31 @@ def swept(
     return motion, impulse
 
 
+def _part_to_start_from(crowd: Crowd, rows: np.ndarray, target: np.ndarray, impulse: np.ndarray) -> np.ndarray:
+    """Return (c,): which part of its `impulse` (c, 3) each contact starts from.
+
+    All of it, unless some that push part by that; then what is least, along the impulses of all contacts that hang
+    together, of the quadratic form that is least where everything is solved.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    inverse, before = crowd.inverse_mass(), crowd.motion()
+    wanted = np.pad(target[:, None], ((0, 0), (0, 2))) - rows @ before
+    changed = rows @ inverse @ np.einsum("kdi,kd->i", rows, impulse)
+    part = np.ones(len(rows))
+    if np.all((changed - wanted)[impulse[:, 0] > 0.0, 0] <= 0.0):
+        return part
+    boxes, (a, b) = len(crowd.bodies.inverse_mass), crowd.pair.T
+    _, island = connected_components(coo_array((np.ones(len(rows)), (a, b)), shape=(boxes, boxes)), directed=False)
+    for one in np.unique(island[a]):
+        among = island[a] == one
+        square = np.sum((impulse * changed)[among])
+        if square > 0.0:
+            part[among] = np.clip(np.sum((impulse * wanted)[among]) / square, 0.0, 1.0)
+    return part
+
+
 @check(
     section="beyond the paper",
     piece="softbody.collision.solver.sequential_impulses.solve_velocities",
@@ -178,6 +204,9 @@ def swept(
             "bodies that are in two batches at once", batches._schedule, "least[b_] = t_ + 1 → least[b] = max(t - 1, 0)"
         ),
         Fault("pairs that go before others, where there is room", batches._schedule, "t += 1 → t -= 1"),
+        Fault("impulses to start from, as they were", warm_start._scale_start, "min(1.0, x_) if y_ else z_ → 1.0"),
+        Fault("more of them than there were", warm_start._scale_start, "min(1.0, x_) → x_"),
+        Fault("less than none of them", warm_start._scale_start, "max(0.0, x_) → x_"),
         Fault(
             "sweeps that all go up",
             sequential_impulses._sweep_all,

@@ -59,14 +59,14 @@ def test_boxes_that_fall_alike_and_meet_nothing_fly_as_if_alone():
     together = falling([9.0, 10.03], ground=False)
     alone = falling([9.0], ground=False)
     together.step(STEP, 5)
-    assert together.store.contacts.number[1] > 0
     alone.step(STEP, 5)
     np.testing.assert_array_equal(together.state.box_position[0], alone.state.box_position[0])
     np.testing.assert_array_equal(together.state.box_velocity[1], together.state.box_velocity[0])
 
 
-def test_what_bounces_is_not_held_up_before_it_is_there():
+def test_what_bounces_strikes_what_comes_after_it_within_the_step():
     world = falling([0.02, 1.08], restitution=1.0)
     world.step(STEP)
-    assert world.state.box_velocity[0, 2] > 0.0
-    assert world.state.box_velocity[1, 2] == pytest.approx(-6.0 - 9.81 * STEP, abs=1e-12)
+    np.testing.assert_allclose(world.state.box_velocity[:, 2], 6.0, rtol=1e-9)
+    world.step(STEP)
+    assert deepest(world) < 1e-9

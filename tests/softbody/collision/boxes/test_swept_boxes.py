@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 
 from softbody import World
 from softbody.collision.boxes.manifold import new_manifold, swept_manifold
-from softbody.collision.boxes.sat_boxes import Limits, PlacedBoxes, frames_of
+from softbody.collision.boxes.sat_boxes import Limits, PlacedBoxes, frames_of, least_overlap
 from softbody.collision.boxes.swept_boxes import STILL, Sweep, come_near
 from softbody.geometry.box import box_corners
 
@@ -163,5 +163,6 @@ def test_boxes_far_apart_never_come_near_however_fast_they_spin(seed):
     rng = np.random.default_rng(seed)
     place = np.array([[0.0, 0.0, 0.0], [6.0, 0.0, 8.0]])
     boxes = frames_of(PlacedBoxes(rng.uniform(0.2, 2.0, (2, 3)), place, np.array([UPRIGHT, UPRIGHT])))
-    spin = tuple(1e6 * rng.normal(size=3))
-    assert not come_near(boxes, (0, 1), Sweep(STILL, STILL, spin, spin, 1.0, 0.5), 1e-6)
+    spin, memory = tuple(1e6 * rng.normal(size=3)), new_manifold().sat
+    apart, _ = least_overlap(boxes, 0, 1, Limits(10.0, 0.0, False), memory)
+    assert not come_near(boxes, (0, 1), Sweep(STILL, STILL, spin, spin, 1.0, 0.5), 1e-6, apart, memory)

@@ -10,7 +10,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from softbody.collision.contact import Touch, add_contact, box_side, new_contacts, rows_of, soft_side
-from softbody.collision.soft.islands import find_islands
+from softbody.collision.islands import find_islands
 from softbody.model.arrays import NOBODY
 from softbody.model.material import Material
 from softbody.model.surface_point import SurfacePoint

@@ -23,9 +23,9 @@ def find_islands(contacts: Listing, inverse_mass: np.ndarray, owner: np.ndarray)
     """Return the islands of contacts, in the order of their first ones.
 
     `inverse_mass` (m,) is that of boxes: what is fixed joins nobody. `owner` (n,) is memory that holds NOBODY, and is
-    left so.
+    left so; (0,) says that no contact is of particles.
     """
-    count = contacts.depth.shape[0]
+    count, with_particles = contacts.depth.shape[0], owner.shape[0] > 0
     parent, of_box = np.empty(count, np.int64), np.full(inverse_mass.shape[0], NOBODY)
     for k in range(count):
         parent[k] = k
@@ -35,7 +35,7 @@ def find_islands(contacts: Listing, inverse_mass: np.ndarray, owner: np.ndarray)
                 if inverse_mass[box] > 0.0:
                     _share(of_box, box, k, parent)
                 continue
-            for c in range(3):
+            for c in range(3 if with_particles else 0):
                 _share(owner, contacts.particles[k, side, c], k, parent)
     # Islands are numbered by their first contacts, which are their roots: a root comes before all that it is that of.
     number, islands = np.empty(count, np.int64), 0
@@ -55,7 +55,7 @@ def find_islands(contacts: Listing, inverse_mass: np.ndarray, owner: np.ndarray)
         contact[filled[number[k]]] = k
         filled[number[k]] += 1
         for side in range(2):
-            for c in range(3):
+            for c in range(3 if with_particles else 0):
                 if contacts.particles[k, side, c] != NOBODY:
                     owner[contacts.particles[k, side, c]] = NOBODY
     return Islands(start, contact)
