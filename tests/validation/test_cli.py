@@ -107,12 +107,12 @@ def test_help_does_not_wait_for_numba() -> None:
     assert subprocess.run([sys.executable, "-c", code], cwd=ROOT).returncode == 0
 
 
-def test_the_exit_codes_are_in_the_help_and_in_the_readme() -> None:
+def test_the_exit_codes_are_in_the_help_and_in_the_docs() -> None:
     told = validate("--help").stdout
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "judging.md").read_text(encoding="utf-8")
     for code in (0, 1, 2, 3, 4, 130):
         assert re.search(rf"^ +{code} +\w", told, re.M)
-        assert re.search(rf"^\| {code} \|", readme, re.M)
+        assert re.search(rf"^\| {code} \|", page, re.M)
 
 
 def test_replay_shows_inputs_both_answers_and_the_verdict_of_the_worst_case() -> None:
