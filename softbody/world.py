@@ -24,6 +24,7 @@ from softbody.bodies.names import Names
 from softbody.bodies.rigid_box import Box
 from softbody.bodies.soft_body import Event, SoftBody
 from softbody.bodies.store import FIRST_ROOM, Contents, Store
+from softbody.bodies.strict_names import strict_options
 from softbody.bodies.suspended import Suspended
 from softbody.collision.contact import new_contacts
 from softbody.errors import SnapshotError
@@ -184,27 +185,38 @@ class World(Inventory):
     def threads(self, value: int) -> None:
         self.runner.threads = value
 
+    @strict_options
     def add_soft_body(
         self,
         mesh: Mesh,
         mass: float,
         stiffness: ArrayLike,
-        gas: float,
+        gas: float | None = None,
         position: ArrayLike = (0.0, 0.0, 0.0),
         velocity: ArrayLike = (0.0, 0.0, 0.0),
         *,
+        pressure: float | None = None,
         rest_length: ArrayLike | None = None,
         tear_at: ArrayLike = 0.0,
-        damping: float | None = None,
         fixed: ArrayLike = (),
         name: str | None = None,
-        **properties: float,
+        damping: float | None = None,
+        drag: float = 0.0,
+        restitution: float = 0.0,
+        friction: float = 0.5,
+        deflated_below: float = 0.0,
+        self_contact: bool | float | None = None,
+        leak: float = 200.0,
+        liquid_density: float = 0.0,
+        sound_speed: float = 0.0,
+        liquid_drag: float = 0.0,
     ) -> SoftBody:
         """Add a soft body whose springs are at rest in the shape of `mesh`, moved by `position` [m].
 
         `mass` [kg] of the body, shared equally by its particles. `stiffness` [N/m] of every spring, or
-        (e,) in the order of `mesh.edges`. `gas` is nRT [J] ≥ 0; 0 for an empty body. `rest_length` [m] of every spring,
-        or (e,), if not as in the mesh. `damping` [N s/m] of the springs, against the speed at which their ends part.
+        (e,) in the order of `mesh.edges`. Give either `gas`, nRT [J] ≥ 0, or `pressure` [Pa] ≥ 0 above that outside,
+        which the gas has in the volume of the mesh; 0 for an empty body. `rest_length` [m] of every spring, or (e,), if
+        not as in the mesh. `damping` [N s/m] of the springs, against the speed at which their ends part.
         None: a tenth of what is critical for two particles on a spring, 0.1 √(2 k m), with k the mean stiffness and m
         the mass of a particle; or 0 in a world whose integrator is "rk4_velocity", which damps by itself.
         `fixed`: indices of vertices that stay in place. `name`, by which the world finds it, `world[name]`: a text that
@@ -217,11 +229,12 @@ class World(Inventory):
         it. What falls off is a body of its own, "ball.1"; `events` tells. A torn body holds particles and edges against
         boxes, the ground and whole bodies, and is held by none from within: others go into it through holes.
 
-        Properties, all keywords: `restitution` 0 … 1 (0) and `friction` ≥ 0 (0.5) in contacts; `drag` [1/s], the rate
+        `restitution` 0 … 1 and `friction` ≥ 0 are those in contacts; `drag` [1/s], the rate
         at which all velocities fade. The body counts as collapsed, which ends a run with a SimulationError, at the
         fraction `deflated_below` of the mesh's volume (0: at none left). With `self_contact` its surface keeps a
         distance from itself: True, as far as the mesh allows; or a smaller number [m]; False or 0: it goes through
-        itself. Without gas it may then lie flat. A surface that meets itself holds itself once it has parted.
+        itself; None: as the world says. Without gas it may then lie flat. A surface that meets itself holds itself once
+        it has parted.
 
         `liquid_density` [kg/m³] of a liquid that fills it, with or without gas. `mass` is then that of the skin alone;
         the liquid has density × the mesh's volume, shared by the particles, too. It presses by its depth, so that the
@@ -232,15 +245,27 @@ class World(Inventory):
         number = adding.add_soft_body(
             self.store,
             mesh,
-            (mass, gas),
+            (mass, gas, pressure),
             (stiffness, rest_length, tear_at),
             (position, velocity),
             fixed,
             name,
-            {**properties, "damping": damping},
+            {
+                "damping": damping,
+                "drag": drag,
+                "restitution": restitution,
+                "friction": friction,
+                "deflated_below": deflated_below,
+                "self_contact": self_contact,
+                "leak": leak,
+                "liquid_density": liquid_density,
+                "sound_speed": sound_speed,
+                "liquid_drag": liquid_drag,
+            },
         )
         return SoftBody(self, number)
 
+    @strict_options
     def add_box(
         self,
         size: ArrayLike,
@@ -250,23 +275,25 @@ class World(Inventory):
         velocity: ArrayLike = (0.0, 0.0, 0.0),
         angular_velocity: ArrayLike = (0.0, 0.0, 0.0),
         *,
+        restitution: float = 0.0,
+        friction: float = 0.5,
         inside: SoftBody | None = None,
         name: str | None = None,
-        **properties: float,
     ) -> Box:
         """Add a homogeneous box of full extent `size` (3,) [m] and `mass` [kg].
 
         None makes it static, or kinematic: it moves by its velocities, pushes what it meets, and nothing changes that.
 
         `position` [m] of its centre, `orientation` a unit quaternion (w, x, y, z), `velocity` [m/s],
-        `angular_velocity` [rad/s] in the world frame. Properties, both keywords: `restitution` 0 … 1 (0) and
-        `friction` ≥ 0 (0.5). `name`, by which the world finds it, `world[name]`: one that nothing else in it has.
+        `angular_velocity` [rad/s] in the world frame. `restitution` 0 … 1 and `friction` ≥ 0 are those
+        in contacts. `name`, by which the world finds it, `world[name]`: one that nothing else in it has.
 
         `inside`: a soft body in which it is. The skin holds it there from within. A liquid that fills the body makes
         place for it, bears it up by ρ g V, and drags it by the body's `liquid_drag`; a gas has less room. It may be set
         later, too, as `box.inside`. Raises ParameterError for a box that does not fit in.
         """
         pose, motion = (position, orientation), (velocity, angular_velocity)
+        properties = {"restitution": restitution, "friction": friction}
         return Box(self, adding.add_box(self.store, size, mass, pose, motion, inside, name, properties))
 
     def add_joint(

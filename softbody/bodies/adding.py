@@ -39,7 +39,7 @@ from softbody.model.validation import check_range, shown, vector
 def add_soft_body(
     store: Store,
     mesh: Mesh,
-    amounts: tuple[float, float],
+    amounts: tuple[float, float | None, float | None],
     springs: tuple[ArrayLike, ArrayLike | None, ArrayLike | None],
     motion: tuple[ArrayLike, ArrayLike],
     fixed: ArrayLike,
@@ -48,12 +48,13 @@ def add_soft_body(
 ) -> int:
     """Do what `World.add_soft_body` says; return the body's number.
 
-    `amounts`: mass and gas; `springs`: stiffness, rest length and tear_at; `motion`: position and velocity.
+    `amounts`: mass, gas and pressure; `springs`: stiffness, rest length and tear_at; `motion`: position and velocity.
     """
     damping = properties["damping"]
     if damping is None and store.settings.integrator == RK4_VELOCITY:
         properties = {**properties, "damping": 0.0}
-    properties = {"self_contact": store.settings.self_contact, **properties}
+    if properties["self_contact"] is None:
+        properties = {**properties, "self_contact": store.settings.self_contact}
     checked = _properties(store, "soft", properties)
     check_self_contact(store.settings, checked["soft_self_contact"])
     with store.exclusive():

@@ -101,7 +101,7 @@ def default_damping(stiffness: np.ndarray, mass: float) -> float:
 def with_soft_body(
     parts: Parts,
     mesh: Mesh,
-    amounts: tuple[float, float],
+    amounts: tuple[float, float | None, float | None],
     springs: tuple[ArrayLike, ArrayLike | None, ArrayLike | None],
     motion: tuple[ArrayLike, ArrayLike],
     fixed: ArrayLike,
@@ -109,12 +109,12 @@ def with_soft_body(
 ) -> Parts:
     """Return the parts with one more soft body, as `World.add_soft_body` is told it; raises ParameterError.
 
-    `amounts`: mass and gas; `springs`: stiffness, rest length and tear_at; `motion`: position and velocity;
+    `amounts`: mass, gas and pressure; `springs`: stiffness, rest length and tear_at; `motion`: position and velocity;
     `properties` by field, with a damping of None for `default_damping`.
     """
     if not isinstance(mesh, Mesh):
         raise ParameterError(f"mesh is a {type(mesh).__name__}; make a softbody.Mesh(vertices, triangles)")
-    mass, gas = check_range(amounts[0], "mass", "kg", above=0.0), check_range(amounts[1], "gas", "J", least=0.0)
+    mass, gas = check_range(amounts[0], "mass", "kg", above=0.0), gas_of(mesh.volume, *amounts[1:])
     model, controls, state, rings, joints = parts
     edges, count, first = mesh.edges, len(mesh.vertices), len(state.particle_position)
     stiffness = stiffness_of(springs[0], len(edges))
@@ -165,6 +165,19 @@ def with_soft_body(
     )
     longer.model.soft_self_contact[-1] = distance_of_skin(longer, model.soft_count, distance)
     return longer
+
+
+def gas_of(volume: float, gas: float | None, pressure: float | None) -> float:
+    """Return the gas [J] of a body of `volume` [m³], of which one of `gas` [J] and `pressure` [Pa] is given, not None.
+
+    Raises ParameterError otherwise, and for numbers out of range.
+    """
+    if gas is not None and pressure is None:
+        return check_range(gas, "gas", "J", least=0.0)
+    if pressure is not None and gas is None:
+        most = np.finfo(float).max / max(volume, 1.0)  # more is no number of joules
+        return check_range(pressure, "pressure", "Pa", least=0.0, most=most) * volume
+    raise ParameterError("give either gas [J] or pressure [Pa], one of the two; gas=0 for an empty body")
 
 
 def inverse_of(mass: float, count: int) -> float:

@@ -33,7 +33,7 @@ class Inventory(StrictNames):
 
     def __new__(cls, *_: Any, **options: Any) -> Self:
         """Refuse options that are mistyped; raises ParameterError, which names those that there are."""
-        check_options(cls, options)
+        check_options(f"a {cls.__name__}", cls.__init__, options)
         return super().__new__(cls)
 
     def __getitem__(self, name: str) -> SoftBody | Box | Joint | Suspended:

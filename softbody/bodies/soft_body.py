@@ -243,10 +243,27 @@ class SoftBody(SleepyBody):
 
     @property
     def pressure(self) -> float:
-        """Pressure of the gas [Pa]; of a body that is full of liquid, at the height of the liquid's centre."""
-        store, row = self.store, self.row()
-        room = room_in(store.model, store.state.particle_position, row)
-        return gas_pressure(self.gas, room) + liquid_pressure(store.model, store.controls.gravity, row, room)
+        """Pressure in it above that outside [Pa]; of a body that is full of liquid, at the height of its centre.
+
+        It may be assigned between steps: then it has so much `gas`, in the volume that it has now.
+        """
+        room = self._room()
+        return gas_pressure(self.gas, room) + self._liquid_pressure(room)
+
+    @pressure.setter
+    def pressure(self, value: float) -> None:
+        room = self._room()
+        least = self._liquid_pressure(room)
+        gas = (check_range(value, "pressure", "Pa", least=least) - least) * room
+        self.gas = check_range(gas, f"gas, for a pressure of {value} Pa,", "J", least=0.0)
+
+    def _room(self) -> float:
+        """Return the room [m³] for gas and liquid."""
+        return room_in(self.store.model, self.store.state.particle_position, self.row())
+
+    def _liquid_pressure(self, room: float) -> float:
+        """Return the pressure [Pa] of a liquid in it."""
+        return liquid_pressure(self.store.model, self.store.controls.gravity, self.row(), room)
 
     @property
     def strain(self) -> np.ndarray:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from difflib import get_close_matches
-from typing import Any
+from functools import wraps
+from typing import Any, ParamSpec, TypeVar
 
 from softbody.errors import ParameterError
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 
 class StrictNames:
@@ -27,15 +31,26 @@ class StrictNames:
         raise AttributeError(f"a {kind} has no {name!r} to set; {hint}{_settable(type(self))}")
 
 
-def check_options(kind: type, given: Iterable[str]) -> None:
-    """Raise ParameterError for the name of an argument that a class has none of, with those that there are."""
-    code = kind.__init__.__code__  # type: ignore[misc]
+def check_options(what: str, function: Callable[..., Any], given: Iterable[str]) -> None:
+    """Raise ParameterError for the name of an argument that a method has none of, with those that there are."""
+    code = function.__code__
     known = code.co_varnames[1 : code.co_argcount + code.co_kwonlyargcount]
     for name in given:
         if name not in known:
             meant = get_close_matches(name, known, 1)
             hint = f"did you mean {meant[0]!r}? " if meant else ""
-            raise ParameterError(f"a {kind.__name__} has no {name!r}; {hint}choose from {', '.join(known)}")
+            raise ParameterError(f"{what} has no {name!r}; {hint}choose from {', '.join(known)}")
+
+
+def strict_options(method: Callable[P, R]) -> Callable[P, R]:
+    """Let a method refuse the name of an argument that it has none of by `check_options`."""
+
+    @wraps(method)
+    def checked(*values: P.args, **options: P.kwargs) -> R:
+        check_options(method.__name__, method, options)
+        return method(*values, **options)
+
+    return checked
 
 
 def _settable(kind: type) -> str:

@@ -17,19 +17,16 @@ def properties_of(kind: str, given: dict[str, Any]) -> dict[str, Any]:
     """Return the Properties of a new body of a `kind`, "soft" or "box": those `given`, and the others' defaults.
 
     Keys are fields of a Model. One of None is left to `builder.with_soft_body`. Raises ParameterError for a number out
-    of its range or a name that is none.
+    of its range.
     """
-    values, left = dict[str, Any](), dict(given)
+    values = dict[str, Any]()
     for field, note in known_properties().items():
         if field.startswith(f"{kind}_"):
-            value = left.pop(field.removeprefix(f"{kind}_"), note.default)
+            value: Any = given.get(field.removeprefix(f"{kind}_"), note.default)
             if note.is_chosen and isinstance(value, (bool, np.bool_)):
                 values[field] = None if value else 0.0
             else:
                 values[field] = None if value is note.default is None else checked_property(field, value)
-    if left:
-        known = ", ".join(field.removeprefix(f"{kind}_") for field in values)
-        raise ParameterError(f"a {kind} body has no {next(iter(left))!r}; choose from {known}")
     return values
 
 

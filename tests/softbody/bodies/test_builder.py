@@ -1,5 +1,6 @@
 """Does a body become what it was asked to be, and is what is wrong refused by name?"""
 
+import inspect
 import os
 import shutil
 import subprocess
@@ -231,12 +232,17 @@ except ValueError as error:
 """
 
 
-def test_one_more_property_of_each_body_is_one_edit(tmp_path):
+def test_one_more_property_of_each_body_is_one_edit_and_a_keyword(tmp_path):
     core = Path(softbody.__file__).parent
     shutil.copytree(core, tmp_path / "softbody", ignore=shutil.ignore_patterns("__pycache__"))
     arrays = tmp_path / "softbody" / "model" / "arrays.py"
     line = '    soft_stickiness: Annotated[np.ndarray, Property(0.25, "Sticks.", "N", most=2.0, since=99)]\n'
     arrays.write_text(arrays.read_text().replace("    soft_damping:", line + "    soft_damping:", 1))
+    world = tmp_path / "softbody" / "world.py"
+    keyword = world.read_text().replace(
+        "        drag: float = 0.0,", "        drag: float = 0.0, stickiness: float = 0.25,", 1
+    )
+    world.write_text(keyword.replace('"drag": drag,', '"drag": drag, "stickiness": stickiness,', 1))
     environment = os.environ | {"PYTHONPATH": str(tmp_path), "NUMBA_DISABLE_JIT": "1", "PYTHONDONTWRITEBYTECODE": "1"}
     done = subprocess.run(
         [sys.executable, "-c", ONE_MORE], cwd=tmp_path, env=environment, capture_output=True, text=True, check=True
@@ -258,36 +264,50 @@ def test_every_property_in_the_model_is_taken_by_name_and_has_its_default():
         assert properties_of(kind, given) == dict.fromkeys(of_kind, 0.25)
 
 
-OF_SOFT = "deflated_below, damping, drag, restitution, friction, self_contact, leak, liquid_density, sound_speed"
-OF_SOFT += ", liquid_drag"
+def test_every_property_is_a_keyword_with_the_default_of_the_model():
+    for kind, add in ("soft", World.add_soft_body), ("box", World.add_box):
+        keywords = inspect.signature(add).parameters
+        for name, value in properties_of(kind, {}).items():
+            keyword = keywords[name.removeprefix(f"{kind}_")]
+            assert keyword.kind is keyword.KEYWORD_ONLY
+            assert keyword.default == (None if name == "soft_self_contact" else value), name
+        assert not any(each.kind is each.VAR_KEYWORD for each in keywords.values())
 
 
-@pytest.mark.parametrize(
-    ("kind", "name", "choices"),
-    [
-        (
-            "soft",
-            "colour",
-            OF_SOFT,
-        ),
-        (
-            "soft",
-            "pinned",
-            OF_SOFT,
-        ),
-        ("box", "damping", "restitution, friction"),
-    ],
-)
-def test_a_property_that_no_body_has_is_refused_with_those_that_it_has(filled, kind, name, choices):
-    message = f"a {kind} body has no '{name}'; choose from {choices}$"
-    with pytest.raises(ParameterError, match=message):
-        properties_of(kind, {name: 0.5})
-    add = {
-        "soft": lambda: filled.add_soft_body(**SOFT, **{name: 0.5}),
-        "box": lambda: filled.add_box(**BOX, **{name: 0.5}),
-    }
-    with pytest.raises(ParameterError, match=message):
-        add[kind]()
+@pytest.mark.parametrize(("name", "hint"), [("fricton", r"did you mean 'friction'\? "), ("zzz", "")])
+def test_an_argument_that_is_mistyped_is_refused_with_the_one_that_was_meant(filled, name, hint):
+    with pytest.raises(ParameterError, match=f"add_soft_body has no '{name}'; {hint}choose from mesh, mass, stiffness"):
+        filled.add_soft_body(**SOFT, **{name: 0.5})
+    with pytest.raises(ParameterError, match=f"add_box has no '{name}'; {hint}choose from size, mass, position"):
+        filled.add_box(**BOX, **{name: 0.5})
+
+
+def test_a_pressure_is_a_gas_in_the_volume_of_the_mesh():
+    world = World()
+    body = world.add_soft_body(BALL, 1.0, 10.0, pressure=200.0)
+    assert (body.gas, body.pressure) == pytest.approx((200.0 * BALL.volume, 200.0), rel=1e-13)
+    body.positions *= 1.1
+    assert body.pressure == pytest.approx(200.0 / 1.1**3, rel=1e-12)
+    body.pressure = 300.0
+    assert (body.gas, body.pressure) == pytest.approx((300.0 * body.volume, 300.0), rel=1e-13)
+
+
+def test_the_pressure_of_a_body_full_of_liquid_is_at_least_that_of_the_liquid():
+    body = World().add_soft_body(BALL, 1.0, 10.0, 0.0, liquid_density=1000.0, sound_speed=10.0)
+    body.positions *= 0.99
+    least = body.pressure
+    body.pressure = least + 5.0
+    assert body.gas == pytest.approx(5.0 * body.volume)
+    with pytest.raises(ParameterError, match=r"pressure is 0\.0; give a finite number ≥ "):
+        body.pressure = 0.0
+
+
+@pytest.mark.parametrize("given", [{}, {"gas": 1.0, "pressure": 1.0}, {"gas": None, "pressure": None}])
+def test_one_of_gas_and_pressure_is_given(given):
+    world = World()
+    with pytest.raises(ParameterError, match=r"give either gas \[J\] or pressure \[Pa\], one of the two"):
+        world.add_soft_body(BALL, 1.0, 10.0, **given)
+    assert world.model.soft_count == 0
 
 
 @pytest.mark.parametrize("stiffness", [0.0, 1e-300, 1e6, 1.7e308, np.finfo(float).max])

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from softbody import Body, Box, Joint, ParameterError, SoftBody, World, icosphere, torus
-from softbody.bodies import adding
+from softbody.bodies import adding, builder
 from softbody.bodies.inventory import Inventory
 from softbody.bodies.store import Store
 from softbody.model.arrays import copied
@@ -362,3 +362,51 @@ def _world_of(soft: int, boxes: int, joints: int) -> World:
     for _ in range(joints):
         world.add_joint((world.boxes[0], (0.0, 3.0, 0.5)), (0.0, 9.0, 0.0), stiffness=1.0)
     return world
+
+
+@check(
+    section="2.3",
+    piece="softbody.World.add_soft_body, softbody.SoftBody.pressure",
+    reference="SciPy's DOP853 on springs and gas = pressure × volume, a sum of determinants by NumPy",
+    engines=("scipy",),
+    unit="m and m/s, of a body of some 1 m; pressures, of one",
+    tolerance=4e-7,
+    because=EXACT,
+    faults=(
+        Fault(
+            "a pressure that is taken for joules",
+            builder.gas_of,
+            "check_range(pressure, 'pressure', p_, least=0.0, most=most) * volume"
+            " → check_range(pressure, 'pressure', p_, least=0.0, most=most)",
+        ),
+        Fault(
+            "a pressure in the volume of the mesh for good",
+            SoftBody,
+            "(c_ - least) * room → (c_ - least) * float(self.store.model.soft_mesh_volume[self.row()])",
+        ),
+    ),
+)
+def pressure_set_on_the_way(run: Run) -> Comparison:
+    """A pressure is a gas in the volume of now.
+
+    Given where a body is added, and set on the way when it is larger or smaller: how it moves on, and what it reads.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    for _ in range(run.count(3, 8, 60)):
+        truth, world = Swinging(rng), World(gravity=(0.0, 0.0, 0.0), integrator="rk4")
+        body: SoftBody | None = None
+        for size in (1.0, *rng.uniform(0.9, 1.2, 2)):
+            pressure = float(rng.uniform(1.0, 10.0))
+            truth.position = truth.position * size
+            truth.gas = pressure * np.linalg.det(truth.position[truth.mesh.triangles]).sum() / 6.0
+            if body is None:
+                body = world.add_soft_body(truth.mesh, 1.0, truth.stiffness, pressure=pressure, damping=0.0)
+            else:
+                body.positions, body.velocities = truth.position, truth.velocity
+                body.pressure = pressure
+            answers.extend(np.full((1, 6), body.pressure / pressure), np.ones((1, 6)), kind="pressure as it reads")
+            step, steps = tenth_of_a_second(world)
+            world.step(step, steps)
+            truth.advance(step * steps)
+            answers.extend(now(body), truth.told, kind="motion")
+    return answers.comparison()

@@ -111,6 +111,7 @@ Case = tuple[str, Callable[[Any], Any], Limits]  # an argument as Python writes 
 
 def of_bodies() -> Iterator[Case]:
     """Yield the arguments of bodies, joints, the ground and the liquid."""
+    skin = Limits((True, False, 0.0, 1e-6), (-LEAST, 1.0, *NO_NUMBERS))
     of_edges = (0.0, -1.0, NAN, INF, "two", 1j, np.ones(119), np.ones(121))
     for name, limits in {
         "mass": POSITIVE,
@@ -130,9 +131,9 @@ def of_bodies() -> Iterator[Case]:
         "sound_speed": NOT_NEGATIVE,
         "liquid_drag": NOT_NEGATIVE,
         "leak": NOT_NEGATIVE,
-        "self_contact": Limits((True, False, 0.0, 1e-6), (-LEAST, 1.0, *NO_NUMBERS)),
+        "self_contact": skin,
     }.items():
-        yield f"add_soft_body({name}=…)", told(soft, name), limits
+        yield f"add_soft_body({name}=…)", told(soft, name), _optional(limits) if limits is skin else limits
         if name not in ("mass", "stiffness", "position", "velocity", "rest_length", "tear_at", "damping"):
             yield f"soft_body.{name} = …", having(a_soft_body, name), limits
         if name in ("stiffness", "rest_length", "tear_at"):
@@ -142,7 +143,9 @@ def of_bodies() -> Iterator[Case]:
     arrays = Limits((rows, rows.tolist()), (rows[1:], np.where(rows.cumsum(0) == 2.0, NAN, rows), "abc", 1j * rows))
     for name in ("positions", "velocities", "external_force"):
         yield f"soft_body.{name} = …", having(a_soft_body, name), arrays
-    yield "soft_body.damping = …", having(a_soft_body, "damping"), NOT_NEGATIVE
+    yield "add_soft_body(pressure=…)", told(soft, "pressure", gas=None), NOT_NEGATIVE
+    for name in ("damping", "pressure"):
+        yield f"soft_body.{name} = …", having(a_soft_body, name), NOT_NEGATIVE
     for name, limits in {
         "size": LENGTHS,
         "mass": _optional(POSITIVE),

@@ -342,7 +342,7 @@ OPTIONS: dict[str, Callable[[np.random.Generator], Told]] = {
         Fault(
             "skins that wait to be told one by one",
             adding.add_soft_body,
-            "{'self_contact': s_, **properties} → {'self_contact': False, **properties}",
+            "store.settings.self_contact → False",
         ),
         Fault(
             "friction that is as by default",
