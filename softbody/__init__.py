@@ -15,6 +15,7 @@ from softbody.bodies.joint import Joint
 from softbody.bodies.liquid import Liquid
 from softbody.bodies.rigid_box import Box
 from softbody.bodies.soft_body import Event, SoftBody
+from softbody.bodies.strict_names import hint
 from softbody.bodies.suspended import Suspended
 from softbody.dynamics.energy import Energies
 from softbody.errors import (
@@ -96,10 +97,18 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
-    """Return what makes pictures: it is imported when it is first asked for."""
-    if name in ("Camera", "Recorder"):
-        from softbody import render
+def __dir__() -> list[str]:
+    """Return what is public."""
+    return [*__all__, "__version__"]
 
-        return getattr(render, name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+if not TYPE_CHECKING:  # which is to see names that there are none of
+
+    def __getattr__(name: str) -> Any:
+        """Return what makes pictures: it is imported when it is first asked for."""
+        if name in ("Camera", "Recorder"):
+            from softbody import render
+
+            return getattr(render, name)
+        meant = hint(name, __all__)
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}{'; ' if meant else ''}{meant.strip()}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from difflib import get_close_matches
 from functools import wraps
-from typing import Any, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
 
 from softbody.errors import ParameterError
 
@@ -26,9 +26,20 @@ class StrictNames:
                 object.__setattr__(self, name, value)
                 return
             raise AttributeError(f"{name!r} of a {kind} is only to be read; {_settable(type(self))}")
-        meant = get_close_matches(name, dir(type(self)), 1)
-        hint = f"did you mean {meant[0]!r}? " if meant else ""
-        raise AttributeError(f"a {kind} has no {name!r} to set; {hint}{_settable(type(self))}")
+        raise AttributeError(f"a {kind} has no {name!r} to set; {hint(name, dir(type(self)))}{_settable(type(self))}")
+
+    if not TYPE_CHECKING:  # which is to see names that there are none of
+
+        def __getattr__(self, name: str) -> NoReturn:
+            """Raise AttributeError, which says which name may be meant."""
+            meant = hint(name, [each for each in dir(type(self)) if not each.startswith("_")])
+            raise AttributeError(f"a {type(self).__name__} has no {name!r}{'; ' if meant else ''}{meant.strip()}")
+
+
+def hint(name: str, known: Iterable[str]) -> str:
+    """Return a question, and a space, which of the `known` names is meant; nothing where none is like it."""
+    meant = get_close_matches(name, list(known), 1)
+    return f"did you mean {meant[0]!r}? " if meant else ""
 
 
 def check_options(what: str, function: Callable[..., Any], given: Iterable[str]) -> None:
@@ -37,9 +48,7 @@ def check_options(what: str, function: Callable[..., Any], given: Iterable[str])
     known = code.co_varnames[1 : code.co_argcount + code.co_kwonlyargcount]
     for name in given:
         if name not in known:
-            meant = get_close_matches(name, known, 1)
-            hint = f"did you mean {meant[0]!r}? " if meant else ""
-            raise ParameterError(f"{what} has no {name!r}; {hint}choose from {', '.join(known)}")
+            raise ParameterError(f"{what} has no {name!r}; {hint(name, known)}choose from {', '.join(known)}")
 
 
 def strict_options(method: Callable[P, R]) -> Callable[P, R]:

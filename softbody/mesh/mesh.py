@@ -40,6 +40,10 @@ class Mesh:
         object.__setattr__(self, "vertices", vertices)
         object.__setattr__(self, "triangles", triangles)
 
+    def __repr__(self) -> str:
+        """Say how large it is."""
+        return f"<Mesh: {len(self.vertices)} vertices, {len(self.triangles)} triangles, {self.volume:.4g} m³>"
+
     def __reduce__(self) -> tuple[type[Mesh], tuple[np.ndarray, np.ndarray]]:
         """Pickle, and copy, as what it is made from: a copy is checked and read-only, too."""
         return type(self), (self.vertices, self.triangles)

@@ -26,3 +26,23 @@ def test_it_is(what, name, said):
     with pytest.raises(AttributeError) as error:
         setattr(what, name, 1.0)
     assert str(error.value).startswith(said)
+
+
+@pytest.mark.parametrize(
+    ("what", "name", "said"),
+    [
+        (WORLD, "gravty", "a World has no 'gravty'; did you mean 'gravity'?"),
+        (BALL, "presure", "a SoftBody has no 'presure'; did you mean 'pressure'?"),
+        (BOX, "zzz", "a Box has no 'zzz'"),
+        (softbody, "Wrld", "module 'softbody' has no attribute 'Wrld'; did you mean 'World'?"),
+        (softbody, "zzz", "module 'softbody' has no attribute 'zzz'"),
+    ],
+)
+def test_a_name_that_there_is_none_of_says_which_was_meant(what, name, said):
+    with pytest.raises(AttributeError) as error:
+        getattr(what, name)
+    assert str(error.value) == said
+
+
+def test_the_package_lists_what_is_public():
+    assert set(dir(softbody)) == {*softbody.__all__, "__version__"}

@@ -41,10 +41,15 @@ def told(thing: object) -> tuple[str, list[float]]:
     return NUMBER.sub("#", text), [float(number) for number in NUMBER.findall(text)]
 
 
+def _volume(mesh: softbody.Mesh) -> float:
+    return float(np.linalg.det(mesh.vertices[mesh.triangles]).sum()) / 6.0
+
+
 def of_things(rng: np.random.Generator, folder: Path) -> Iterator[tuple[object, str, list[float]]]:
     """Yield things, and the words and numbers that they must say: from what they were made of, by NumPy."""
     world = World(gravity=(0.0, 0.0, 0.0))
     mesh, mass, size, place = random_mesh("torus", rng), rng.uniform(0.5, 20.0), rng.uniform(0.1, 3.0, 3), np.zeros(3)
+    yield mesh, "<Mesh: # vertices, # triangles, # m³>", [len(mesh.vertices), len(mesh.triangles), _volume(mesh)]
     start = 30.0 * rng.normal(size=3)
     centre = mesh.vertices.mean(axis=0) + start
     yield world, "<World: # soft bodies of # particles, # boxes; # steps, # s>", [0, 0, 0, 0, 0]
@@ -96,7 +101,8 @@ def of_things(rng: np.random.Generator, folder: Path) -> Iterator[tuple[object, 
 
 @check(
     section="beyond the paper",
-    piece="softbody.World, softbody.SoftBody, softbody.Box, softbody.Joint, softbody.Ground, softbody.Trajectory",
+    piece="softbody.World, softbody.SoftBody, softbody.Box, softbody.Joint, softbody.Ground, softbody.Trajectory,"
+    " softbody.Mesh",
     reference="what they were made of, by NumPy",
     kind="specification",
     unit="relative; 1 for other words",
@@ -104,6 +110,7 @@ def of_things(rng: np.random.Generator, folder: Path) -> Iterator[tuple[object, 
     because="four digits: up to 5e-4 of a number",
     faults=(
         Fault("what is gone is there", soft_body.SoftBody.__repr__, "not self.is_there → self.is_there"),
+        Fault("a mesh said to be of twice its volume", softbody.Mesh.__repr__, "self.volume → 2.0 * self.volume"),
         Fault("boxes said to be of half their size", rigid_box.Box.__repr__, "self.size → 0.5 * self.size"),
         Fault("the time of the first frame", reader.Trajectory.__repr__, "self.times[-1] → self.times[0]"),
         Fault("how long it lasts, of no frames", reader.Trajectory.__repr__, "len(self) → not len(self)"),
