@@ -228,8 +228,31 @@ class SoftBody(SleepyBody):
 
     @property
     def velocity(self) -> np.ndarray:
-        """Velocity of the centre of mass (3,) [m/s]."""
+        """Velocity of the centre of mass (3,) [m/s]; assign another, and what is not fixed moves by that much more."""
         return self._mean(self.velocities)
+
+    @velocity.setter
+    def velocity(self, value: ArrayLike) -> None:
+        self.velocities = self.velocities + (vector(value, "velocity") - self.velocity)
+
+    def apply_impulse(self, impulse: ArrayLike, point: ArrayLike | None = None) -> None:
+        """Strike it by `impulse` (3,) [N s] at `point` (3,) [m] of the world, or at the centre: velocities change now.
+
+        As if it were rigid at this moment, in the shape that it has. What is fixed stays at rest. Raises
+        ParameterError, with a point, for a body whose particles lie on a line.
+        """
+        blow = vector(impulse, "impulse")
+        change = blow / self.mass
+        if point is None:
+            self.velocities = self.velocities + change
+            return
+        arms, arm = self.positions - self.centre, vector(point, "point") - self.centre
+        inertia = np.einsum("i,ijk->jk", self.masses, _inertias(arms))
+        try:
+            spin = np.linalg.solve(inertia, np.cross(arm, blow))
+        except np.linalg.LinAlgError as error:
+            raise ParameterError(f"{self!r} lies on a line, and has no spin; leave the point out") from error
+        self.velocities = self.velocities + change + np.cross(spin, arms)
 
     def _mean(self, values: np.ndarray) -> np.ndarray:
         """Return the mean (3,) over the mass, of (n, 3); of equal ones exactly that."""
@@ -341,6 +364,12 @@ def _each(value: ArrayLike, name: str, unit: str, shape: tuple[int, ...]) -> np.
         row = int(np.argmin(np.isfinite(numbers).all(axis=1)))
         raise ParameterError(f"{name} of particle {row} is {shown(numbers[row])}; give finite numbers [{unit}]")
     return numbers
+
+
+def _inertias(arms: np.ndarray) -> np.ndarray:
+    """Return the inertia (n, 3, 3) [m²] of unit masses at `arms` (n, 3) [m]."""
+    squares = np.einsum("ij,ij->i", arms, arms)
+    return squares[:, None, None] * np.eye(3) - arms[:, :, None] * arms[:, None, :]
 
 
 def _read_only(array: np.ndarray) -> np.ndarray:

@@ -410,3 +410,45 @@ def pressure_set_on_the_way(run: Run) -> Comparison:
             truth.advance(step * steps)
             answers.extend(now(body), truth.told, kind="motion")
     return answers.comparison()
+
+
+@check(
+    section="beyond the paper",
+    piece="softbody.SoftBody.apply_impulse, softbody.SoftBody.velocity",
+    reference="J and x × J, beside Σ m v and Σ x × m v by NumPy before and after",
+    kind="closed form",
+    unit="relative",
+    tolerance=1e-11,
+    because="rounding of sums over some 100 particles, some 1 m from the origin",
+    faults=(
+        Fault("blows about the origin", SoftBody.apply_impulse, "vector(point, p_) - self.centre → vector(point, p_)"),
+        Fault(
+            "blows that only turn",
+            SoftBody.apply_impulse,
+            "self.velocities + change + s_ → self.velocities + s_",
+        ),
+        Fault("a velocity on top of the old one", SoftBody, "vector(value, v_) - self.velocity → vector(value, v_)"),
+    ),
+)
+def impulses_give_their_momentum(run: Run) -> Comparison:
+    """An impulse on a soft body gives its momentum.
+
+    Both momenta change by J and x × J, wherever it strikes a body in motion; a velocity that is set is the centre's.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    for _ in range(run.count(20, 60, 600)):
+        mesh, mass = MESHES[rng.integers(len(MESHES))], rng.uniform(0.5, 2.0)
+        body = World().add_soft_body(mesh, mass, 100.0, 1.0, rng.normal(size=3))
+        body.velocities = rng.normal(size=body.positions.shape)
+        each, place, struck = mass / len(body.positions), body.positions.copy(), rng.normal(size=3)
+        for point in (None, rng.normal(size=3)):
+            before, impulse = body.velocities.copy(), rng.normal(size=3)
+            body.apply_impulse(impulse, point)
+            gained = each * (body.velocities - before)
+            at = place.mean(axis=0) if point is None else point
+            found = np.append(gained.sum(axis=0), np.cross(place, gained).sum(axis=0))
+            answers.extend(found[None], np.append(impulse, np.cross(at, impulse))[None], kind="momenta")
+        body.velocity = struck
+        found = np.append(body.velocities.mean(axis=0), body.velocity)
+        answers.extend(found[None], np.tile(struck, 2)[None], kind="velocity that is set")
+    return answers.comparison()

@@ -134,7 +134,7 @@ def of_bodies() -> Iterator[Case]:
         "self_contact": skin,
     }.items():
         yield f"add_soft_body({name}=…)", told(soft, name), _optional(limits) if limits is skin else limits
-        if name not in ("mass", "stiffness", "position", "velocity", "rest_length", "tear_at", "damping"):
+        if name not in ("mass", "stiffness", "position", "rest_length", "tear_at", "damping"):
             yield f"soft_body.{name} = …", having(a_soft_body, name), limits
         if name in ("stiffness", "rest_length", "tear_at"):
             call = told(lambda **given: a_soft_body().set_springs(**given), name)
@@ -143,6 +143,9 @@ def of_bodies() -> Iterator[Case]:
     arrays = Limits((rows, rows.tolist()), (rows[1:], np.where(rows.cumsum(0) == 2.0, NAN, rows), "abc", 1j * rows))
     for name in ("positions", "velocities", "external_force"):
         yield f"soft_body.{name} = …", having(a_soft_body, name), arrays
+    yield "soft_body.apply_impulse(impulse=…)", lambda value: a_soft_body().apply_impulse(impulse=value), VECTOR
+    struck = lambda value: a_soft_body().apply_impulse((1.0, 0.0, 0.0), point=value)  # noqa: E731
+    yield "soft_body.apply_impulse(point=…)", struck, _optional(VECTOR)
     yield "add_soft_body(pressure=…)", told(soft, "pressure", gas=None), NOT_NEGATIVE
     for name in ("damping", "pressure"):
         yield f"soft_body.{name} = …", having(a_soft_body, name), NOT_NEGATIVE
@@ -381,6 +384,7 @@ CALLS: tuple[Callable[..., Any], ...] = (
     World.run,
 )
 CALLS += World.step_frame, World.frames, World.equilibrium, softbody.Box.move_to, softbody.Box.apply_force
+CALLS += (softbody.SoftBody.apply_impulse,)
 ELSEWHERE = {"mesh", "a", "b", "name"}  # arguments that other claims are about
 
 
