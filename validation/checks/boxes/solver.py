@@ -205,7 +205,6 @@ def _part_to_start_from(crowd: Crowd, rows: np.ndarray, target: np.ndarray, impu
         ),
         Fault("pairs that go before others, where there is room", batches._schedule, "t += 1 → t -= 1"),
         Fault("impulses to start from, as they were", warm_start._scale_start, "min(1.0, x_) if y_ else z_ → 1.0"),
-        Fault("more of them than there were", warm_start._scale_start, "min(1.0, x_) → x_"),
         Fault("less than none of them", warm_start._scale_start, "max(0.0, x_) → x_"),
         Fault(
             "sweeps that all go up",
