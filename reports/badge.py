@@ -12,9 +12,10 @@ ADVANCE, MARGIN = 6.0, 8.0  # [px] of a character of 11 px, on the average; besi
 
 def badge(report: Report) -> str:
     """Return the badge of a run, as SVG."""
-    overall, counts = verdicts.overall(report.claims), verdicts.tally(report.claims)
+    overall, counts = verdicts.worn(report), verdicts.tally(report.claims)
     label = f"{report.subject.name if report.subject else 'softbody'} claims"
-    text = f"{verdicts.SYMBOLS[overall]} {counts[HOLDS]} of {len(report.claims)} hold"
+    selected = " selected" if report.patterns else ""
+    text = f"{verdicts.SYMBOLS[overall]} {counts[HOLDS]} of {len(report.claims)}{selected} hold"
     text += "".join(f", {counts[name]} {word}" for name, word in ((FAILS, "fail"), (BROKEN, "broken")) if counts[name])
     widths = [round(len(part) * ADVANCE + 2.0 * MARGIN, 1) for part in (label, text)]
     return rendered("badge.svg.jinja", label=label, text=text, widths=widths, margin=MARGIN, colour=COLOURS[overall])

@@ -35,13 +35,13 @@ def main(before: Path, now: Path) -> None:
     from rich.console import Console
 
     from reports.differences import FAILS_NOW, changes
-    from reports.verdicts import sentence
+    from reports.verdicts import headline
 
     before, now = (path / "report.json" if path.is_dir() else path for path in (before, now))
     reports = [read(path, read_report, "run `python -m validation --out FOLDER`") for path in (before, now)]
     refuse_other_cases(before, now, *reports)
     for path, report in zip((before, now), reports):
-        click.echo(f"{path}: {sentence(report.claims)} (revision {report.revision or 'unknown'}, {report.created})")
+        click.echo(f"{path}: {headline(report)} (revision {report.revision or 'unknown'}, {report.created})")
     console = Console(width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else NARROW)
     found = changes(*reports)
     if found:

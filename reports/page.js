@@ -8,7 +8,28 @@
   const find = document.getElementById("find");
   const sorted = document.getElementById("sorted");
 
+  // What people type, and what claims say: any word of a line finds what has another.
+  const alike = [
+    ["tunnel", "through", "pass"], ["collision", "contact", "touch"], ["bounc", "restitution"], ["momentum", "impulse"],
+    ["stack", "pile", "tower"], ["parallel", "thread"], ["determinis", "same bits"], ["inflat", "gas", "pressure"],
+    ["fluid", "liquid", "water"], ["fracture", "tear"], ["hull", "convex"], ["speed", "timing", "cost"],
+  ];
+  const meanings = (word) => [word, ...alike.filter((stems) => stems.some((stem) => word.startsWith(stem))).flat()];
+
+  // What is looked for is in the address, "#find=words&verdict=fails", so that it can be sent and kept.
+  const boxes = () => ({ find: find.querySelector("[type=search]"), verdict: find.querySelectorAll("select")[0], kind: find.querySelectorAll("select")[1] });
+  const keep = () => {
+    const set = Object.entries(boxes()).filter(([name, box]) => box.value || name === "find").map(([name, box]) => [name, box.value]);
+    location.replace(`#${new URLSearchParams(set)}`);
+  };
+  const recall = () => {
+    const kept = new URLSearchParams(location.hash.slice(1));
+    for (const [name, box] of Object.entries(boxes())) if (box.value !== (kept.get(name) ?? "")) box.value = kept.get(name) ?? "";
+    search();
+  };
+
   const reveal = () => {
+    if (find && location.hash.startsWith("#find=")) { recall(); return; }
     const target = location.hash && document.getElementById(decodeURIComponent(location.hash.slice(1)));
     if (!target || !target.matches("details")) return;
     target.hidden = false;
@@ -23,7 +44,7 @@
     let found = 0;
     for (const claim of claims) {
       const fits = (!verdict || claim.dataset.verdict === verdict) && (!kind || claim.dataset.kind === kind)
-        && wanted.every((word) => words.get(claim).includes(word));
+        && wanted.every((word) => meanings(word).some((each) => words.get(claim).includes(each)));
       claim.hidden = !fits;
       found += fits;
     }
@@ -43,7 +64,7 @@
 
   if (find) {
     find.hidden = false;
-    find.addEventListener("input", search);
+    find.addEventListener("input", () => { search(); keep(); });
     find.addEventListener("submit", (event) => event.preventDefault());
     const openAll = (open) => [...families, ...claims].forEach((each) => { each.open = open; });
     find.querySelector("[data-do=open]").addEventListener("click", () => openAll(true));

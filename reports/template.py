@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -29,12 +30,19 @@ def _environment() -> Environment:
     environment = Environment(
         loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    environment.filters |= {name: getattr(notation, name) for name in NOTATION} | {
+    own: dict[str, Callable[..., str]] = {
         "breakable": breakable,
         "with_code": with_code,
+        "slug": slug,
         "sparkline": lambda trend: Markup(sparkline(trend)),
     }
+    environment.filters |= {name: getattr(notation, name) for name in NOTATION} | own
     return environment
+
+
+def slug(family: str) -> str:
+    """Return the id of a family, for links to it."""
+    return "family-" + re.sub(r"[^\w.-]+", "-", family)
 
 
 def breakable(name: str) -> Markup:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from validation.record import BROKEN, FAILS, HOLDS, KINDS, NOT_RUN, ClaimRecord
+import shlex
+
+from validation.record import BROKEN, FAILS, HOLDS, KINDS, NOT_RUN, ClaimRecord, Report
 
 SYMBOLS = {HOLDS: "✓", FAILS: "✗", BROKEN: "!", NOT_RUN: "–"}
 CSS = {HOLDS: "holds", FAILS: "fails", BROKEN: "open", NOT_RUN: "open"}
@@ -66,6 +68,23 @@ def sentence(claims: list[ClaimRecord]) -> str:
     if counts[NOT_RUN] or counts[BROKEN]:
         return f"{counts[HOLDS]} hold{'s' if counts[HOLDS] == 1 else ''}{_rest(counts)}"
     return "The only claim holds" if n == 1 else f"All {n} claims hold"
+
+
+def headline(report: Report) -> str:
+    """Return the verdict of a run in words. A run of some claims says so first."""
+    told = sentence(report.claims)
+    if not report.patterns:
+        return told
+    known = f" of {report.registered}" if report.registered else ""
+    which = f"-k {shlex.quote(report.patterns[0])}"
+    which += f" and {len(report.patterns) - 1} more" if report.patterns[1:] else ""
+    return f"{len(report.claims)}{known} selected ({which}): {told[0].lower()}{told[1:]}"
+
+
+def worn(report: Report) -> str:
+    """Return the verdict that a run wears: one of some claims is never HOLDS."""
+    wears = overall(report.claims)
+    return NOT_RUN if wears == HOLDS and report.patterns else wears
 
 
 def _rest(counts: dict[str, int]) -> str:

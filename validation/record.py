@@ -398,6 +398,7 @@ class Report:
     behaviours: list[Behaviour] = field(default_factory=list)
     sensitivity: Sensitivity | None = None
     patterns: list[str] = field(default_factory=list)  # given by -k; all claims were judged if there are none
+    registered: int | None = None  # claims that there are, chosen by -k or not; None: the record is older
     subject: Subject | None = None  # who was judged; None: the core
     settings: list[Setting] = field(default_factory=list)
     draws: int = 1  # of each claim's cases, by the seeds from `seed` on

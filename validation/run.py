@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import softbody
-from validation.check import Check
+from validation.check import Check, all_checks
 from validation.cluster import CannotJudgeThereError
 from validation.coverage import unnamed_functions
 from validation.declared import Declared
@@ -26,7 +26,7 @@ from validation.plain_text import plain
 from validation.record import Report, Setting, Subject
 from validation.runner import LIMITS, run_checks, run_tasks
 from validation.sensitivity import sensitivity
-from validation.subject import settings_of
+from validation.subject import checks_of, settings_of
 from validation.terminal import Terminal
 from validation.worker import Task
 
@@ -119,6 +119,7 @@ def blank_report(plan: Plan) -> Report:
         claims=[],
         timings_why="not asked for (--timings)",
         patterns=plan.patterns,
+        registered=len(checks_of(plan.subject.name) if plan.subject else all_checks()),
         sensitivity=None if plan.subject else sensitivity(TRIED),
         subject=Subject(plan.subject.name, version_of(plan.subject)) if plan.subject else None,
         settings=[Setting(*map(plain, row)) for row in settings_of(plan.subject)],

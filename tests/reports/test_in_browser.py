@@ -12,6 +12,8 @@ from tests.browser import Browser, found
 
 pytestmark = pytest.mark.skipif(found() is None, reason="not run: no browser")
 
+LONG = " of the mobility, of the push, of the motion and of the impulse"  # a unit of a claim, all in one line
+
 CONTRAST = 4.5  # of text against its ground, at least: WCAG 2.2, level AA
 
 # The least contrast of all texts that are seen, and where.
@@ -42,6 +44,8 @@ LEAST_CONTRAST = """(() => {
 @pytest.fixture
 def shown(tmp_path, report) -> Callable:
     """Return a function that shows the page of a report: of a width, light or dark, with scripts or without."""
+    for claim in report.claims:
+        claim.unit += "" if claim.unit == "disagreements" else LONG
     file = tmp_path / "index.html"
     file.write_text(page(report), encoding="utf-8")
 
@@ -61,7 +65,7 @@ def shown(tmp_path, report) -> Callable:
     return show
 
 
-@pytest.mark.parametrize("width", [1400, 390])
+@pytest.mark.parametrize("width", [1900, 1400, 1000, 700, 500, 390, 320])
 def test_nothing_is_wider_than_the_window(shown, width):
     with shown(width) as browser:
         assert browser.evaluate("document.scrollingElement.scrollWidth") <= width
@@ -95,6 +99,29 @@ def test_words_and_lists_narrow_the_claims_down(shown, report):
         browser.evaluate(f"({type_in.format('#find [type=search]')})('')")
         browser.evaluate(f"({type_in.format('#find select')})('fails')")
         assert browser.evaluate(seen) == sum(claim.verdict == "fails" for claim in report.claims)
+
+
+def test_what_is_looked_for_is_in_the_address_and_words_that_mean_the_same_are_found(shown, report):
+    seen = "[...document.querySelectorAll('details.claim')].filter((each) => !each.hidden).map((each) => each.id)"
+    with shown(1400) as browser:
+        browser.evaluate(
+            "((box) => { box.value = 'Collision'; box.dispatchEvent(new Event('input', { bubbles: true })); })"
+            "(document.querySelector('#find [type=search]'))"
+        )
+        place, those = browser.evaluate("location.hash"), browser.evaluate(seen)
+        assert place == "#find=Collision"
+    with shown(1400, place=place) as browser:
+        assert browser.evaluate(seen) == those
+    with shown(1400, place="#find=contact") as browser:
+        assert browser.evaluate(seen) == those
+    assert 0 < len(those) < len(report.claims)
+
+
+def test_a_link_to_a_family_opens_it(shown):
+    with shown(1400) as browser:
+        anchor = browser.evaluate("document.querySelectorAll('details.family')[2].id")
+    with shown(1400, place=f"#{anchor}") as browser:
+        assert browser.evaluate(f"document.getElementById('{anchor}').open")
 
 
 def test_a_link_to_a_claim_opens_it(shown):

@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 import pytest
 
 from reports import pdf
-from reports.badge import badge
+from reports.badge import COLOURS, badge
 from reports.page import page
 from validation.record import HOLDS, Subject
 
@@ -25,6 +25,14 @@ def test_the_badge_says_who_was_judged_and_how_many_claims_hold(report):
     report.subject = Subject("rapier3d", None)
     count = len(report.claims)
     assert texts(badge(report)) == ["rapier3d claims", f"✓ {count} of {count} hold"]
+
+
+def test_the_badge_of_a_selection_is_not_green(report):
+    report.claims = [claim for claim in report.claims if claim.verdict == HOLDS]
+    assert COLOURS[HOLDS] in badge(report)
+    report.patterns, count = ["volume"], len(report.claims)
+    assert texts(badge(report))[1] == f"– {count} of {count} selected hold"
+    assert COLOURS[HOLDS] not in badge(report)
 
 
 def test_the_badge_is_svg_whatever_a_subject_is_called(report):

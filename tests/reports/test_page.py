@@ -9,7 +9,7 @@ import pytest
 from reports.page import growth_of, page
 from reports.trend_plots import sparkline
 from tests.reports.parsed import Parsed
-from validation.record import FAILS, NOT_RUN, Case, Erratum, Figure, Group, Subject, Trend, TrendStep
+from validation.record import FAILS, HOLDS, NOT_RUN, Case, Erratum, Figure, Group, Subject, Trend, TrendStep
 
 EVIL = "<script>alert(1)</script>\"' onload=x {{ 7*7 }}"
 
@@ -114,6 +114,14 @@ def test_the_worst_case_of_a_claim_that_holds_has_inputs_and_both_answers(report
 def test_a_run_of_some_claims_says_so_in_its_command(report):
     report.patterns = ["volume", "a b"]
     assert "python -m validation -k volume -k 'a b' --seed 20080101 --level standard" in Parsed(page(report)).text
+
+
+def test_a_run_of_some_claims_that_all_hold_is_not_green(report):
+    report.claims = [claim for claim in report.claims if claim.verdict == HOLDS]
+    report.patterns, report.registered, count = ["volume"], 400, len(report.claims)
+    text = page(report)
+    assert f"<title>{count} of 400 selected (-k volume): all {count} claims hold" in text
+    assert '<header class="open">' in text
 
 
 def test_every_measured_claim_has_a_plot_and_a_place_on_the_axis(parsed, report):
