@@ -101,11 +101,10 @@ def test_a_light_box_in_the_air_is_pushed_away():
     assert world.linear_momentum() == pytest.approx((0.0, 0.0, -1.0), abs=1e-12)
 
 
-def test_a_gap_that_stays_open_holds_nothing():
+def test_what_stays_above_a_gap_is_held_by_nothing():
     world = World()
     world.add_ground()
     for height in (0.05, 0.53):  # the lower box lands in this step, and the upper one stays 3 cm above it
         world.add_box((1.0, 1.0, 0.4), 1.0, (0.0, 0.0, height + 0.2), velocity=(0.0, 0.0, -6.0))
     world.step(1.0 / 60.0)
-    assert (world.store.contacts.box[: world.store.contacts.number[1], 1] == 0).any()
     assert looseness(world, DOWN, box=1) == 1.0

@@ -9,11 +9,10 @@ from hypothesis import strategies as st
 
 from softbody import World
 from softbody.collision.solver.bounces import set_targets
-from softbody.collision.solver.sequential_impulses import _start_from_cache
 from softbody.collision.solver.solver_row import NORMAL_IMPULSE, TARGET, load_motion, prepare_contacts
 from softbody.collision.solver.support_trees import solve_trees
 from softbody.collision.solver.sweep_order import sweep_order
-from softbody.collision.solver.warm_start import warm_start
+from softbody.collision.solver.warm_start import start_from_cache, warm_start
 from softbody.dynamics.rigid_boxes import accelerate_boxes
 from softbody.model.arrays import boxes_of
 
@@ -39,7 +38,7 @@ def before_the_sweeps(world):
     accelerate_boxes(world.model, world.controls, world.state, H)
     motion = load_motion(boxes)
     set_targets(contacts, motion, H, 1e-6, 1)
-    _start_from_cache(contacts, motion)
+    start_from_cache(contacts, boxes, motion, 1e-6)
     return boxes, contacts, motion
 
 
