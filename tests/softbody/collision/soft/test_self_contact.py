@@ -39,7 +39,6 @@ def folded_through_itself(body):
         (-1.0, "self_contact is -1.0; give True, False, or a distance"),
         (0.1, r"self_contact is 0.1 m; give True, or at most 0.0016 m for this mesh"),
         ("yes", "self_contact is 'yes'; give a number"),
-        (None, "self_contact is None; give a number"),
         (np.nan, "self_contact is nan"),
     ],
 )
