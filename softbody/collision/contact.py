@@ -163,6 +163,14 @@ new_contacts_in_kernel = jit(new_contacts)  # Python has the plain function, for
 
 
 @jit_lean
+def first_of_pair(contacts: Contacts, at: int, end: int, a: int, b: int) -> int:
+    """Return the first contact from `at` on, and before `end`, that is not of a pair of bodies before (a, b)."""
+    while at < end and (contacts.box[at, 0] < a or (contacts.box[at, 0] == a and contacts.box[at, 1] < b)):
+        at += 1
+    return at
+
+
+@jit_lean
 def sort_in(contacts: Contacts, first: int, spare: Contacts) -> None:
     """Put the contacts of boxes from `first` on where they belong among those before, by (a, b); `spare` has a row."""
     for k in range(first, contacts.number[0]):

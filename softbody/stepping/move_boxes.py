@@ -57,12 +57,9 @@ def move_boxes(
         return contacts
     boxes, slop = boxes_of(model, state), penetration_slop(controls, h)
     # Velocities.
-    before, velocity, spin = (
-        free_flights(model, controls, state, h),
-        boxes.velocity.copy(),
-        boxes.angular_velocity.copy(),
-    )
-    solved, iterations = 0, settings.iterations
+    before = free_flights(model, controls, state, h)
+    velocity, spin = boxes.velocity.copy(), boxes.angular_velocity.copy()
+    iterations = settings.iterations
     warm_start(contacts)
     while True:
         prepare_contacts(contacts, boxes)

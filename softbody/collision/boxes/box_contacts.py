@@ -22,6 +22,7 @@ from softbody.collision.contact import (
     Touch,
     add_contact,
     box_side,
+    first_of_pair,
     fit,
     new_contacts_in_kernel,
     sort_in,
@@ -53,13 +54,17 @@ class Flights(NamedTuple):
 
 
 @jit
+def _no_pull(count: int) -> Flights:
+    """Return room for the flights of so many boxes, that nothing pulls."""
+    still = np.zeros((count, 3))
+    return Flights(np.empty((count, 3)), still, np.empty((count, 3)), np.empty(count), np.empty(count))
+
+
+@jit
 def free_flights(model: Model, controls: Controls, state: State, h: float) -> Flights:
     """Return what boxes do within a step of `h` [s] if nothing holds them; without a mass, what they are told."""
-    count = model.box_count
-    flights = Flights(
-        np.empty((count, 3)), np.zeros((count, 3)), np.empty((count, 3)), np.empty(count), np.empty(count)
-    )
-    for i in range(count):
+    flights = _no_pull(model.box_count)
+    for i in range(model.box_count):
         inverse_mass, inverse_inertia = model.box_inverse_mass[i], load(model.box_inverse_inertia, i)
         for c in range(3 if inverse_mass > 0.0 else 0):
             flights.pull[i, c] = h * h * (controls.gravity[c] + inverse_mass * controls.box_force[i, c])
@@ -71,11 +76,8 @@ def free_flights(model: Model, controls: Controls, state: State, h: float) -> Fl
 @jit
 def solved_flights(model: Model, state: State, h: float) -> Flights:
     """Return what boxes do within a step of `h` [s] by velocities that their contacts have answered."""
-    count = model.box_count
-    flights = Flights(
-        np.empty((count, 3)), np.zeros((count, 3)), np.empty((count, 3)), np.empty(count), np.empty(count)
-    )
-    for i in range(count):
+    flights = _no_pull(model.box_count)
+    for i in range(model.box_count):
         _set_flight(model, state, flights, i, 0.0, h)
     return flights
 
@@ -174,7 +176,7 @@ def _find_more(
         contacts.number[0] = listed
         pair = at = 0
         for a in range(model.box_count):
-            at = _first_of(contacts, at, listed, a, NOBODY)
+            at = first_of_pair(contacts, at, listed, a, NOBODY)
             if of[a]:
                 _add_ground_contacts(model, state, flights, boxes, a, (at, listed), slop, contacts)
             while pair < pairs.shape[0] and pairs[pair, 0] == a:
@@ -184,7 +186,7 @@ def _find_more(
                 # (The paper's axes see overlaps that these bounds would refute.)
                 if not (of[a] or of[b]) or (not settings.paper_axes and bounds_apart(boxes, a, b, limits.margin)):
                     continue
-                at = _first_of(contacts, at, listed, a, b)
+                at = first_of_pair(contacts, at, listed, a, b)
                 if at == listed or contacts.box[at, 0] != a or contacts.box[at, 1] != b:
                     found = _find_pair(model, flights, boxes, (a, b), limits, listed > 0, manifold)
                     _add_pair_contacts(model, (a, b), found, manifold, contacts)
@@ -195,14 +197,6 @@ def _find_more(
     if listed:
         sort_in(contacts, listed, new_contacts_in_kernel(1))
     return contacts
-
-
-@jit_lean
-def _first_of(contacts: Contacts, at: int, listed: int, a: int, b: int) -> int:
-    """Return the first of so many `listed` contacts, from `at` on, that is not of a pair before (a, b)."""
-    while at < listed and (contacts.box[at, 0] < a or (contacts.box[at, 0] == a and contacts.box[at, 1] < b)):
-        at += 1
-    return at
 
 
 @jit_lean

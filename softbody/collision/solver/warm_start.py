@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softbody.collision.contact import Contacts, ImpulseCache, rows_of
+from softbody.collision.contact import Contacts, ImpulseCache, first_of_pair, rows_of
 from softbody.collision.islands import find_islands
 from softbody.collision.solver.solver_row import (
     NORMAL,
@@ -48,10 +48,7 @@ def warm_start(contacts: Contacts) -> None:
     for old in range(cache.number[0] - cache.soft[0]):
         # The contacts of the same pair: both lists are sorted.
         a, b = cache.box[old, 0], cache.box[old, 1]
-        while first < number and (
-            contacts.box[first, 0] < a or (contacts.box[first, 0] == a and contacts.box[first, 1] < b)
-        ):
-            first += 1
+        first = first_of_pair(contacts, first, number, a, b)
         # Of them the one of the same feature, else the nearest.
         matched = -1
         nearest = np.inf

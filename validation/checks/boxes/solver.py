@@ -233,7 +233,8 @@ def sweeps(run: Run) -> Comparison:
 
     Three to six boxes strike each other, or dozens: with and without restitution, friction and impulses of the step
     before. After 1 to 12 sweeps over the contacts every box moves, and every contact pushes, as if one contact after
-    the other had been corrected. Sweeps go on for as long as that converges fast.
+    the other had been corrected, from the impulses before or, if those throw boxes apart, the part of them that leaves
+    least. Sweeps go on for as long as that converges fast.
     """
     rng, answers = run.fresh_rng(), Answers()
     for case in range(run.count(40, 250, 2_500)):
