@@ -19,7 +19,7 @@ league: .venv/ready  ## put every engine beside every other, how right it is and
 	$(RUN) -m validation.league $(ARGS)
 
 docs: .venv/ready  ## run the examples and the claims' declarations into pages: build/docs/index.html
-	$(RUN) -m sphinx -E -W --keep-going -q $(ARGS) docs build/docs
+	$(RUN) -m sphinx -E -W --keep-going $(ARGS) docs build/docs
 
 bench: .venv/ready  ## time the pieces beside their peers, and keep the figures
 	$(RUN) -m benchmarks run $(ARGS)

@@ -1,4 +1,6 @@
-"""A soft torus rolls over bumps: a film, coloured by the strain of its springs. Writes rolling.webp."""
+"""A soft torus rolls over bumps: a film, coloured by strain. Writes rolling.webp; `film.py view` goes on live."""
+
+import sys
 
 import softbody
 
@@ -15,3 +17,5 @@ body.velocities += 2.2 * spin[:, [2, 1, 0]] * (1.0, 0.0, -1.0)
 with softbody.Recorder(world, "rolling.webp", frames_per_second=20, colour="strain", colour_range=(0.0, 0.1)) as film:
     film.run(seconds=1.6)
 print(world, world.energies())
+if "view" in sys.argv:  # in the browser: pip install softbody[view]
+    world.view()

@@ -1,22 +1,25 @@
-"""A part from a mesh file is squeezed by a plate: `python squeeze_part.py part.stl`. Writes squeezed.png."""
+"""A part from a mesh file is squeezed by a plate: `python squeeze_part.py part.stl`. Writes squeezed.png, force.png."""
 
 import sys
+
+import matplotlib.pyplot as plt
 
 import softbody
 
 mesh = softbody.Mesh.from_file(sys.argv[1], merge=True)  # pip install softbody[files]
-for finding in mesh.check():
-    print(finding)
 low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
-tall, wide = (high - low)[2], (high - low).max()
-
+x, y, tall = high - low  # [m]
 world = softbody.World()
 world.add_ground()
-part = world.add_soft_body(mesh, mass=1.0, stiffness=300.0, gas=5.0, position=-low, damping=1.0)
-plate = world.add_box((0.9 * wide, 0.4 * wide, 0.1 * wide), 2.0, (*(0.5 * (high - low))[:2], tall + 0.06 * wide))
-before = part.volume
+part = world.add_soft_body(mesh, mass=0.1, stiffness=500.0, gas=1.0, position=-low, damping=0.3)
+plate = world.add_box((0.9 * x, 0.5 * y, 0.1 * tall), mass=None, position=(0.5 * x, 0.5 * y, 1.05 * tall))
+plate.move_to((0.5 * x, 0.5 * y, 0.75 * tall), seconds=2.0)
+way, force = [], []
 for _ in world.frames(seconds=2.0):
-    pass
-print(f"{tall:.3f} m became {plate.position[2] - 0.05 * wide:.3f} m, and {before:.4f} m³ {part.volume:.4f} m³")
-print(f"the plate presses with {world.contact_points().of(part, plate).force_on(plate)[2]:.1f} N")
+    way.append(1.05 * tall - plate.position[2])
+    force.append(world.contact_points().of(part, plate).force_on(plate)[2])
+print(f"pressed by {1e3 * way[-1]:.1f} mm, the plate presses with {sum(force[-12:]) / 12:.2f} N")
+plt.plot(way, force)
+plt.gca().set(xlabel="way [m]", ylabel="force [N]")
+plt.savefig("force.png")
 world.picture("squeezed.png", colour="strain")

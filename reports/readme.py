@@ -1,4 +1,4 @@
-"""Figures of a run in the README: `python -m reports readme` writes them between two marks."""
+"""Figures of a run in the README, and its badge: `python -m reports readme` writes them between two marks."""
 
 from __future__ import annotations
 
@@ -6,11 +6,13 @@ from pathlib import Path
 
 import click
 
+from reports.badge import badge
 from reports.reading import CannotRead, read, write
 from reports.traces import pieces_of
 from reports.verdicts import kinds, tally
 from validation.record import BROKEN, Report, read_report
 
+BADGE = "docs/badge.svg"  # beside the README
 BEGIN, END = "<!-- python -m reports readme: begin -->", "<!-- end -->"
 
 
@@ -19,6 +21,8 @@ BEGIN, END = "<!-- python -m reports readme: begin -->", "<!-- end -->"
 @click.option("--file", type=click.Path(path_type=Path), default=Path("README.md"), show_default=True)
 def main(folder: Path, file: Path) -> None:
     """Write figures of FOLDER/report.json [build/report], a run of all claims, into the README, between its marks.
+
+    The badge of that run goes to docs/badge.svg beside it.
 
     Exit code: 0 they are there, 2 there is no such record or no place for them, 4 the README cannot be written.
     """
@@ -32,7 +36,8 @@ def main(folder: Path, file: Path) -> None:
     _, end, after = rest.partition(END)
     if not begin or not end or BEGIN in rest or END in before + after:
         raise CannotRead(f"{file} has not one {BEGIN!r} with one {END!r} after it; put both where the figures belong")
-    write(file, f"{before}{BEGIN}\n\n{figures(report)}\n\n{END}{after}")
+    write(file.parent / BADGE, badge(report))
+    write(file, f"{before}{BEGIN}\n\n![Verdict of the last run]({BADGE})\n\n{figures(report)}\n\n{END}{after}")
     click.echo(file)
 
 

@@ -32,7 +32,7 @@ EXPECTED = {
     "pull_pin_inflate": ("touch, with", ["inflated.png"]),
     "resting": ("the ground carries", ["resting.png"]),
     "rip": ("pieces", ["rip.webp"]),
-    "squeeze_part": ("the plate presses with", ["squeezed.png"]),
+    "squeeze_part": ("the plate presses with", ["squeezed.png", "force.png"]),
     "two_balls": ("", ["two_balls.png"]),
 }
 

@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from reports.__main__ import main
-from reports.readme import BEGIN, END
+from reports.readme import BADGE, BEGIN, END
 from validation.record import Subject, write_report
 
 ROOT = Path(__file__).parents[2]
@@ -21,6 +21,7 @@ def command(report, tmp_path):
     def run(readme: str | None = f"Before.\n{BEGIN}\nformer\n{END}\n\nAfter.\n"):
         write_report(report, tmp_path / "report.json")
         file = tmp_path / "README.md"
+        (tmp_path / "docs").mkdir(exist_ok=True)
         if readme is not None:
             file.write_text(readme, encoding="utf-8")
         done = CliRunner().invoke(main, ["readme", str(tmp_path), "--file", str(file)])
@@ -29,13 +30,15 @@ def command(report, tmp_path):
     return run
 
 
-def test_figures_stand_between_the_marks_and_the_rest_stays(command, report):
+def test_figures_stand_between_the_marks_and_the_rest_stays(command, report, tmp_path):
     done, text = command()
     assert done.exit_code == 0, done.output
-    assert text.startswith(f"Before.\n{BEGIN}\n\nAt level standard, seed 20080101: 40 claims (")
+    picture = f"![Verdict of the last run]({BADGE})"
+    assert text.startswith(f"Before.\n{BEGIN}\n\n{picture}\n\nAt level standard, seed 20080101: 40 claims (")
     assert text.endswith(f"\n\n{END}\n\nAfter.\n")
     assert "former" not in text
     assert "2025" not in text, "a date"
+    assert "of 40 hold" in (tmp_path / "docs" / "badge.svg").read_text(encoding="utf-8")
     assert command(text)[1] == text, "the same run writes the same"
     for claim in report.claims:
         claim.kind, claim.piece = "invariant", "core.one"
