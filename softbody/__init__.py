@@ -21,6 +21,7 @@ from softbody.dynamics.energy import Energies
 from softbody.errors import (
     BusyError,
     CacheWarning,
+    InflationWarning,
     MassRatioWarning,
     MeshError,
     MissingPackageError,
@@ -62,6 +63,7 @@ __all__ = [
     "Finding",
     "Frame",
     "Ground",
+    "InflationWarning",
     "Joint",
     "Liquid",
     "MassRatioWarning",

@@ -58,6 +58,10 @@ class SelfIntersectionWarning(UserWarning):
     """A soft body that goes through itself, as nothing keeps it from that; or not yet, if it is to hold itself."""
 
 
+class InflationWarning(UserWarning):
+    """A soft body whose gas is going to stretch it far, such as one in joule for a part of centimetres."""
+
+
 class CacheWarning(UserWarning):
     """Machine code that cannot be kept on disk: kernels are compiled anew in every process."""
 

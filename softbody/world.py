@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterator
 from dataclasses import replace
 from math import inf
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -49,7 +49,17 @@ from softbody.storage.snapshot import checked, digest, named_arrays
 from softbody.storage.snapshot_entries import Snapshot
 
 if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
     from softbody.render.camera import Camera
+
+
+class Options(Choices, total=False):
+    """The arguments of a World."""
+
+    gravity: ArrayLike
+    precision: str
+    threads: int
 
 
 class World(Inventory):
@@ -134,9 +144,10 @@ class World(Inventory):
         self.runner = Runner(self.store, threads)
 
     @classmethod
-    def paper(cls, **changes: Any) -> World:
+    def paper(cls, **changes: Unpack[Options]) -> World:
         """Return a world that does as the paper does in all that it chose; `changes` are other arguments of a World."""
-        return cls(**{**PAPER, **changes})
+        options: Options = {**PAPER, **changes}
+        return cls(**options)
 
     def __repr__(self) -> str:
         """Say what is in the world, and how far it is."""
@@ -450,6 +461,14 @@ class World(Inventory):
         the next: so over many frames no time is lost, and results do not depend on how long each was.
         """
         return in_frames.step_frame(self.runner, seconds, time_step)
+
+    def step_frame_contacts(self, seconds: float = 1.0 / 60.0) -> ContactPoints:
+        """Advance by a frame as `step_frame` does, and return what touched in it: the contacts of all its steps.
+
+        `force_on` of those is the mean over the frame: what one step says alone may chatter by half of it. Raises
+        ParameterError for a frame of no time.
+        """
+        return in_frames.step_frame_contacts(self.runner, seconds)
 
     def frames(self, seconds: float, per_second: float = 60.0, time_step: float | None = None) -> Iterator[int]:
         """Advance by `seconds` [s] frame by frame, and yield the number of each, from 0 on, when it is done.

@@ -273,6 +273,14 @@ def gap_along(pairs: BoxPairs, normals: np.ndarray) -> np.ndarray:
     return np.array(gaps)
 
 
+FOLLOWS = {"SoftBody": {"velocity", "angular_velocity", "pressure"}}  # from velocities, places and gas
+
+
+def independent(kind: type) -> set[str]:
+    """Return those that a user may assign which no other assignment changes."""
+    return settable(kind) - FOLLOWS.get(kind.__name__, set())
+
+
 def settable(kind: type) -> set[str]:
     """Return the attributes of a kind of handle, or of a world, that a user may assign."""
     told = {name: getattr(kind, name) for name in dir(kind) if not name.startswith("_")}

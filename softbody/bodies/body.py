@@ -7,9 +7,11 @@ from typing import Any, ClassVar, overload
 
 import numpy as np
 
+from softbody.bodies.energies import energies_of_one
 from softbody.bodies.names import GONE, Who
 from softbody.bodies.store import HasStore, Store
 from softbody.bodies.strict_names import StrictNames
+from softbody.dynamics.energy import Energies
 from softbody.errors import ParameterError
 from softbody.geometry.submerged import submerged_part
 from softbody.model.properties import checked_property, known_properties
@@ -124,6 +126,10 @@ class SleepyBody(Body):
     def is_asleep(self) -> bool:
         """Whether it slept in the last step: nothing was done for it, as it and all that it touches are at rest."""
         return bool(self.store.contents.sleep.rest.asleep[self.number()])
+
+    def energies(self) -> Energies:
+        """Return its energy [J] by kind, as `World.energies` does for all; springs of joints are not in it."""
+        return energies_of_one(self.store, self.who())
 
     @property
     def submerged_volume(self) -> float:

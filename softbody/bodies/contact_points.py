@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from softbody.bodies.body import Body
+from softbody.bodies.names import Names
 from softbody.collision.contact import Contacts
 from softbody.model.arrays import NOBODY, Model
 
@@ -18,6 +19,8 @@ class ContactPoints:
     """The contacts of a World in its last step, a row each; all arrays are copies.
 
     Of a step that was taken in parts, see `split_steps` of `World`, they are those of its last part.
+
+    Those of `World.step_frame_contacts` are of all steps of a frame, one after the other.
 
     Bodies go by numbers: soft bodies first, as they were added, then boxes; −1 is the ground, which is always b. What
     neither overlaps nor has given an impulse is not listed. They are of the world as it was: ask for new ones
@@ -33,7 +36,8 @@ class ContactPoints:
     restitution: np.ndarray  # (c,) of the pair
     friction: np.ndarray  # (c,) Coulomb coefficient of the pair
     first_box: int  # number of the first box: how many soft bodies there are
-    time_step: float  # [s] of the step, or of its last part
+    time_step: float  # [s] of the step, or of its last part, or of all steps of a frame
+    names: Names  # of the bodies, then
 
     def __len__(self) -> int:
         """Return how many there are."""
@@ -59,7 +63,7 @@ class ContactPoints:
         return replace(self, **arrays)
 
     def force_on(self, body: Body) -> np.ndarray:
-        """Return the total force (3,) [N] of all contacts on a body, as a mean over the step."""
+        """Return the total force (3,) [N] of all contacts on a body, as a mean over the step, or the frame."""
         number = self._number(body)
         impulse = self.impulse[self.a == number].sum(axis=0) - self.impulse[self.b == number].sum(axis=0)
         return impulse / self.time_step if self.time_step > 0.0 else impulse
@@ -72,6 +76,16 @@ class ContactPoints:
         )
         return set(zip(ordered[0].tolist(), ordered[1].tolist(), strict=True))
 
+    def named_pairs(self) -> set[tuple[str, str]]:
+        """Return the pairs that touch by name, in the order of `pairs`: "lid", "box 3" if it has none, "the ground"."""
+        return {(self._called(a), self._called(b)) for a, b in self.pairs()}
+
+    def _called(self, number: int) -> str:
+        if number == GROUND:
+            return "the ground"
+        who = ("soft", number) if number < self.first_box else ("box", number - self.first_box)
+        return self.names.name(who) or self.names.title(who)
+
     def _has(self, body: Body) -> np.ndarray:
         number = self._number(body)
         return (self.a == number) | (self.b == number)
@@ -80,8 +94,23 @@ class ContactPoints:
         return body.row() + (self.first_box if body.kind == "box" else 0)
 
 
+def of_all_steps(found: list[ContactPoints], time_step: float) -> ContactPoints:
+    """Return the contacts of some steps of `time_step` [s] each, as of one that lasted as long as all of them.
+
+    What a step's last part gave counts for the whole step.
+    """
+    weights = [time_step / each.time_step for each in found]
+    arrays = {
+        name: np.concatenate([getattr(each, name) for each in found])
+        for name, value in vars(found[0]).items()
+        if isinstance(value, np.ndarray)
+    }
+    arrays["impulse"] *= np.repeat(weights, [len(each) for each in found])[:, None]
+    return replace(found[-1], **arrays, time_step=time_step * len(found))  # type: ignore[arg-type]
+
+
 def contact_points(
-    model: Model, position: np.ndarray, contacts: Contacts, ground_impulse: np.ndarray, time_step: float
+    model: Model, position: np.ndarray, contacts: Contacts, ground_impulse: np.ndarray, time_step: float, names: Names
 ) -> ContactPoints:
     """Return the contacts of a step of `time_step` [s], and those of particles, at `position`, with the ground.
 
@@ -104,6 +133,7 @@ def contact_points(
         np.append(contacts.friction[rows], np.sqrt(model.soft_friction[soft] * model.ground_friction)),
         model.soft_count,
         time_step,
+        names,
     )
 
 

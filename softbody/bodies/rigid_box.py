@@ -14,7 +14,7 @@ from softbody.dynamics.filling import liquid_mass, volume_of_box
 from softbody.dynamics.liquid_forces import BOX_TRIANGLES, corners_of
 from softbody.dynamics.pressure import room_in
 from softbody.errors import ParameterError
-from softbody.linalg.quaternion import rotation_between
+from softbody.linalg.quaternion import rotation_between, rotation_matrix
 from softbody.model.arrays import NOBODY
 from softbody.model.validation import check_range, unit_quaternion, vector
 
@@ -157,6 +157,24 @@ class Box(SleepyBody):
             (state.box_velocity[row], self.velocity if velocity is None else velocity),
             (state.box_angular_velocity[row], self.angular_velocity if angular_velocity is None else angular_velocity),
             (state.box_time_left[row : row + 1], seconds),
+        )
+
+    def apply_impulse(self, impulse: ArrayLike, point: ArrayLike | None = None) -> None:
+        """Strike it by `impulse` (3,) [N s] at `point` (3,) [m] of the world, or at the centre: velocities change now.
+
+        Raises ParameterError for a box without mass, which nothing moves.
+        """
+        blow, row, model = vector(impulse, "impulse"), self.row(), self.store.model
+        if self.mass is None:
+            raise ParameterError(f"{self!r} has no mass, and nothing moves it; add it with one, or set its velocity")
+        turn = np.zeros(3)
+        if point is not None:
+            arm = vector(point, "point") - self.position
+            axes = rotation_matrix(self.orientation)
+            turn = axes @ (model.box_inverse_inertia[row] * (np.cross(arm, blow) @ axes))
+        self._go(
+            vector(self.velocity + blow / self.mass, "velocity"),
+            vector(self.angular_velocity + turn, "angular_velocity"),
         )
 
     def apply_force(self, force: ArrayLike, point: ArrayLike | None = None) -> None:

@@ -30,6 +30,8 @@ from softbody.model.validation import (
     vector,
 )
 
+ON_A_LINE = 1e-12  # least / greatest moment of inertia, below which a body has no spin about one axis
+
 
 class SoftBody(SleepyBody):
     """A soft body in a World: what it is, where it is, and what of it may be set between steps."""
@@ -235,24 +237,46 @@ class SoftBody(SleepyBody):
     def velocity(self, value: ArrayLike) -> None:
         self.velocities = self.velocities + (vector(value, "velocity") - self.velocity)
 
+    @property
+    def angular_velocity(self) -> np.ndarray:
+        """Angular velocity (3,) [rad/s] of all of it about its centre: of a rigid body with its spin, in its shape.
+
+        Assign another, and what is not fixed turns by that much more. Raises ParameterError for a body whose particles
+        lie on a line.
+        """
+        arms = self.positions - self.centre
+        return self._turn(self.masses @ np.cross(arms, self.velocities))
+
+    @angular_velocity.setter
+    def angular_velocity(self, value: ArrayLike) -> None:
+        change = vector(value, "angular_velocity") - self.angular_velocity
+        self.velocities = self.velocities + np.cross(change, self.positions - self.centre)
+
     def apply_impulse(self, impulse: ArrayLike, point: ArrayLike | None = None) -> None:
         """Strike it by `impulse` (3,) [N s] at `point` (3,) [m] of the world, or at the centre: velocities change now.
 
         As if it were rigid at this moment, in the shape that it has. What is fixed stays at rest. Raises
         ParameterError, with a point, for a body whose particles lie on a line.
         """
-        blow = vector(impulse, "impulse")
-        change = blow / self.mass
+        self.velocities = self.velocities + self._as_if_rigid(vector(impulse, "impulse"), point)
+
+    def _as_if_rigid(self, push: np.ndarray, point: ArrayLike | None) -> np.ndarray:
+        """Return what a push (3,) at a point, by the mass, adds to each particle (n, 3) of a rigid body."""
+        change = push / self.mass
         if point is None:
-            self.velocities = self.velocities + change
-            return
-        arms, arm = self.positions - self.centre, vector(point, "point") - self.centre
-        inertia = np.einsum("i,ijk->jk", self.masses, _inertias(arms))
-        try:
-            spin = np.linalg.solve(inertia, np.cross(arm, blow))
-        except np.linalg.LinAlgError as error:
-            raise ParameterError(f"{self!r} lies on a line, and has no spin; leave the point out") from error
-        self.velocities = self.velocities + change + np.cross(spin, arms)
+            return np.broadcast_to(change, self.positions.shape)
+        turn = self._turn(np.cross(vector(point, "point") - self.centre, push))
+        return np.asarray(change + np.cross(turn, self.positions - self.centre))
+
+    def _turn(self, moment: np.ndarray) -> np.ndarray:
+        """Return I⁻¹ M (3,) of a moment about its centre; raises ParameterError if its particles lie on a line."""
+        arms = self.positions - self.centre
+        squares = np.einsum("ij,ij->i", arms, arms)
+        inertia = (self.masses @ squares) * np.eye(3) - (arms.T * self.masses) @ arms
+        least, _, most = np.linalg.eigvalsh(inertia)
+        if not least > ON_A_LINE * most:
+            raise ParameterError(f"{self!r} lies on a line, and has no spin; push it at its centre, without a point")
+        return np.linalg.solve(inertia, moment)
 
     def _mean(self, values: np.ndarray) -> np.ndarray:
         """Return the mean (3,) over the mass, of (n, 3); of equal ones exactly that."""
@@ -335,6 +359,26 @@ class SoftBody(SleepyBody):
                 self.store.replace(controls=controls._replace(particle_force=none))
             self.store.controls.particle_force[self._rows()] = force
 
+    def apply_force(self, force: ArrayLike, point: ArrayLike | None = None) -> None:
+        """Let `force` (3,) [N] act at `point` (3,) [m] of the world, or at the centre, until `clear_forces`.
+
+        Adds to `external_force` what would move a rigid body of its shape so: F in all, with the torque r × F of the
+        arm as it is now. To push at one place only, set `external_force` of the particles there. Raises
+        ParameterError, with a point, for a body whose particles lie on a line.
+        """
+        each = self.masses[:, None] * self._as_if_rigid(vector(force, "force"), point)
+        self.external_force = self.external_force + each
+
+    def apply_torque(self, torque: ArrayLike) -> None:
+        """Let `torque` (3,) [N m], in the world frame, act on it until `clear_forces`, as if it were rigid."""
+        turn = self._turn(vector(torque, "torque"))
+        each = self.masses[:, None] * np.cross(turn, self.positions - self.centre)
+        self.external_force = self.external_force + each
+
+    def clear_forces(self) -> None:
+        """Let nothing but springs, gas, liquids and gravity act on it: `external_force` is 0."""
+        self.external_force = (0.0, 0.0, 0.0)
+
 
 @dataclass(frozen=True, eq=False)
 class Event:
@@ -364,12 +408,6 @@ def _each(value: ArrayLike, name: str, unit: str, shape: tuple[int, ...]) -> np.
         row = int(np.argmin(np.isfinite(numbers).all(axis=1)))
         raise ParameterError(f"{name} of particle {row} is {shown(numbers[row])}; give finite numbers [{unit}]")
     return numbers
-
-
-def _inertias(arms: np.ndarray) -> np.ndarray:
-    """Return the inertia (n, 3, 3) [m²] of unit masses at `arms` (n, 3) [m]."""
-    squares = np.einsum("ij,ij->i", arms, arms)
-    return squares[:, None, None] * np.eye(3) - arms[:, :, None] * arms[:, None, :]
 
 
 def _read_only(array: np.ndarray) -> np.ndarray:

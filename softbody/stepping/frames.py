@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import ceil, inf
 
+from softbody.bodies.contact_points import ContactPoints, of_all_steps
 from softbody.model.validation import check_range
 from softbody.stepping.runner import Runner
 from softbody.stepping.time_steps import BOX_STEP, OF_STABLE, check_own_steps, whole_steps, whole_steps_owed
@@ -33,12 +34,27 @@ def step_frame(runner: Runner, seconds: float, time_step: float | None = None) -
         count, runner.store.owed = whole_steps_owed(runner.store.owed, seconds, time_step)
         runner.step(time_step, count)
         return count
-    longest = min(OF_STABLE * runner.stable_time_step(), BOX_STEP if runner.store.model.box_count else inf)
-    check_range(seconds / longest, "seconds / stable_time_step", most=2.0**53)
-    count = max(1, ceil(seconds / longest)) if seconds > 0.0 else 0
+    count = _steps_of_frame(runner, seconds)
     if count:
         runner.step(seconds / count, count)
     return count
+
+
+def step_frame_contacts(runner: Runner, seconds: float) -> ContactPoints:
+    """Do what `World.step_frame_contacts` says."""
+    seconds = check_range(seconds, "seconds", "s", above=0.0)
+    count, found = _steps_of_frame(runner, seconds), list[ContactPoints]()
+    for _ in range(count):
+        runner.step(seconds / count)
+        found.append(runner.contact_points())
+    return of_all_steps(found, seconds / count)
+
+
+def _steps_of_frame(runner: Runner, seconds: float) -> int:
+    """Return in how many steps the world takes a frame."""
+    longest = min(OF_STABLE * runner.stable_time_step(), BOX_STEP if runner.store.model.box_count else inf)
+    check_range(seconds / longest, "seconds / stable_time_step", most=2.0**53)
+    return max(1, ceil(seconds / longest)) if seconds > 0.0 else 0
 
 
 def frames(runner: Runner, seconds: float, per_second: float = 60.0, time_step: float | None = None) -> Iterator[int]:

@@ -38,6 +38,7 @@ from softbody.stepping.checks import (
     warn_of_pressed,
     warn_of_what_is_out,
 )
+from softbody.stepping.inflation import Inflation
 from softbody.stepping.memory import Memory
 from softbody.stepping.skins import is_look, next_look
 from softbody.stepping.step import NO_ROOM, NO_ROOM_FOR_PAIRS, PRESSED_THROUGH, UNSEEN, Order, run, run_alone_by_clock
@@ -60,7 +61,7 @@ class Runner:
 
     def __init__(self, store: Store, threads: int = 1) -> None:
         self.store = store
-        self._stable_step = StableStep()
+        self._stable_step, self._inflation = StableStep(), Inflation()
         self._awake: tuple[object, bytes, ContactPoints] | None = None  # contacts of sleepers, see `contact_points`
         self.threads = threads
 
@@ -113,6 +114,7 @@ class Runner:
                 self._hold_skins()
                 if not allow_unstable:
                     self._stable_step.check(h, model, controls, state, settings, joints, begun[0])
+                self._inflation.look(model, controls, state.particle_position, store.names)
                 fault, body = self._first_step(call) if is_first else (0, -1)
                 if not fault:
                     fault, body = self.advance(call, begun[0] + steps, is_seen=True)
@@ -292,7 +294,7 @@ class Runner:
         store = self.store
         given, asleep = store.contents.ground_impulse, store.contents.sleep.rest.asleep
         part = float(store.clock.part[0])
-        found = contact_points(store.model, store.state.particle_position, store.contacts, given, part)
+        found = contact_points(store.model, store.state.particle_position, store.contacts, given, part, store.names)
         if not (store.may_sleep and asleep.any() and store.time_step > 0.0):  # 0: no step since it was restored
             return found
         return found.and_of(asleep, self._contacts_if_awake())

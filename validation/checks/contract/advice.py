@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 
 import softbody
-from softbody import Box, MassRatioWarning, Mesh, ParameterError, SimulationError, World
+from softbody import Box, InflationWarning, MassRatioWarning, Mesh, ParameterError, SimulationError, World
 from softbody.dynamics.rigid_boxes import diverged_box
 from softbody.errors import SoftbodyError
-from softbody.stepping import checks, step
+from softbody.stepping import checks, inflation, step
 from softbody.stepping.checks import check_box_motion
+from softbody.stepping.inflation import Balloon, Inflation
 from validation.answers import Answers
-from validation.cases import random_orientations, rotation_matrix
+from validation.cases import edge_lengths, random_orientations, rotation_matrix
 from validation.check import Comparison, Run, check
 from validation.checks.contract.cases import error_of
 from validation.fault import Fault
@@ -202,6 +203,93 @@ def loads_that_are_too_heavy(run: Run) -> Comparison:
         is_so = len(texts) == 1 and texts[0].startswith(begins) if is_heavy else not texts
         answers.add(is_so, True, kind=f"{upper} on {lower}, {ratio:g} times as heavy")
     return answers.comparison()
+
+
+SOLIDS = softbody.tetrahedron, softbody.octahedron, softbody.icosahedron  # that keep their shape as they grow
+NUMBERS = re.compile(
+    r"by (?P<strain>\d+)%, to (?P<volume>\S+) times .* are (?P<pressure>\S+) Pa\. For 30% give it a gas of "
+    r"(?P<gas>\S+) J, which is (?P<less>\S+) Pa now, or (?P<firmer>\S+) times the stiffness"
+)
+
+
+@check(
+    section="2.3",
+    piece="softbody.InflationWarning",
+    reference="P = Pₒ + n k (s − 1) l² / 3 V s², of a regular polyhedron of n edges, s times as large",
+    kind="closed form",
+    faults=(
+        Fault("half as much again", Inflation, "balloon.size(MOST) → balloon.size(1.5 * MOST)"),
+        Fault("a skin that grows by its edges", Balloon._of_springs, "3.0 * self.volume * size**2 → 3.0 * self.volume"),
+        Fault("vacuum outside", inflation._balloon, "max(0.0, depth) → 0.0"),
+        Fault("a warning at each change", Inflation, "self._told.add(body) → pass"),
+        Fault("one look", Inflation, "self._known[1] == gas → True"),
+        Fault("the strain half-way", Balloon.strain, "return high → return 0.5 * high"),
+        Fault("as stiff as the gas is more", Balloon.firmer, "self._of_springs(size) → self.held(size)"),
+    ),
+)
+def gas_that_stretches_far_is_told(run: Run) -> Comparison:
+    """Gas that will stretch a body by 30 % is told.
+
+    Polyhedra of a centimetre to a metre, in vacuum or deep in a liquid, are given gas or a pressure at once, or on the
+    way. Those it stretches by over 30 % are told before the first step with it, once: by how much, to which volume, and
+    which gas or stiffness would do. With these a hundredth within, nothing is said; a hundredth beyond, it is.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    for _ in range(run.count(60, 200, 2000)):
+        mesh = SOLIDS[rng.integers(len(SOLIDS))](10.0 ** rng.uniform(-2.0, 0.0))
+        springs, volume = len(mesh.edges) * np.square(edge_lengths(mesh.vertices, mesh.edges)).mean(), mesh.volume
+        stiffness = 10.0 ** rng.uniform(0.0, 4.0)
+        strain = rng.choice([0.05, 0.29, 0.31, 0.6, 2.0]) * rng.uniform(0.97, 1.03)
+        outside = 9810.0 * rng.uniform(0.5, 20.0) if rng.random() < 0.4 else 0.0
+        gas = _balanced(strain, stiffness * springs, volume, outside)
+        ways = "gas", "pressure", "gas later", "pressure later"
+        way = ways[rng.integers(len(ways))]
+        world = World()
+        if outside:
+            world.add_liquid(1000.0, outside / 9810.0)
+        at_once = {"gas": {"gas": gas}, "pressure": {"pressure": gas / volume}}.get(way, {"gas": 0.0})
+        body = world.add_soft_body(mesh, 1.0, stiffness, name="part", **at_once)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            world.step(1e-9)
+            if way == "gas later":
+                body.gas = gas
+            elif way == "pressure later":
+                body.pressure = gas / volume
+            world.step(1e-9)
+            texts = _inflations(caught)
+            body.gas = 1.01 * gas
+            world.step(1e-9)
+            again = _inflations(caught)
+        goes = strain > 0.3
+        answers.add(len(texts) == goes, True, kind=f"whether it is told, {way}")
+        if not goes or len(texts) != 1:
+            continue
+        answers.add(len(again) == 1, True, kind="once")
+        found = NUMBERS.search(texts[0])
+        said = {key: float(value) for key, value in found.groupdict().items()} if found else {}
+        right = {"strain": 100.0 * strain, "volume": (1.0 + strain) ** 3, "pressure": gas / volume}
+        right["gas"] = _balanced(0.3, stiffness * springs, volume, outside)
+        right["less"] = right["gas"] / volume
+        held = gas / (volume * 1.3**3) - outside
+        right["firmer"] = held * 3.0 * volume * 1.3**2 / (0.3 * stiffness * springs)
+        rounding = {"strain": 0.5 + 0.1 * strain, **{key: 0.006 * right[key] for key in right if key != "strain"}}
+        for key, value in right.items():
+            is_so = key in said and abs(said[key] - value) <= rounding[key]
+            answers.add(is_so, True, kind=f"what it says: {key}")
+        answers.add("soft body 0 'part'" in texts[0], True, kind="who")
+    return answers.comparison()
+
+
+def _balanced(strain: float, springs: float, volume: float, outside: float) -> float:
+    """Return the gas [J] of a body whose springs, Σ k l² = `springs` [J] as it was made, have a strain."""
+    size = 1.0 + strain
+    pressure = outside + springs * strain / (3.0 * volume * size**2)
+    return float(pressure * volume * size**3)
+
+
+def _inflations(caught: list[warnings.WarningMessage]) -> list[str]:
+    return [str(each.message) for each in caught if each.category is InflationWarning]
 
 
 @check(

@@ -9,14 +9,15 @@ from typing import Any
 import numpy as np
 
 from softbody import Body, Box, Joint, ParameterError, SoftBody, World, icosphere, torus
-from softbody.bodies import adding, builder
+from softbody.bodies import adding, builder, contact_points, energies
 from softbody.bodies.inventory import Inventory
 from softbody.bodies.store import Store
 from softbody.model.arrays import copied
+from softbody.stepping.frames import step_frame_contacts
 from softbody.storage import npz
 from softbody.storage.restore import restore
 from validation.answers import Answers
-from validation.cases import edge_lengths, random_mesh
+from validation.cases import edge_lengths, random_mesh, random_orientations, rotation_matrix
 from validation.check import Comparison, Run, check
 from validation.checks.contract.cases import error_of
 from validation.checks.contract.trajectories import Flight
@@ -421,12 +422,8 @@ def pressure_set_on_the_way(run: Run) -> Comparison:
     tolerance=1e-11,
     because="rounding of sums over some 100 particles, some 1 m from the origin",
     faults=(
-        Fault("blows about the origin", SoftBody.apply_impulse, "vector(point, p_) - self.centre → vector(point, p_)"),
-        Fault(
-            "blows that only turn",
-            SoftBody.apply_impulse,
-            "self.velocities + change + s_ → self.velocities + s_",
-        ),
+        Fault("blows about the origin", SoftBody._as_if_rigid, "vector(point, p_) - self.centre → vector(point, p_)"),
+        Fault("blows that only turn", SoftBody._as_if_rigid, "change + np.cross(t_, a_) → np.cross(t_, a_)"),
         Fault("a velocity on top of the old one", SoftBody, "vector(value, v_) - self.velocity → vector(value, v_)"),
     ),
 )
@@ -451,4 +448,140 @@ def impulses_give_their_momentum(run: Run) -> Comparison:
         body.velocity = struck
         found = np.append(body.velocities.mean(axis=0), body.velocity)
         answers.extend(found[None], np.tile(struck, 2)[None], kind="velocity that is set")
+    return answers.comparison()
+
+
+G: np.ndarray = np.array([0.0, 0.0, -9.81])  # [m/s²]
+
+
+@check(
+    section="5.5",
+    piece="softbody.World.step_frame_contacts, softbody.ContactPoints",
+    reference="Newton's second law: m Δv − m g T over the frame, by NumPy; names as they were given",
+    kind="closed form",
+    unit="of the weight, over the frame",
+    tolerance=5e-12,
+    because="rounding of speeds, which a frame of a fall changes by 0.2 m/s: 2.4e-13 at worst of seven seeds",
+    faults=(
+        Fault("the last step alone", contact_points.of_all_steps, "time_step * len(found) → time_step"),
+        Fault(
+            "a frame whose steps are not counted",
+            step_frame_contacts,
+            "found.append(runner.contact_points()) → found[:] = [runner.contact_points()]",
+        ),
+        Fault(
+            "names of boxes for soft bodies", contact_points.ContactPoints._called, "number < self.first_box → False"
+        ),
+    ),
+)
+def forces_over_a_frame(run: Run) -> Comparison:
+    """Forces over a frame are what changes momentum.
+
+    Balls and boxes fall on each other and on the ground. In each frame the mean force of all contacts on each body, and
+    its weight, give the change of its momentum. Pairs are told by the names that bodies have. Balls are so firm that no
+    step is taken in parts, of which the last alone is told.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    for _ in range(run.count(3, 10, 60)):
+        world, bodies = World(), list[SoftBody | Box]()
+        world.add_ground(friction=rng.uniform(0.2, 0.8))
+        for k in range(rng.integers(2, 5)):
+            place = (*rng.normal(0.0, 0.1, 2), 0.3 + 0.45 * k)
+            if rng.random() < 0.5:
+                ball = icosphere(1, 0.2)
+                bodies.append(world.add_soft_body(ball, rng.uniform(0.5, 2.0), 3e3, 60.0, place, name=f"ball {k}"))
+            else:
+                bodies.append(world.add_box(rng.uniform(0.2, 0.4, 3), rng.uniform(0.5, 2.0), place, name=f"box {k}"))
+        called = {**{("soft body", each.index): each.name for each in world.soft_bodies}}
+        called |= {("box", each.index): each.name for each in world.boxes}
+        for _ in range(40):
+            before, seconds = [np.copy(body.velocity) for body in bodies], rng.uniform(0.005, 0.02)
+            touched = world.step_frame_contacts(seconds)
+            for body, velocity in zip(bodies, before):
+                mass = float(body.mass or 0.0)
+                needed = mass * (body.velocity - velocity) / seconds - mass * G
+                answers.extend(touched.force_on(body)[None], needed[None], mass * 9.81, kind=body.kind)
+            first, count = len(world.soft_bodies), len(bodies)
+            labels = [called["soft body", k] if k < first else called["box", k - first] for k in range(count)]
+            pairs = {(labels[a], labels[b] if b >= 0 else "the ground") for a, b in touched.pairs()}
+            answers.add([float(len(pairs ^ touched.named_pairs())), 0.0, 0.0], np.zeros(3), kind="names")
+    return answers.comparison()
+
+
+@check(
+    section="2, 5",
+    piece="softbody.SoftBody.energies, softbody.Box.energies",
+    reference="½ m v², ½ ω·Iω, ½ k (l − l₀)², −nRT ln V/V₀, −m g·x and −f·x by NumPy; all of the world's, of liquid",
+    kind="closed form",
+    unit="of the largest of them",
+    tolerance=5e-14,
+    because="rounding of sums over some 100 springs: 3.3e-15 at worst of four seeds",
+    faults=(
+        Fault(
+            "gas of another body",
+            energies._with_soft_bodies,
+            "controls.soft_gas[which] → np.roll(controls.soft_gas, 1)[which]",
+        ),
+        Fault(
+            "particles of all",
+            energies._with_soft_bodies,
+            "inverse_mass[particles] = m_ → inverse_mass[:] = model.particle_inverse_mass",
+        ),
+        Fault("boxes besides a soft body", energies._only_soft_body, "np.zeros_like(m_) → model.box_inverse_mass"),
+        Fault("all boxes", energies._only_box, "model._replace(box_inverse_mass=inverse_mass) → model"),
+    ),
+)
+def energies_of_each_body(run: Run) -> Comparison:
+    """Each body has its part of the world's energies.
+
+    Some soft bodies and boxes, with springs, gas, forces and spin, some of them in a liquid: each has its own energies
+    by kind, and all of them together have the world's.
+    """
+    rng, answers = run.fresh_rng(), Answers()
+    for _ in range(run.count(20, 60, 600)):
+        world, g = World(), np.array([0.0, 0.0, -rng.uniform(1.0, 10.0)])
+        world.gravity = g
+        if is_wet := rng.random() < 0.5:
+            world.add_liquid(1000.0 * rng.random() + 1.0, rng.normal())
+        total = np.zeros(6)
+        for _ in range(rng.integers(1, 4)):
+            mesh, gas, mass = MESHES[rng.integers(len(MESHES))], rng.uniform(0.5, 9.0), rng.uniform(0.5, 2.0)
+            soft = world.add_soft_body(mesh, mass, 100.0, gas, rng.normal(size=3))
+            soft.positions = rng.normal(size=3) + mesh.vertices @ (np.eye(3) + 0.1 * rng.normal(size=(3, 3)))
+            soft.velocities = rng.normal(size=mesh.vertices.shape)
+            soft.external_force = rng.normal(size=mesh.vertices.shape)
+        for _ in range(rng.integers(1, 3)):
+            size, mass = rng.uniform(0.2, 0.6, 3), rng.uniform(0.5, 2.0)
+            turn = random_orientations(rng, 1)[0]
+            world.add_box(size, mass, rng.normal(size=3), turn, rng.normal(size=3), rng.normal(size=3))
+        world.add_box((1.0, 1.0, 1.0), None, (0.0, 0.0, -9.0))
+        for body in world.soft_bodies:
+            x, v, each = body.positions, body.velocities, body.mass / len(body.positions)
+            mesh = MESHES[0] if len(x) == len(MESHES[0].vertices) else MESHES[1]
+            lengths, now = edge_lengths(mesh.vertices, mesh.edges), edge_lengths(x, mesh.edges)
+            volumes = [np.linalg.det(y[mesh.triangles]).sum() / 6.0 for y in (x, mesh.vertices)]
+            right = np.array([
+                0.5 * each * np.square(v).sum(), 50.0 * np.square(now - lengths).sum(),
+                -body.gas * np.log(volumes[0] / volumes[1]), -each * (x @ g).sum(), -(body.external_force * x).sum(),
+            ])  # fmt: skip
+            found = np.array(body.energies())
+            answers.extend(found[None, :5], right[None], np.abs(right).max(), kind="soft body")
+            total += found
+        for box in world.boxes:
+            mass, sides, spin = (
+                box.mass or 0.0,
+                np.square(box.size),
+                box.angular_velocity @ rotation_matrix(box.orientation),
+            )
+            inertia = mass * (sides.sum() - sides) / 12.0
+            kinetic = 0.5 * mass * box.velocity @ box.velocity + 0.5 * inertia @ spin**2
+            right = np.array([kinetic, 0.0, 0.0, -mass * box.position @ g, 0.0])
+            found = np.array(box.energies())
+            answers.extend(found[None, :5], right[None], max(1.0, np.abs(right).max()), kind="box")
+            total += found
+        whole = np.array(world.energies())
+        answers.extend(total[None, :5], whole[None, :5], np.abs(whole).max(), kind="all of them")
+        answers.extend(
+            np.full((1, 5), total[5]), np.full((1, 5), whole[5]), np.abs(whole).max(), kind=f"liquid, {is_wet}"
+        )
     return answers.comparison()

@@ -143,9 +143,9 @@ def of_bodies() -> Iterator[Case]:
     arrays = Limits((rows, rows.tolist()), (rows[1:], np.where(rows.cumsum(0) == 2.0, NAN, rows), "abc", 1j * rows))
     for name in ("positions", "velocities", "external_force"):
         yield f"soft_body.{name} = …", having(a_soft_body, name), arrays
-    yield "soft_body.apply_impulse(impulse=…)", lambda value: a_soft_body().apply_impulse(impulse=value), VECTOR
-    struck = lambda value: a_soft_body().apply_impulse((1.0, 0.0, 0.0), point=value)  # noqa: E731
-    yield "soft_body.apply_impulse(point=…)", struck, _optional(VECTOR)
+    yield "soft_body.angular_velocity = …", having(a_soft_body, "angular_velocity"), VECTOR
+    for kind, thing in (("soft_body", a_soft_body), ("box", a_box)):
+        yield from _pushes(kind, thing)
     yield "add_soft_body(pressure=…)", told(soft, "pressure", gas=None), NOT_NEGATIVE
     for name in ("damping", "pressure"):
         yield f"soft_body.{name} = …", having(a_soft_body, name), NOT_NEGATIVE
@@ -170,10 +170,6 @@ def of_bodies() -> Iterator[Case]:
         way = _optional(limits)
         yield f"box.move_to({name}=…)", told(lambda **given: a_box(None).move_to(seconds=1.0, **given), name), way
     yield "box.move_to(seconds=…)", lambda value: a_box(None).move_to((1.0, 0.0, 0.0), seconds=value), POSITIVE
-    yield "box.apply_force(force=…)", lambda value: a_box().apply_force(force=value), VECTOR
-    along, place = (1.0, 0.0, 0.0), _optional(VECTOR)
-    yield "box.apply_force(point=…)", lambda value: a_box().apply_force(along, point=value), place
-    yield "box.apply_torque(torque=…)", lambda value: a_box().apply_torque(torque=value), VECTOR
     for name in ("stiffness", "damping", "rest_length"):
         yield f"add_joint({name}=…)", told(joined, name), NOT_NEGATIVE
         yield f"joint.{name} = …", having(a_joint, name), NOT_NEGATIVE
@@ -276,6 +272,7 @@ def of_worlds(folder: Path) -> Iterator[Case]:
     yield "world.run(allow_unstable=…)", lambda value: rigid().run(1e-3, 1e-3, allow_unstable=value), YES_OR_NO
     yield "world.step_frame(seconds=…)", lambda value: rigid().step_frame(value), seconds
     yield "world.step_frame(time_step=…)", lambda value: rigid().step_frame(1e-3, time_step=value), longer
+    yield "world.step_frame_contacts(seconds=…)", lambda value: rigid().step_frame_contacts(value), POSITIVE
     yield "world.frames(seconds=…)", lambda value: list(rigid().frames(seconds=value)), seconds
     yield "world.frames(time_step=…)", lambda value: list(rigid().frames(1e-3, time_step=value)), longer
     yield "world.frames(per_second=…)", lambda value: list(rigid().frames(0.0, per_second=value)), POSITIVE
@@ -373,6 +370,16 @@ def is_refused_by_name(call: Callable[[Any], Any], value: Any, name: str, told: 
     return isinstance(error, (ParameterError, MeshError)) and is_named and is_told and len(text) <= MOST_SAID
 
 
+def _pushes(kind: str, thing: Callable[[], Any]) -> Iterator[Case]:
+    """Yield how a body is pushed, struck and turned."""
+    along, place = (1.0, 0.0, 0.0), _optional(VECTOR)
+    yield f"{kind}.apply_force(force=…)", lambda value: thing().apply_force(force=value), VECTOR
+    yield f"{kind}.apply_force(point=…)", lambda value: thing().apply_force(along, point=value), place
+    yield f"{kind}.apply_impulse(impulse=…)", lambda value: thing().apply_impulse(impulse=value), VECTOR
+    yield f"{kind}.apply_impulse(point=…)", lambda value: thing().apply_impulse(along, point=value), place
+    yield f"{kind}.apply_torque(torque=…)", lambda value: thing().apply_torque(torque=value), VECTOR
+
+
 CALLS: tuple[Callable[..., Any], ...] = (
     World,
     World.add_soft_body,
@@ -384,7 +391,7 @@ CALLS: tuple[Callable[..., Any], ...] = (
     World.run,
 )
 CALLS += World.step_frame, World.frames, World.equilibrium, softbody.Box.move_to, softbody.Box.apply_force
-CALLS += (softbody.SoftBody.apply_impulse,)
+CALLS += softbody.SoftBody.apply_impulse, softbody.SoftBody.apply_torque, World.step_frame_contacts
 ELSEWHERE = {"mesh", "a", "b", "name"}  # arguments that other claims are about
 
 

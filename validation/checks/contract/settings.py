@@ -17,7 +17,7 @@ from softbody.bodies.sleep_tracker import SleepTracker
 from softbody.bodies.surroundings import Surroundings
 from softbody.stepping import sleep
 from validation.answers import Answers
-from validation.cases import edge_lengths, random_orientations, rotation_matrix, settable, uneven_sphere
+from validation.cases import edge_lengths, independent, random_orientations, rotation_matrix, settable, uneven_sphere
 from validation.check import Comparison, Run, check
 from validation.fault import Fault
 
@@ -118,7 +118,7 @@ class Scene:
         things += [*self.world.soft_bodies, *self.world.boxes, *self.world.joints]
         told: dict[str, Any] = {}
         for thing in things:
-            names = settable(type(thing)) | (SPRINGS if isinstance(thing, SoftBody) else set())
+            names = independent(type(thing)) | (SPRINGS if isinstance(thing, SoftBody) else set())
             told |= {entry(thing, name): np.copy(getattr(thing, name)) for name in names}
         return told
 
@@ -210,6 +210,93 @@ def _external_force(scene: Scene) -> Set:
     return {entry(body, "external_force"): force}
 
 
+def _pressure(scene: Scene) -> Set:
+    k = _soft(scene)
+    body, pressure = scene.world.soft_bodies[k], scene.rng.uniform(1.0, 10.0)
+    gas = pressure * np.linalg.det(body.positions[body.triangles]).sum() / 6.0
+    body.pressure, scene.soft[k] = pressure, scene.soft[k]._replace(gas=gas)
+    return {entry(body, "gas"): gas}
+
+
+def _turning(arms: np.ndarray, moment: np.ndarray) -> np.ndarray:
+    """Return the velocities (n, 3) of unit masses on a rigid body, with `arms` (n, 3), of this angular momentum."""
+    inertia = sum((arm @ arm * np.eye(3) - np.outer(arm, arm) for arm in arms), np.zeros((3, 3)))
+    return np.cross(np.linalg.inv(inertia) @ moment, arms)
+
+
+def _moved(scene: Scene, act: Callable[[SoftBody, np.ndarray], np.ndarray]) -> Set:
+    """Let `act` do something to a soft body, by arms (n, 3) from its centre, and return what velocities gain by it."""
+    k = _soft(scene)
+    body, (x, v), free = scene.world.soft_bodies[k], scene.motion[k], scene.soft[k].free[:, None]
+    before = np.copy(body.velocities)
+    more = np.where(free, act(body, body.positions - body.positions.mean(axis=0)), 0.0)
+    scene.motion[k] = x, v + more
+    return {entry(body, "velocities"): before + more}
+
+
+def _velocity(scene: Scene) -> Set:
+    def act(body: SoftBody, arms: np.ndarray) -> np.ndarray:
+        asked, before = scene.rng.normal(size=3), body.velocities.mean(axis=0)
+        body.velocity = asked
+        return np.broadcast_to(asked - before, arms.shape)
+
+    return _moved(scene, act)
+
+
+def _spin(scene: Scene) -> Set:
+    def act(body: SoftBody, arms: np.ndarray) -> np.ndarray:
+        asked, before = scene.rng.normal(size=3), np.copy(body.velocities)
+        body.angular_velocity = asked
+        return np.cross(asked, arms) - _turning(arms, np.cross(arms, before).sum(axis=0))
+
+    return _moved(scene, act)
+
+
+def _impulse(scene: Scene) -> Set:
+    def act(body: SoftBody, arms: np.ndarray) -> np.ndarray:
+        blow, arm = scene.rng.normal(size=3), 0.1 * scene.rng.normal(size=3)
+        mass = scene.soft[body.index].particle_mass
+        body.apply_impulse(blow, body.positions.mean(axis=0) + arm)
+        return (blow / len(arms) + _turning(arms, np.cross(arm, blow))) / mass
+
+    return _moved(scene, act)
+
+
+def _pushed(scene: Scene, act: Callable[[SoftBody, np.ndarray], np.ndarray]) -> Set:
+    """Let `act` do something to a soft body, by arms (n, 3) from its centre, and return what its forces gain by it."""
+    k = _soft(scene)
+    body = scene.world.soft_bodies[k]
+    force = scene.soft[k].force + act(body, body.positions - body.positions.mean(axis=0))
+    scene.soft[k] = scene.soft[k]._replace(force=force)
+    return {entry(body, "external_force"): force}
+
+
+def _soft_force(scene: Scene) -> Set:
+    def act(body: SoftBody, arms: np.ndarray) -> np.ndarray:
+        force, arm = scene.rng.normal(size=3), 0.1 * scene.rng.normal(size=3)
+        body.apply_force(force, body.positions.mean(axis=0) + arm)
+        return force / len(arms) + _turning(arms, np.cross(arm, force))
+
+    return _pushed(scene, act)
+
+
+def _soft_torque(scene: Scene) -> Set:
+    def act(body: SoftBody, arms: np.ndarray) -> np.ndarray:
+        torque = 0.1 * scene.rng.normal(size=3)
+        body.apply_torque(torque)
+        return _turning(arms, torque)
+
+    return _pushed(scene, act)
+
+
+def _no_soft_forces(scene: Scene) -> Set:
+    def act(body: SoftBody, arms: np.ndarray) -> np.ndarray:
+        body.clear_forces()
+        return -scene.soft[body.index].force
+
+    return _pushed(scene, act)
+
+
 def _self_contact(scene: Scene) -> Set:
     body = scene.world.soft_bodies[_soft(scene)]
     body.self_contact = 1e-9
@@ -272,6 +359,17 @@ def set_angular_velocity(scene: Scene, box: Box) -> Set:
     free.spin, free.time_left = scene.rng.normal(size=3), np.inf
     box.angular_velocity = free.spin
     return {entry(box, "angular_velocity"): free.spin}
+
+
+def _blow(scene: Scene) -> Set:
+    (box, free), blow, arm = _box(scene), scene.rng.normal(size=3), 0.1 * scene.rng.normal(size=3)
+    box.apply_impulse(blow, box.position + arm)
+    assert free.mass is not None
+    squares = free.size**2
+    inertia = free.turn @ np.diag((squares.sum() - squares) / 12.0 * free.mass) @ free.turn.T
+    free.velocity = free.velocity + blow / free.mass
+    free.spin = free.spin + np.linalg.solve(inertia, np.cross(arm, blow))
+    return {entry(box, "velocity"): free.velocity, entry(box, "angular_velocity"): free.spin}
 
 
 def _force(scene: Scene) -> Set:
@@ -368,6 +466,7 @@ SETTINGS: dict[str, Callable[[Scene], Set]] = {
     "Ground.friction": _ground("friction", 0.0, 1.0),
     "Ground.restitution": _ground("restitution", 0.0, 1.0),
     "SoftBody.gas": _of_soft("gas", 0.1, 1.0),
+    "SoftBody.pressure": _pressure,
     "SoftBody.damping": _of_soft("damping", 0.02, 0.05),
     "SoftBody.drag": _of_soft("drag", 1.0, 5.0),
     "SoftBody.friction": _of_soft("friction", 0.0, 1.0),
@@ -381,7 +480,13 @@ SETTINGS: dict[str, Callable[[Scene], Set]] = {
     "SoftBody.fixed": _fixed,
     "SoftBody.positions": _positions,
     "SoftBody.velocities": lambda scene: set_velocities(scene, scene.world.soft_bodies[_soft(scene)]),
+    "SoftBody.velocity": _velocity,
+    "SoftBody.angular_velocity": _spin,
+    "SoftBody.apply_impulse": _impulse,
     "SoftBody.external_force": _external_force,
+    "SoftBody.apply_force": _soft_force,
+    "SoftBody.apply_torque": _soft_torque,
+    "SoftBody.clear_forces": _no_soft_forces,
     "SoftBody.name": _name("soft_bodies"),
     "SoftBody.set_springs, stiffness": _springs("stiffness", 0.5, 2.0),
     "SoftBody.set_springs, rest_length": _springs("rest_length", 0.9, 1.1),
@@ -396,6 +501,7 @@ SETTINGS: dict[str, Callable[[Scene], Set]] = {
     "Box.inside": _inside,
     "Box.move_to": _move_to,
     "Box.velocity, on its way": lambda scene: _move_to(scene) | set_velocity(scene, scene.world.boxes[-1]),
+    "Box.apply_impulse": _blow,
     "Box.apply_force": _force,
     "Box.apply_torque": _torque,
     "Box.clear_forces": _no_forces,
@@ -408,7 +514,7 @@ SETTINGS: dict[str, Callable[[Scene], Set]] = {
 
 
 NOT_BOTH = "SoftBody.liquid_density", "SoftBody.set_springs, tear_at"
-METHODS = {"set_springs", "move_to", "apply_force", "apply_torque", "clear_forces"}
+METHODS = {"set_springs", "move_to", "apply_impulse", "apply_force", "apply_torque", "clear_forces"}
 
 
 def _all_there_is() -> set[str]:
@@ -486,6 +592,19 @@ def _all_there_is() -> set[str]:
             Box.apply_force,
             "vector(point, 'point') - self.position → vector(point, 'point')",
         ),
+        Fault(
+            "a soft body's forces in place of those before", SoftBody.apply_force, "self.external_force + each → each"
+        ),
+        Fault(
+            "torques on a soft body in place of those before", SoftBody.apply_torque, "self.external_force + e_ → each"
+        ),
+        Fault("forces on a soft body that stay", SoftBody.clear_forces, "self.external_force = f_ → pass"),
+        Fault(
+            "a spin on top of the old one", SoftBody, "vector(value, v_) - self.angular_velocity → vector(value, v_)"
+        ),
+        Fault("an inertia of equal axes", SoftBody._turn, "(arms.T * self.masses) @ arms → 0.0"),
+        Fault("a blow to a box that only pushes", Box.apply_impulse, "turn = axes @ t_ → pass"),
+        Fault("a blow that turns about the box's axes", Box.apply_impulse, "rotation_matrix(o_) → np.eye(3)"),
         Fault(
             "a torque in place of those that there were",
             Box.apply_torque,

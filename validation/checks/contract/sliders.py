@@ -12,7 +12,7 @@ from softbody.view import adjustments
 from softbody.view.adjustments import SLIDERS
 from softbody.view.session import Session
 from validation.answers import Answers
-from validation.cases import settable
+from validation.cases import independent
 from validation.check import Comparison, Run, check
 from validation.checks.contract.cases import error_of
 from validation.fault import Fault
@@ -27,9 +27,9 @@ SPRINGS = {"stiffness", "rest_length", "tear_at"}  # that are told, and that `se
 def told(world: World) -> Told:
     """Return all that may be set, as a world tells it, but for where bodies are."""
     rows: Told = {"gravity": world.gravity.copy(), "substeps": world.substeps, "integrator": world.integrator}
-    rows |= {f"ground: {name}": getattr(world.ground, name) for name in settable(type(world.ground))}
+    rows |= {f"ground: {name}": getattr(world.ground, name) for name in independent(type(world.ground))}
     for thing in (*world.soft_bodies, *world.boxes):
-        names = settable(type(thing)) - {"positions", "velocities", "position", "orientation", "velocity"}
+        names = independent(type(thing)) - {"positions", "velocities", "position", "orientation", "velocity"}
         names = names - {"angular_velocity"} | (SPRINGS if isinstance(thing, SoftBody) else set())
         rows |= {f"{thing.kind} {thing.index}: {name}": np.copy(getattr(thing, name)) for name in names}
     return rows
