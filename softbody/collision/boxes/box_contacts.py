@@ -36,6 +36,8 @@ from softbody.model.arrays import NOBODY, Controls, Model, State
 from softbody.model.material import combined, material_of_box, material_of_ground
 from softbody.model.settings import Settings
 
+WORTH = 1e-4  # of the slop: overlaps of a knock-on that are worth another solve
+
 
 @jit_lean
 def penetration_slop(controls: Controls, h: float) -> float:
@@ -224,7 +226,7 @@ def _find_pair(
     turn = flights.turn[a] + flights.turn[b]
     sweep = Sweep(travel, pull, load(flights.spin, a), load(flights.spin, b), turn, share)
     found = swept_manifold(boxes, (a, b), sweep, limits, manifold)
-    if must_close and not closes(boxes, (a, b), sweep, found, limits.slop, manifold):
+    if must_close and not closes(boxes, (a, b), sweep, found, WORTH * limits.slop, manifold):
         return 0
     if turned:
         for c in range(3):
@@ -268,7 +270,7 @@ def _add_ground_contacts(
         is_near = corner[2] <= top
         if is_near and listed[1] > 0:
             way = add(load(flights.travel, box), cross(load(flights.spin, box), sub(corner, position)))
-            is_near = corner[2] + way[2] < model.ground_height - slop
+            is_near = corner[2] + way[2] < model.ground_height - WORTH * slop
             at = listed[0]
             while is_near and at < listed[1] and contacts.box[at, 0] == box and contacts.box[at, 1] == NOBODY:
                 is_near = contacts.feature[at] != k

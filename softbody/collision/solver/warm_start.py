@@ -2,7 +2,7 @@
 
 What held a pile a step ago holds it now. What an impact gave does not: the same once more would throw apart what it has
 struck, and sweeps that stop early leave some of that. So where contacts that push part, each island of contacts starts
-from the multiple of its impulses that leaves least to be solved.
+from the multiple of its impulses that leaves least to be solved. What bounces now starts from what that gives, in full.
 """
 
 from __future__ import annotations
@@ -76,22 +76,25 @@ def start_from_cache(contacts: Contacts, bodies: RigidBodies, motion: np.ndarray
     which contacts part are left to the sweeps.
     """
     row, number = contacts.row, contacts.number[1]
+    bounces = row[:number, NORMAL_IMPULSE].copy()
+    row[:number, TANGENT_IMPULSE : SECOND_IMPULSE + 1] = 0.0
+    _apply_start(contacts, motion)
+    bounced, thrown = motion.copy(), False
     for k in range(number):
         p = load(contacts.impulse, k)
-        row[k, NORMAL_IMPULSE] = max(row[k, NORMAL_IMPULSE], component(row, k, NORMAL, p))
+        row[k, NORMAL_IMPULSE] = max(bounces[k], component(row, k, NORMAL, p))
         keeps = row[k, NORMAL_IMPULSE] > 0.0 and contacts.friction[k] > 0.0
         row[k, TANGENT_IMPULSE] = component(row, k, TANGENT, p) if keeps else 0.0
         row[k, SECOND_IMPULSE] = component(row, k, SECOND, p) if keeps else 0.0
+    motion[:] = load_motion(bodies)
     _apply_start(contacts, motion)
-    thrown = False
     for k in range(number):
-        if row[k, NORMAL_IMPULSE] > 0.0:
+        if row[k, NORMAL_IMPULSE] > bounces[k]:
             parting = speed_along(row, k, NORMAL, load_pair(motion, contacts.box[k, 0], contacts.box[k, 1]))
             thrown = thrown or parting > row[k, TARGET] + THROWN * enough
     if thrown:
-        before = load_motion(bodies)
-        _scale_start(contacts, bodies, before, motion)
-        motion[:] = before
+        _scale_start(contacts, bodies, bounces, bounced, motion)
+        motion[:] = load_motion(bodies)
         _apply_start(contacts, motion)
 
 
@@ -106,8 +109,10 @@ def _apply_start(contacts: Contacts, motion: np.ndarray) -> None:
 
 
 @jit
-def _scale_start(contacts: Contacts, bodies: RigidBodies, before: np.ndarray, after: np.ndarray) -> None:
-    """Scale the impulses p of each island by the part of them, at most all, that is nearest to what they should be.
+def _scale_start(
+    contacts: Contacts, bodies: RigidBodies, bounces: np.ndarray, before: np.ndarray, after: np.ndarray
+) -> None:
+    """Scale what impulses there are besides `bounces` (c,), p, in each island by the part, at most all, that is best.
 
     They turn motions `before` (m + 1, 6) into `after`. With speeds u of contacts before, and t that they should have,
     and A p what impulses change them by, ½ pᵀ A p + pᵀ (u − t) is least for what is looked for.
@@ -120,7 +125,8 @@ def _scale_start(contacts: Contacts, bodies: RigidBodies, before: np.ndarray, af
             k = islands.contact[place]
             pair = contacts.box[k, 0], contacts.box[k, 1]
             for direction in (NORMAL, TANGENT, SECOND):
-                impulse = contacts.row[k, NORMAL_IMPULSE + direction]
+                bounce = bounces[k] if direction == NORMAL else 0.0
+                impulse = contacts.row[k, NORMAL_IMPULSE + direction] - bounce
                 u = speed_along(contacts.row, k, direction, load_pair(before, pair[0], pair[1]))
                 changed = speed_along(contacts.row, k, direction, load_pair(after, pair[0], pair[1])) - u
                 target = contacts.row[k, TARGET] if direction == NORMAL else 0.0
@@ -128,8 +134,11 @@ def _scale_start(contacts: Contacts, bodies: RigidBodies, before: np.ndarray, af
                 square += impulse * changed
         part = min(1.0, max(0.0, gain / square)) if square > 0.0 else 1.0
         for place in range(islands.start[island], islands.start[island + 1]):
+            k = islands.contact[place]
             for direction in (NORMAL, TANGENT, SECOND):
-                contacts.row[islands.contact[place], NORMAL_IMPULSE + direction] *= part
+                bounce = bounces[k] if direction == NORMAL else 0.0
+                column = NORMAL_IMPULSE + direction
+                contacts.row[k, column] = bounce + part * (contacts.row[k, column] - bounce)
 
 
 @jit_lean

@@ -176,7 +176,7 @@ def energy_in_mid_step(world: World, h: float) -> float:
         Fault(
             "impulses of bounces forgotten",
             warm_start.start_from_cache,
-            "max(row[k, NORMAL_IMPULSE], component(row, k, NORMAL, p)) → max(0.0, component(row, k, NORMAL, p))",
+            "max(bounces[k], component(row, k, NORMAL, p)) → max(0.0, component(row, k, NORMAL, p))",
         ),
     ),
 )

@@ -130,7 +130,7 @@ def _touching(rng: np.random.Generator, bodies: RigidBodies, pairs: list[tuple[i
 
 
 def swept(
-    crowd: Crowd, target: np.ndarray, friction: np.ndarray, warm: np.ndarray, iterations: int
+    crowd: Crowd, target: np.ndarray, friction: np.ndarray, bounce: np.ndarray, warm: np.ndarray, iterations: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return v and ω (6 m,) after the sweeps, and the impulses (c, 3) along the normals and both tangents.
 
@@ -141,10 +141,13 @@ def swept(
     yielding = np.einsum("kdi,ij,kej->kde", rows, inverse, rows)
     mass, across = 1.0 / yielding[:, 0, 0], 1.0 / np.linalg.eigvalsh(yielding[:, 1:, 1:])[:, 1]
     impulse = crowd.along(warm)
-    impulse[impulse[:, 0] <= 0.0] = 0.0
-    impulse[friction == 0.0, 1:] = 0.0
-    impulse *= _part_to_start_from(crowd, rows, target, impulse)[:, None]
+    impulse[:, 0] = np.maximum(bounce, impulse[:, 0])
+    impulse[(friction == 0.0) | (impulse[:, 0] <= 0.0), 1:] = 0.0
+    impulse[:, 0] -= bounce
+    motion = motion + inverse @ np.einsum("ki,k->i", rows[:, 0], bounce)
+    impulse *= _part_to_start_from(crowd, rows, target, motion, impulse)[:, None]
     motion = motion + inverse @ np.einsum("kdi,kd->i", rows, impulse)
+    impulse[:, 0] += bounce
     # Contacts of one pair follow each other, and pairs come as they are listed: none of them stands on anything.
     before = np.inf
     for sweep in range(1, 4 * iterations + 1):
@@ -166,8 +169,10 @@ def swept(
     return motion, impulse
 
 
-def _part_to_start_from(crowd: Crowd, rows: np.ndarray, target: np.ndarray, impulse: np.ndarray) -> np.ndarray:
-    """Return (c,): which part of its `impulse` (c, 3) each contact starts from.
+def _part_to_start_from(
+    crowd: Crowd, rows: np.ndarray, target: np.ndarray, before: np.ndarray, impulse: np.ndarray
+) -> np.ndarray:
+    """Return (c,): which part of its `impulse` (c, 3) each contact starts from, on top of the motion `before`.
 
     All of it, unless some that push part by that; then what is least, along the impulses of all contacts that hang
     together, of the quadratic form that is least where everything is solved.
@@ -175,7 +180,7 @@ def _part_to_start_from(crowd: Crowd, rows: np.ndarray, target: np.ndarray, impu
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    inverse, before = crowd.inverse_mass(), crowd.motion()
+    inverse = crowd.inverse_mass()
     wanted = np.pad(target[:, None], ((0, 0), (0, 2))) - rows @ before
     changed = rows @ inverse @ np.einsum("kdi,kd->i", rows, impulse)
     part = np.ones(len(rows))
@@ -206,6 +211,7 @@ def _part_to_start_from(crowd: Crowd, rows: np.ndarray, target: np.ndarray, impu
         Fault("pairs that go before others, where there is room", batches._schedule, "t += 1 → t -= 1"),
         Fault("impulses to start from, as they were", warm_start._scale_start, "min(1.0, x_) if y_ else z_ → 1.0"),
         Fault("less than none of them", warm_start._scale_start, "max(0.0, x_) → x_"),
+        Fault("bounces that are scaled, too", warm_start.start_from_cache, "row[a_, b_].copy() → np.zeros(number)"),
         Fault(
             "sweeps that all go up",
             sequential_impulses._sweep_all,
@@ -233,8 +239,8 @@ def sweeps(run: Run) -> Comparison:
 
     Three to six boxes strike each other, or dozens: with and without restitution, friction and impulses of the step
     before. After 1 to 12 sweeps over the contacts every box moves, and every contact pushes, as if one contact after
-    the other had been corrected, from the impulses before or, if those throw boxes apart, the part of them that leaves
-    least. Sweeps go on for as long as that converges fast.
+    the other had been corrected, from what bounces give and the impulses before or, if those throw boxes apart, the
+    part of them that leaves least. Sweeps go on for as long as that converges fast.
     """
     rng, answers = run.fresh_rng(), Answers()
     for case in range(run.count(40, 250, 2_500)):
@@ -249,9 +255,10 @@ def sweeps(run: Run) -> Comparison:
         start = crowd.motion()
         closing = -crowd.jacobian(crowd.normal) @ start
         target = restitution * np.maximum(0.0, closing)
-        motion, impulse = swept(crowd, target, friction, warm, iterations)
+        bounce = np.maximum(0.0, rng.normal(size=count)) * (restitution > 0.0) * (case % 3 == 0)
+        motion, impulse = swept(crowd, target, friction, bounce, warm, iterations)
         prepare_contacts(contacts, crowd.bodies)
-        contacts.row[:count, TARGET], contacts.row[:count, NORMAL_IMPULSE] = target, 0.0
+        contacts.row[:count, TARGET], contacts.row[:count, NORMAL_IMPULSE] = target, bounce
         part_at_targets(contacts, crowd.bodies, iterations, 0.0)
         speed, kind = np.linalg.norm(start), "with friction" if friction.any() else "without friction"
         answers.extend(crowd.motion().reshape(-1, 6), motion.reshape(-1, 6), speed, kind)
