@@ -445,11 +445,11 @@ def thrown_and_kept(run: Run) -> Comparison:
 
 @check_inside(
     piece="softbody.World.add_box, softbody.World.contact_points",
-    reference="statics: the ground carries all, and the skin what the liquid does not bear",
+    reference="Newton's second law: the ground carries all, and the skin what the liquid does not bear",
     kind="closed form",
     unit="of the weight",
-    tolerance=2e-3,
-    because="what is left of motion after 20 s, in the mean of half a second: 3.9e-4",
+    tolerance=1e-3,
+    because="drag on what still trembles after 20 s, in the mean of half a second: 3.5e-4",
     faults=(
         Fault("boxes borne by half", boxes_inside.add_forces_inside, "scale(-d_ * v_, g_) → scale(-0.5 * d_ * v_, g_)"),
         Fault("nothing inside", acting.all_that_acts, "add_forces_inside(m_, g_, s_, a_, b_) → "),
@@ -471,12 +471,14 @@ def the_skin_carries_the_rest(run: Run) -> Comparison:
             body = world.add_soft_body(ball, 3.0, 6e3, 6e3 * ball.volume, (0.0, 0.0, 0.45), **springs)
             box = world.add_box(size, mass, (0.02, 0.01, 0.45), inside=body, name="box")
             world.run(20.0)
-            carried = np.zeros(2)
+            carried, before = np.zeros(2), np.array([mass * box.velocity[2], body.mass * body.velocity[2]])
             for _ in range(1000):
                 world.step(5e-4)
                 touching = world.contact_points()
                 box_bears, skin_bears = (float(touching.force_on(each)[2]) for each in (box, body))
                 carried += np.array([box_bears, box_bears + skin_bears]) / 1000.0
+            gained = np.array([mass * box.velocity[2], body.mass * body.velocity[2]]) - before
+            carried -= np.array([gained[0], gained.sum()]) / 0.5
             room = trimesh.volume(body.positions, body.triangles) - size.prod()
             liquid = density * (ball.volume - size.prod())
             borne = 9.81 * (mass - liquid / room * size.prod())
