@@ -181,7 +181,9 @@ class _Reading:
 
     def _soft_body(self, world: World, at: Path, table: Any) -> None:
         before, self._bodies[at] = len(self.wrong), None
-        given = self._checked(table, at, SOFT_BODY, ("shape", "mass", "stiffness", "gas"))
+        has_pressure = isinstance(table, dict) and "pressure" in table
+        needed = ("shape", "mass", "stiffness", *(() if has_pressure else ("gas",)))
+        given = self._checked(table, at, SOFT_BODY, needed)
         self._note_name(given, at)
         shape = given.pop("shape", None)
         mesh = None if shape is None else self._shape(shape, (*at, "shape"))
@@ -364,7 +366,8 @@ class _Reading:
         self._names(table, tuple(checks), at)
         for name in needed:
             if name not in table:
-                self.wrong.append((at, f"{_name(at)}: {name} is missing; add it"))
+                told = "gas, or pressure, is missing; add one" if name == "gas" else f"{name} is missing; add it"
+                self.wrong.append((at, f"{_name(at)}: {told}"))
         good = {}
         for name, value in table.items():
             if name in checks:

@@ -214,6 +214,7 @@ SOFT_BODY: dict[str, Check] = {
     "mass": _number("kg", above=0.0),
     "stiffness": _springs("N/m"),
     "gas": _number("J", least=0.0),
+    "pressure": _number("Pa", least=0.0),
     "position": _vector,
     "orientation": _orientation,
     "velocity": _vector,

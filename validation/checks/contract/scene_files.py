@@ -85,6 +85,7 @@ DRAWS: dict[str, Table] = {
     **{f"shape {name}": {"radius": LENGTH} for name in ("tetrahedron", "octahedron", "icosahedron")},
     "shape file": {"file": "other.off", "merge": True, "tolerance": (2e-4, 3e-4), "scale": (2.0, 3.0)},
     "soft_body": {**POSED, **TOUCHING, "shape": {"file": "other.off"}, "mass": LENGTH, "gas": LENGTH}
+    | {"pressure": LENGTH}
     | {"damping": LENGTH, "drag": LENGTH, "stiffness": [(100.0, 200.0), (100.0, 200.0, 12)]}
     | {"rest_length": [LENGTH, (1.0, 1.5, 12)], "fixed": lambda rng: rng.permutation(6)[:2].tolist()}
     | {"fixed_above": (0.1, 0.3), "fixed_below": (-0.3, -0.1), "deflated_below": (0.1, 0.9)}
@@ -277,6 +278,9 @@ def told(found: SceneFile, scene: Table) -> Table:
         numbers += ["liquid_density", "sound_speed", "liquid_drag", "leak", "tear_at"]
         order, one = in_order(body.positions), {key: getattr(body, key) for key in ("name", *TOUCH, *numbers)}
         one["mass"] -= body.liquid_density * body.volume
+        if "pressure" in given:
+            one["pressure"] = body.pressure
+            del one["gas"]
         one |= {"rest_length": body.rest_length if "rest_length" in given else body.strain}
         one |= {"position": body.positions[order], "velocity": body.velocities[order]}
         rows[f"soft_body[{k}]"] = one | {"fixed": np.isin(np.arange(len(order)), body.fixed)[order]}
@@ -323,6 +327,8 @@ def alone(table: str, key: str, rng: Rng) -> Table:
     where, content, _ = put(table, WITH.get(f"{table} {key}", {}) | {key: value})
     if key in ("static", "kinematic"):
         del content["mass"]
+    if key == "pressure":
+        del content["gas"]
     if where in SINGLE:
         return scene | {where: content}
     if "box" in content and where == "suspension":
@@ -348,6 +354,9 @@ def crowd(rng: Rng, parts: Parts) -> Table:
     shapes += [{"name": name, **drawn(DRAWS[f"shape {name}"], rng)} for name in scene_keys.SHAPES]
     for k, shape in enumerate(shapes):
         body = drawn(DRAWS["soft_body"], rng) | {"shape": shape} | never
+        del body["pressure" if k % 2 else "gas"]
+        if "pressure" in body:  # which a liquid would add to
+            del body["liquid_density"]
         if k >= 2:  # vertices and edges that nobody has numbered
             body |= {"fixed": [], "stiffness": 100.0 + k, "rest_length": 1.0 + k, "tear_at": 1.1 + k}
         z = np.sort(placed(body, parts)[:, 2])

@@ -38,6 +38,7 @@ Lines = list[tuple[int, tuple[str, ...]]]  # of a file, with what is to be named
 Told = dict[str, tuple[str, ...]]  # by the key that it is told at, "" for the table's: what is named, @ for the table
 # What is said where a key is missing, if not that.
 OTHERWISE = {("box", "mass"): "a box has a mass [kg], or static", ("suspension", "points"): "needs a box, or points"}
+OTHERWISE |= {("soft_body", "gas"): "gas, or pressure, is missing"}
 
 Mistake = tuple[str, str, Table, Told]  # in words, the table, all that is in it
 
@@ -85,6 +86,8 @@ def mistakes_of_their_own() -> Iterator[Mistake]:
     size, still, spin, there = {"size": [1.0, 1.0, 1.0]}, {"static": True}, [0.0, 0.0, 1.0], {"at": NOWHERE}
     for content in ({"mass": 1.0, **still}, {**still, "kinematic": True}, {"static": False}):
         yield "one of three", "box", size | content, {"": ("@", "mass", "static", "kinematic")}
+    both = GOOD["soft_body"] | {"pressure": 1.0}
+    yield "gas and pressure", "soft_body", both, {"": ("@", "either gas [J] or pressure [Pa]")}
     for key in ("velocity", "angular_velocity"):
         yield f"static, with {key}", "box", {**size, **still, key: spin}, {key: ("@", f"{key} is not", "static")}
     for end, words in (
