@@ -168,7 +168,7 @@ stiffness = 1
 """
     told = wrong(scene(text))
     expected = (
-        (1, "soft_body[0]: gas is missing; add it"),  # and so what is said of its joint is not known
+        (1, "soft_body[0]: gas, or pressure, is missing; add one"),  # and so what is said of its joint is not known
         (9, "joint[0]: a is [0, 0]; give three finite numbers"),
         (10, "joint[0].b: there is no box 1; give a number from 0 to 0"),
         (11, "joint[0]: stiffness is -1.0; give a finite number ≥ 0 [N/m]"),
@@ -328,7 +328,7 @@ colour = "strain"
         (10, "soft_body[0]: gas is true; give a number"),
         (11, "soft_body[0]: each of fixed is 2.5; give a whole number ≥ 0"),
         (16, "soft_body[1].shape: major_radius 0.1 must exceed minor_radius 0.4"),
-        (20, "soft_body[2]: gas is missing; add it"),
+        (20, "soft_body[2]: gas, or pressure, is missing; add one"),
         (21, "nothing.ply cannot be read: No such file or directory"),
         (29, "soft_body[3]: fixed_above is 7.0 m, and no vertex is there"),
         (30, "box[0]: a box has a mass [kg], or static = true, or kinematic = true; give one of them"),
