@@ -121,7 +121,7 @@ def lines_of(trend: Trend) -> Iterator[str]:
     yield f"{trend.name}: {significant(trend.values[-1])} {trend.unit}  {sparkline(trend.values)}"
     for step in trend.steps:
         yield (
-            f"    {step.kind}, × {step.ratio:.3f}, from {step.started[:16]} on: "
+            f"    {max(step.ratio, 1.0 / step.ratio):.3f} × {step.kind}, from {step.started[:16]} on: "
             f"after {step.before}, with {step.revision}"
         )
 

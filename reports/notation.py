@@ -41,6 +41,14 @@ def number(value: float | None, digits: int = 3) -> str:
     return power_of_ten(power) if factor == "1" else f"{factor}{NO_BREAK}×{NO_BREAK}{power_of_ten(power)}"
 
 
+def faster(ratio: float) -> str:
+    """Return how much faster, or slower, something is whose speed is so many times another's: `1.25 × faster`."""
+    if ratio == 1.0:
+        return "as fast"
+    times, word = (ratio, "faster") if ratio > 1.0 else (math.inf if ratio == 0.0 else 1.0 / ratio, "slower")
+    return f"{number(times)}{NO_BREAK}×{NO_BREAK}{word}"
+
+
 def number_beside(value: float | None, other: float | None) -> str:
     """Return `value` with as many digits as it takes not to look the same as an `other` that differs."""
     if value is None or other is None or value == other:

@@ -15,7 +15,7 @@ from reports import notation
 from reports.trend_plots import sparkline
 
 HERE = Path(__file__).parent
-NOTATION = ("number", "count", "percent", "duration", "date", "section", "prose")
+NOTATION = ("number", "faster", "count", "percent", "duration", "date", "section", "prose")
 
 
 def rendered(template: str, **what: Any) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from matplotlib.ticker import MaxNLocator
 
-from reports.notation import number
+from reports.notation import faster, number
 from reports.plots import FAILS, HOLDS, INK, MUTED, SERIES, svg
 from validation.record import Trend
 
@@ -68,7 +68,7 @@ def _draw(axes: Axes, trend: Trend) -> None:
         axes.axvline(step.at + 0.5, color=colour, linewidth=1.2, linestyle=(0, (4, 3)))
         share = step.at / count
         side = "right" if share > 0.85 else "left" if share < 0.15 else "center"
-        label = f"× {number(step.ratio)}"
+        label = faster(1.0 / step.ratio)
         axes.text(step.at + 0.5, 1.03, label, color=colour, ha=side, transform=axes.get_xaxis_transform())
     for start, end, level in levels(trend):
         axes.plot([start + 0.5, end + 0.5], [level, level], color=MUTED, linewidth=1.4)

@@ -40,22 +40,38 @@ def page(trends: Trends) -> str:
         trends=trends,
         files=files,
         stepped=newest_first,
-        sentence=sentence(trends.trends),
-        is_slower=any(_last_ratio(trend) > 1.0 for trend in trends.trends),
+        sentence=sentence(trends),
+        wears=wears(trends),
         rates=rates(trends.calibration) if trends.calibration else [],
     )
 
 
-def sentence(trends: list[Trend]) -> str:
-    """Return what has become of all benchmarks by their last steps."""
-    slower = sum(_last_ratio(trend) > 1.0 for trend in trends)
-    faster = sum(_last_ratio(trend) < 1.0 for trend in trends)
-    benchmarks = f"{len(trends)} benchmark{'s' if len(trends) > 1 else ''}"
+def sentence(trends: Trends) -> str:
+    """Return what has become of all benchmarks by their last steps; those of too few runs show none."""
+    few = len(_too_short(trends))
+    if few == len(trends.trends):
+        runs = max((len(trend.values) for trend in trends.trends), default=0)
+        return f"Too few runs to see a step: {runs} of {trends.fewest}"
+    slower = sum(_last_ratio(trend) > 1.0 for trend in trends.trends)
+    faster = sum(_last_ratio(trend) < 1.0 for trend in trends.trends)
+    count = len(trends.trends)
+    benchmarks = f"{count} benchmark{'s' if count > 1 else ''}"
     words = [(n, word) for n, word in ((slower, "slower"), (faster, "faster")) if n]
-    if not words:
-        return f"No step in {benchmarks}"
-    (first, became), *rest = words
-    return ", ".join([f"{first} of {benchmarks} became {became}", *(f"{n} {word}" for n, word in rest)])
+    rest = [f"{n} {word}" for n, word in words[1:]] + ([f"{few} with too few runs"] if few else [])
+    first = f"{words[0][0]} of {benchmarks} became {words[0][1]}" if words else f"No step in {benchmarks}"
+    return ", ".join([first, *rest])
+
+
+def wears(trends: Trends) -> tuple[str, str]:
+    """Return the class and the sign of the page: good only if every benchmark has enough runs, and none is slower."""
+    if any(_last_ratio(trend) > 1.0 for trend in trends.trends):
+        return "open", "▲"
+    return ("open", "–") if _too_short(trends) or not trends.trends else ("holds", "✓")
+
+
+def _too_short(trends: Trends) -> list[Trend]:
+    """Return the benchmarks of too few runs to see a step in."""
+    return [trend for trend in trends.trends if len(trend.values) < trends.fewest]
 
 
 def _last_ratio(trend: Trend) -> float:

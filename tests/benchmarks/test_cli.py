@@ -225,7 +225,7 @@ def test_history_shows_what_was_imported_and_names_other_machines(bench, make_do
     assert len(json.loads((tmp_path / "trends.json").read_text())["trends"][0]["values"]) == 3
     published = bench("publish", str(tmp_path / "site"), "--machine", machine)
     assert published.output.strip() == str(tmp_path / "site" / "trends.html")
-    assert "No step in 1 benchmark" in (tmp_path / "site" / "trends.html").read_text()
+    assert "Too few runs to see a step: " in (tmp_path / "site" / "trends.html").read_text()
     assert "1 of them" in bench("export", str(tmp_path / "newest.json")).output
 
 

@@ -149,7 +149,7 @@ def test_each_table_of_costs_has_its_times_its_ratios_and_its_plot(parsed, made)
     assert costs.index("A step") < costs.index("A query")
     assert "ns per thing and step" in costs
     assert "12.6 – 16.8" in costs  # ours at 642, quartiles
-    assert "2.79 (2.5 – 3.01)" in costs  # theirs over ours
+    assert "2.79 × faster (speed × 2.5 – 3.01)" in costs  # theirs over ours
     assert made["text"].count("the numbers are in the table") == 2
 
 
@@ -206,7 +206,7 @@ def test_a_timing_with_a_history_has_its_trend_and_its_steps(report, trend):
     assert found.broken == found.stack == []
     assert [label for label in found.all("aria-label") if label.startswith("Trend")] == ["Trend, × a peer, over 6 runs"]
     assert [attrs["class"] for tag, attrs in found.tags if tag == "line" and "slower" in attrs.get("class", "")]
-    told = "ours, 642 things: slower, × 1.25, from 4 January 2030, 10:00 UTC on: after oldrevision, with newrevision."
+    told = "ours, 642 things: 1.25 × slower, from 4 January 2030, 10:00 UTC on: after oldrevision, with newrevision."
     assert told in found.text
     assert "upright lines are steps" in found.text
     assert found.text[: found.text.index("A query")].count(" trend ") == 1

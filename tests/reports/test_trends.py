@@ -83,8 +83,8 @@ def test_each_benchmark_has_its_last_value_its_plot_and_its_steps(trends):
         assert f"Trend of {trend.name}; its steps are told below it" in parsed.all("aria-label")
     panel = parsed.text[parsed.text.index("bench_step[42] Steps, 1 234 567 particles") :]
     assert re.match(r".*?0\.44 × a peer in the last of 12 runs", panel)
-    assert "faster, × 0.8, from 5 January 2030, 10:00 UTC on: after before4, with after4." in panel
-    assert "slower, × 1.1, from 9 January 2030, 10:00 UTC on: after before8, with after8." in panel
+    assert "1.25 × faster, from 5 January 2030, 10:00 UTC on: after before4, with after4." in panel
+    assert "1.1 × slower, from 9 January 2030, 10:00 UTC on: after before8, with after8." in panel
     assert parsed.text.count("No step.") == 1
 
 
@@ -116,6 +116,21 @@ def test_the_headline_counts_last_steps(ratios, sentence, is_open):
     assert ('<header class="open">' in text) == is_open
 
 
+@pytest.mark.parametrize(
+    ("runs", "sentence"),
+    [
+        ((1,), "Too few runs to see a step: 1 of 6"),
+        ((2, 5), "Too few runs to see a step: 5 of 6"),
+        ((RUNS, 5), "No step in 2 benchmarks, 1 with too few runs"),
+    ],
+)
+def test_too_few_runs_are_never_good(runs, sentence):
+    trends = make_trends(*(make_trend(f"bench_{k}", runs=count) for k, count in enumerate(runs)))
+    text = trends_page.page(trends)
+    assert f"– {sentence}." in " ".join(Parsed(text).text.split())
+    assert '<header class="open">' in text
+
+
 def test_text_of_the_document_is_text(trends):
     trends.trends[0] = dataclasses.replace(trends.trends[0], name=EVIL, file=EVIL, peer=EVIL)
     trends.machine["processor"] = EVIL
@@ -129,9 +144,9 @@ def test_text_of_the_document_is_text(trends):
 def test_a_plot_marks_every_step_with_its_ratio():
     svg = trend_plot(make_trend(ratios=(0.8, 1.1)))
     root = xml.etree.ElementTree.fromstring(svg)
-    words = " ".join(e.text or "" for e in root.iter() if e.tag.endswith("text"))
-    assert "× 0.8" in words
-    assert "× 1.1" in words
+    words = " ".join(e.text or "" for e in root.iter() if e.tag.endswith("text")).replace("\xa0", " ")
+    assert "1.25 × faster" in words
+    assert "1.1 × slower" in words
     dashed = [e.get("style") for e in root.iter() if "stroke-dasharray" in (e.get("style") or "")]
     assert [style.count("--holds") + 2 * style.count("--fails") for style in dashed] == [1, 2]
 
