@@ -6,7 +6,6 @@ from pathlib import Path
 
 import click
 
-from reports.badge import badge
 from reports.reading import CannotRead, read, write
 from reports.traces import pieces_of
 from reports.verdicts import kinds, tally
@@ -26,6 +25,8 @@ def main(folder: Path, file: Path) -> None:
 
     Exit code: 0 they are there, 2 there is no such record or no place for them, 4 the README cannot be written.
     """
+    from reports.badge import badge  # which draws, and takes a while to load
+
     record = folder / "report.json"
     report = read(record, read_report, "run `python -m validation` first")
     if report.patterns or report.subject or not report.claims:

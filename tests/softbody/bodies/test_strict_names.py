@@ -17,7 +17,11 @@ BOX = WORLD.add_box((1.0, 1.0, 1.0), 1.0, (9.0, 0.0, 0.0))
         (WORLD, "boxes", "'boxes' of a World is only to be read"),
         (WORLD, "precision", "'precision' of a World is only to be read"),
         (BALL, "gass", "a SoftBody has no 'gass' to set; did you mean 'gas'?"),
-        (BALL, "volume", "'volume' of a SoftBody is only to be read; settable are damping, deflated_below, drag,"),
+        (
+            BALL,
+            "volume",
+            "'volume' of a SoftBody is only to be read; settable are angular_velocity, damping,",
+        ),
         (BALL, "index", "'index' of a SoftBody is only to be read"),
         (BOX, "mass", "'mass' of a Box is only to be read; settable are angular_velocity, friction, inside, name,"),
     ],
