@@ -465,7 +465,8 @@ class World(Inventory):
     def step_frame_contacts(self, seconds: float = 1.0 / 60.0) -> ContactPoints:
         """Advance by a frame as `step_frame` does, and return what touched in it: the contacts of all its steps.
 
-        `force_on` of those is the mean over the frame: what one step says alone may chatter by half of it. Raises
+        `force_on` of those is the mean over the frame: what one step says alone may chatter by half of it. Of a step
+        that was taken in parts the last part counts, and a step in which a body tears tells no contacts. Raises
         ParameterError for a frame of no time.
         """
         return in_frames.step_frame_contacts(self.runner, seconds)

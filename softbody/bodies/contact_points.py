@@ -97,15 +97,19 @@ class ContactPoints:
 def of_all_steps(found: list[ContactPoints], time_step: float) -> ContactPoints:
     """Return the contacts of some steps of `time_step` [s] each, as of one that lasted as long as all of them.
 
-    What a step's last part gave counts for the whole step.
+    What a step's last part gave counts for the whole step. Where a body has torn, boxes have the numbers of the end.
     """
-    weights = [time_step / each.time_step for each in found]
+    weights, first_box = [time_step / each.time_step for each in found], found[-1].first_box
     arrays = {
         name: np.concatenate([getattr(each, name) for each in found])
         for name, value in vars(found[0]).items()
         if isinstance(value, np.ndarray)
     }
     arrays["impulse"] *= np.repeat(weights, [len(each) for each in found])[:, None]
+    for side in "ab":
+        numbers = [getattr(each, side) for each in found]
+        shifts = [np.where(of >= each.first_box, first_box - each.first_box, 0) for of, each in zip(numbers, found)]
+        arrays[side] = np.concatenate(numbers) + np.concatenate(shifts)
     return replace(found[-1], **arrays, time_step=time_step * len(found))  # type: ignore[arg-type]
 
 

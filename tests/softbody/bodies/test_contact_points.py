@@ -1,5 +1,6 @@
 """Does a world tell what touches what, and how hard?"""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 import softbody
 from softbody import World
+from softbody.bodies.contact_points import of_all_steps
 
 pytestmark = pytest.mark.interpreted
 
@@ -100,3 +102,14 @@ def test_after_a_fault_there_are_no_contacts_left_over():
     with pytest.raises(softbody.SimulationError):
         world.step(1e-3)
     assert len(world.contact_points()) == 0
+
+
+def test_boxes_of_a_frame_have_the_numbers_of_its_end():
+    world = World()
+    world.add_ground()
+    world.add_box((1.0, 1.0, 1.0), 1.0, (0.0, 0.0, 0.5))
+    world.step(1e-3)
+    before = world.contact_points()
+    after = replace(before, a=before.a + 2, first_box=2)  # two soft bodies have come between
+    assert len(before) > 0
+    assert set(of_all_steps([before, after], 1e-3).a.tolist()) == {2}
